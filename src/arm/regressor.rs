@@ -1,0 +1,118 @@
+//! The torque of a planar arm as a linear function of its lumped parameters, and the base parameters that data can show.
+//!
+//! With the lumped parameters β = (K₁₁, K₁₂, …, Kₙₙ, G₁, …, Gₙ) of [`crate::arm`] the inverse dynamics are τ = Y(q, q̇, q̈) β:
+//!
+//! ```text
+//! τ_k = s · Σ_{i ≥ k} f_i,    f_i = Σⱼ Kᵢⱼ [cos(θᵢ − θⱼ) θ̈ⱼ + sin(θᵢ − θⱼ) θ̇ⱼ²] + g Gᵢ cos θᵢ
+//! ```
+//!
+//! No link length is needed. Which of the β a recording can show (they are the base parameters of that motion) is found by
+//! the rank of the stacked regressor: [`base_columns`].
+
+use nalgebra::DMatrix;
+
+use super::{Arm, Posture};
+
+/// How many lumped parameters an arm of `joints` joints has: n (n + 1) / 2 inertias and n gravity moments.
+pub fn parameter_count(joints: usize) -> usize {
+    joints * (joints + 1) / 2 + joints
+}
+
+/// Names of the lumped parameters, in the order of the columns: `K11`, `K12`, …, `G1`, …
+pub fn parameter_names(joints: usize) -> Vec<String> {
+    let inertias = (0..joints).flat_map(|i| (i..joints).map(move |j| format!("K{}{}", i + 1, j + 1)));
+    inertias.chain((0..joints).map(|i| format!("G{}", i + 1))).collect()
+}
+
+/// Unit of the lumped parameter with this index: `kg m²` for K, `kg m` for G.
+pub fn parameter_unit(joints: usize, index: usize) -> &'static str {
+    if index < joints * (joints + 1) / 2 { "kg m²" } else { "kg m" }
+}
+
+impl Arm {
+    /// The lumped parameters of this arm, in the order of [`parameter_names`].
+    pub fn lumped_parameters(&self) -> Vec<f64> {
+        let n = self.links.len();
+        let outboard = |i: usize| self.links[i + 1..].iter().map(|link| link.mass).sum::<f64>();
+        let moment = |i: usize| self.links[i].mass * self.links[i].com + self.links[i].length * outboard(i);
+        let mut beta = Vec::with_capacity(parameter_count(n));
+        for i in 0..n {
+            let link = &self.links[i];
+            beta.push(link.inertia + link.mass * link.com.powi(2) + link.length.powi(2) * outboard(i));
+            beta.extend((i + 1..n).map(|j| link.length * moment(j)));
+        }
+        beta.extend((0..n).map(moment));
+        beta
+    }
+}
+
+/// Fills the regressor of one state: `rows[joint][parameter]`, n × [`parameter_count`], row after row.
+///
+/// # Panics
+/// If `rows` does not have n · [`parameter_count`] elements.
+pub fn fill(posture: Posture, gravity: f64, q: &[f64], qd: &[f64], qdd: &[f64], rows: &mut [f64]) {
+    let n = q.len();
+    let width = parameter_count(n);
+    assert_eq!(rows.len(), n * width, "the regressor of {n} joints has {n} × {width} elements");
+    rows.fill(0.0);
+    let sign = posture.sign();
+    let mut theta = [0.0; super::MOST_JOINTS];
+    let mut theta_d = [0.0; super::MOST_JOINTS];
+    let mut theta_dd = [0.0; super::MOST_JOINTS];
+    let (mut a, mut v, mut w) = (posture.zero_angle, 0.0, 0.0);
+    for i in 0..n {
+        a += sign * q[i];
+        v += sign * qd[i];
+        w += sign * qdd[i];
+        (theta[i], theta_d[i], theta_dd[i]) = (a, v, w);
+    }
+    // K_ij acts on the absolute angles i and j; joint k feels every absolute angle from k outwards.
+    let mut add = |angle: usize, column: usize, force: f64| {
+        for joint in 0..=angle {
+            rows[joint * width + column] += sign * force;
+        }
+    };
+    let mut column = 0;
+    for i in 0..n {
+        add(i, column, theta_dd[i]);
+        column += 1;
+        for j in i + 1..n {
+            let (sin, cos) = (theta[i] - theta[j]).sin_cos();
+            add(i, column, cos * theta_dd[j] + sin * theta_d[j].powi(2));
+            add(j, column, cos * theta_dd[i] - sin * theta_d[i].powi(2));
+            column += 1;
+        }
+    }
+    for (i, angle) in theta[..n].iter().enumerate() {
+        add(i, column, gravity * angle.cos());
+        column += 1;
+    }
+}
+
+/// The base parameters that a stacked regressor can show: indices of the columns that are linearly independent, in order.
+///
+/// Rank-revealing QR by modified Gram–Schmidt with the columns in their own order, so that of two columns that can't be told
+/// apart the first is kept. A column counts as dependent if less than `tolerance` of its length is left after the columns
+/// before it were projected out (1e-8 is a good value for exact data).
+pub fn base_columns(stacked: &DMatrix<f64>, tolerance: f64) -> Vec<usize> {
+    let mut basis: Vec<nalgebra::DVector<f64>> = Vec::new();
+    let mut independent = Vec::new();
+    let longest = stacked.column_iter().map(|column| column.norm()).fold(0.0, f64::max);
+    for (index, column) in stacked.column_iter().enumerate() {
+        let mut rest = column.clone_owned();
+        // Twice is enough: the second pass removes what rounding left in the first.
+        for _ in 0..2 {
+            for direction in &basis {
+                let overlap = direction.dot(&rest);
+                rest.axpy(-overlap, direction, 1.0);
+            }
+        }
+        let length = column.norm();
+        if length > tolerance * longest && rest.norm() > tolerance * length {
+            let scale = 1.0 / rest.norm();
+            basis.push(rest * scale);
+            independent.push(index);
+        }
+    }
+    independent
+}

@@ -1,0 +1,42 @@
+use super::*;
+
+/// Friction of constant size against the motion.
+pub struct CoulombFriction;
+
+static SPEC: Spec = Spec {
+    id: "coulomb-friction",
+    name: "Coulomb friction",
+    formula: "tau = tau_c * sign(qd)",
+    typeset: r"\tau = \tau_c \,\mathrm{sign}(\dot q)",
+    description: "Dry friction in bearings, seals and gears. Its size does not depend on the speed; its direction does.",
+    fingerprint: "Residual against velocity: a step of twice the friction torque at zero velocity, flat on both sides.",
+    absorbed: "Nothing: a Lagrangian is conservative. A different friction torque in each direction adds a torque offset.",
+    source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
+    scope: Scope::Joint,
+    axis: Axis::Velocity,
+    parameters: &[ParameterSpec {
+        name: "coulomb_torque",
+        symbol: "τ_c",
+        dimension: Dimension::Torque,
+        min: 0.0,
+        max: f64::INFINITY,
+        role: Role::Linear,
+    }],
+    includes: &[],
+};
+
+impl Effect for CoulombFriction {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let qd = &motion.trajectory.qd[joint];
+        Ok(vec![Column::on_joint(joint, qd.iter().map(|&qd| sign(qd)))])
+    }
+}
+
+/// −1, 0 or 1: unlike `f64::signum` it is 0 at 0, where dry friction has no direction.
+pub(super) fn sign(velocity: f64) -> f64 {
+    if velocity == 0.0 { 0.0 } else { velocity.signum() }
+}

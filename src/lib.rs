@@ -1,0 +1,27 @@
+//! Torquescope: compare a robot arm's dynamics model with measurements, see where it fails, learn which physical effect is
+//! missing, add it, and watch the error fall.
+//!
+//! The folders follow that argument; a module imports only from floors below its own (`tests/architecture.rs` checks it):
+//!
+//! | floor | module | what lives there |
+//! |---|---|---|
+//! | 6 | [`cli`], [`app`] | commands without a window; the window |
+//! | 5 | [`session`], [`work`] | the document and its commands; background jobs |
+//! | 4 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
+//! | 3 | [`model`] | a model is a sum of torque terms; identification by least squares |
+//! | 2 | [`effect`] | one file per physical effect |
+//! | 1 | [`recording`] | what was measured: read, map, check, derive, split, write |
+//! | 0 | [`arm`], [`network`], [`progress`] | the planar arm in closed form; networks with derivatives; progress and stop |
+//!
+//! The way of the data: bytes → [`recording::Recording`] → split → [`model::Model`] → torques by term → screen, file or
+//! [`diagnosis`], which names what the model lacks; adding it is one undoable [`session`] command.
+
+pub mod arm;
+pub mod diagnosis;
+pub mod effect;
+pub mod model;
+pub mod network;
+pub mod progress;
+pub mod recording;
+pub mod simulation;
+pub mod training;

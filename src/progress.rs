@@ -1,0 +1,105 @@
+//! How long work tells its progress and is told to stop.
+//!
+//! Every function that may take more than a few milliseconds takes a [`Monitor`]: it reports there what it does and how
+//! far it is, and ends with [`Stopped`] as soon as somebody asked for it. Who watches (a progress bar, a window, nobody)
+//! is not its concern.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The work was asked to stop; nothing that it had begun is kept.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("stopped: {reason}")]
+pub struct Stopped {
+    /// Why, in the words of whoever asked.
+    pub reason: String,
+}
+
+/// What a watcher sees of running work.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Progress {
+    /// How much is done, 0 to 1.
+    pub fraction: f32,
+    /// What is being done now.
+    pub activity: String,
+}
+
+/// The line between running work and those who watch it. Clones share one line.
+#[derive(Clone, Default)]
+pub struct Monitor(Arc<Line>);
+
+#[derive(Default)]
+struct Line {
+    progress: Mutex<Progress>,
+    stop_asked: AtomicBool,
+    reason: Mutex<String>,
+    on_report: Option<Box<dyn Fn() + Send + Sync>>,
+}
+
+impl Monitor {
+    /// A line that nobody watches yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A line that calls `on_report` after each report, for watchers that have to be woken.
+    pub fn waking(on_report: impl Fn() + Send + Sync + 'static) -> Self {
+        Self(Arc::new(Line { on_report: Some(Box::new(on_report)), ..Line::default() }))
+    }
+
+    /// Says what is being done and how far it is (0 to 1).
+    ///
+    /// # Errors
+    /// [`Stopped`] once a stop was asked for: return it at once.
+    pub fn report(&self, fraction: f32, activity: &str) -> Result<(), Stopped> {
+        self.check()?;
+        {
+            let mut progress = self.0.progress.lock().unwrap_or_else(PoisonError::into_inner);
+            progress.fraction = fraction.clamp(0.0, 1.0);
+            if progress.activity != activity {
+                activity.clone_into(&mut progress.activity);
+            }
+        }
+        if let Some(wake) = &self.0.on_report {
+            wake();
+        }
+        Ok(())
+    }
+
+    /// [`Stopped`] once a stop was asked for; cheap enough for inner loops.
+    ///
+    /// # Errors
+    /// [`Stopped`] once a stop was asked for.
+    pub fn check(&self) -> Result<(), Stopped> {
+        if self.0.stop_asked.load(Ordering::Relaxed) {
+            let reason = self.0.reason.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            return Err(Stopped { reason });
+        }
+        Ok(())
+    }
+
+    /// Asks the work to stop, and says why.
+    pub fn stop(&self, reason: &str) {
+        reason.clone_into(&mut self.0.reason.lock().unwrap_or_else(PoisonError::into_inner));
+        self.0.stop_asked.store(true, Ordering::Relaxed);
+    }
+
+    /// The newest report.
+    pub fn progress(&self) -> Progress {
+        self.0.progress.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_reaches_the_work_with_its_reason() {
+        let monitor = Monitor::new();
+        monitor.report(0.5, "fitting").unwrap();
+        assert_eq!(monitor.progress(), Progress { fraction: 0.5, activity: "fitting".into() });
+        monitor.clone().stop("the user closed the file");
+        assert_eq!(monitor.report(0.6, "fitting"), Err(Stopped { reason: "the user closed the file".into() }));
+    }
+}

@@ -1,0 +1,106 @@
+//! Training and held-out parts of a recording: by trajectory or by time block, never by sample.
+//!
+//! Neighbouring samples are nearly copies of each other, so a split by sample would hold out nothing.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Recording, Trajectory};
+
+/// A stretch of one trajectory.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Segment {
+    /// Index into [`Recording::trajectories`].
+    pub trajectory: usize,
+    /// Its samples.
+    pub samples: Range<usize>,
+}
+
+/// Which stretches train and which are held out. The two never overlap.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, Default)]
+pub struct Split {
+    /// Used to estimate parameters.
+    pub train: Vec<Segment>,
+    /// Used only to measure the error.
+    pub held_out: Vec<Segment>,
+}
+
+/// The recording can't be split as asked.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SplitError {
+    /// A name that no trajectory has.
+    #[error("no trajectory is named `{name}`; the recording has: {known}")]
+    UnknownTrajectory {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// Everything was held out.
+    #[error("all {0} trajectories are held out, so nothing is left to train on: leave out at least one")]
+    NothingToTrain(usize),
+}
+
+/// With fewer trajectories than this the split is by time block.
+const FEWEST_TRAJECTORIES: usize = 4;
+/// How many time blocks a recording of few trajectories is cut into, over all of them.
+const BLOCKS: usize = 20;
+/// Every how manieth trajectory or block is held out.
+const EVERY: usize = 5;
+
+impl Split {
+    /// The split that is used when the user does not choose: every fifth trajectory is held out or, with fewer than four
+    /// trajectories, every fifth of about twenty time blocks.
+    pub fn automatic(recording: &Recording) -> Split {
+        let trajectories = &recording.trajectories;
+        if trajectories.len() >= FEWEST_TRAJECTORIES {
+            let held_out = |index: usize| index % EVERY == EVERY.min(trajectories.len()) - 1;
+            return Split::by_trajectory(trajectories, held_out);
+        }
+        let per_trajectory = BLOCKS.div_ceil(trajectories.len());
+        let mut split = Split::default();
+        for (trajectory, data) in trajectories.iter().enumerate() {
+            for block in 0..per_trajectory {
+                let samples = data.len() * block / per_trajectory..data.len() * (block + 1) / per_trajectory;
+                if samples.is_empty() {
+                    continue;
+                }
+                let part = if block % EVERY == EVERY / 2 { &mut split.held_out } else { &mut split.train };
+                match part.last_mut() {
+                    Some(last) if last.trajectory == trajectory && last.samples.end == samples.start => {
+                        last.samples.end = samples.end;
+                    }
+                    _ => part.push(Segment { trajectory, samples }),
+                }
+            }
+        }
+        split
+    }
+
+    /// Holds out the trajectories with these names.
+    ///
+    /// # Errors
+    /// [`SplitError`] if a name is unknown or nothing is left to train on.
+    pub fn holding_out(recording: &Recording, names: &[String]) -> Result<Split, SplitError> {
+        let trajectories = &recording.trajectories;
+        if let Some(name) = names.iter().find(|name| trajectories.iter().all(|t| &t.name != *name)) {
+            let known = trajectories.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(SplitError::UnknownTrajectory { name: name.clone(), known });
+        }
+        let split = Split::by_trajectory(trajectories, |index| names.contains(&trajectories[index].name));
+        if split.train.is_empty() {
+            return Err(SplitError::NothingToTrain(trajectories.len()));
+        }
+        Ok(split)
+    }
+
+    fn by_trajectory(trajectories: &[Trajectory], held_out: impl Fn(usize) -> bool) -> Split {
+        let mut split = Split::default();
+        for (trajectory, data) in trajectories.iter().enumerate() {
+            let part = if held_out(trajectory) { &mut split.held_out } else { &mut split.train };
+            part.push(Segment { trajectory, samples: 0..data.len() });
+        }
+        split
+    }
+}
