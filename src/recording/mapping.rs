@@ -1,1 +1,4 @@
-//! To be written.
+//! Stub.
+/// Stub.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mapping;
