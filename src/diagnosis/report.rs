@@ -16,6 +16,10 @@ pub struct Report {
     pub held_out_nmse: Vec<f64>,
     /// Held-out nMSE of each joint that noise alone would leave; `None` if that can't be told.
     pub noise_floor_nmse: Option<Vec<f64>>,
+    /// Joints, counted from 0 (written counted from 1), whose held-out residual is more than noise even with all effects of
+    /// the report in the model.
+    #[serde(serialize_with = "counted_from_one")]
+    pub unexplained_joints: Vec<usize>,
     /// What to do next, in plain words.
     pub advice: String,
     /// All candidates, best first, with what speaks for or against each.

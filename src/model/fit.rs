@@ -6,7 +6,7 @@
 //! Source: Efron and Stein, Ann. Stat. 9 (1981) 586 (delete-one jackknife).
 
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::design::{Design, Equations, PreparedColumn};
@@ -18,7 +18,8 @@ use crate::recording::split::Split;
 use crate::recording::{PerJoint, Recording, Trajectory};
 
 /// A model with its parameters identified.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Fitted {
     /// The terms.
     pub model: Model,
@@ -32,18 +33,17 @@ pub struct Fitted {
 }
 
 /// One identified parameter.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Parameter {
-    /// Index of its term in the model.
-    #[serde(skip)]
-    pub term: usize,
     /// Name, such as `coulomb_torque`.
     pub name: String,
     /// Symbol for formulas.
-    #[serde(skip)]
     pub symbol: String,
+    /// Index of its term in the model, counted from 0.
+    pub term: usize,
     /// The joint it belongs to, counted from 0; written counted from 1.
-    #[serde(serialize_with = "counted_from_one")]
+    #[serde(with = "joint_number")]
     pub joint: Option<usize>,
     /// Estimate, in [`Parameter::unit`]; 0 if the data can't show it.
     pub value: f64,
@@ -52,16 +52,27 @@ pub struct Parameter {
     /// 95 % confidence interval; `None` if the data can't show it.
     pub interval: Option<[f64; 2]>,
     /// SI unit.
-    pub unit: &'static str,
+    pub unit: String,
     /// Whether the data can show it, beside the other parameters.
     pub identified: bool,
     /// Whether the value makes physical sense (a mass is not negative).
-    #[serde(skip)]
     pub physical: bool,
 }
 
-fn counted_from_one<S: serde::Serializer>(joint: &Option<usize>, serializer: S) -> Result<S::Ok, S::Error> {
-    joint.map(|joint| joint + 1).serialize(serializer)
+/// Joints are counted from 0 inside and from 1 in files.
+mod joint_number {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(joint: &Option<usize>, serializer: S) -> Result<S::Ok, S::Error> {
+        joint.map(|joint| joint + 1).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<usize>, D::Error> {
+        let number = Option::<usize>::deserialize(deserializer)?;
+        number
+            .map(|number| number.checked_sub(1).ok_or_else(|| serde::de::Error::custom("joints are counted from 1")))
+            .transpose()
+    }
 }
 
 /// Relative step for derivatives by shape parameters.
@@ -303,7 +314,7 @@ fn parameter(factor: &Factor, value: f64, identified: bool, std_error: Option<f6
         value,
         std_error,
         interval: std_error.map(|error| [value - quantile * error, value + quantile * error]),
-        unit: factor.unit,
+        unit: factor.unit.to_owned(),
         identified,
         physical: (min..=max).contains(&value),
     }
@@ -349,7 +360,11 @@ fn first_column(model: &Model, design: &Design, term: usize) -> Result<usize, Mo
     Ok(model.factors(&design.setting)?.iter().take_while(|factor| factor.term < term).count())
 }
 
-fn effect_columns(effect: &EffectTerm, design: &Design, shape: &[f64]) -> Result<Vec<PreparedColumn>, ModelError> {
+pub(crate) fn effect_columns(
+    effect: &EffectTerm,
+    design: &Design,
+    shape: &[f64],
+) -> Result<Vec<PreparedColumn>, ModelError> {
     design.prepare(|trajectory| effect.columns(&design.setting, trajectory, shape))
 }
 
@@ -404,6 +419,16 @@ impl Fitted {
     /// The parameters of one term.
     pub fn parameters_of(&self, term: usize) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().filter(move |parameter| parameter.term == term)
+    }
+
+    /// How many linear factors it has.
+    pub fn factor_count(&self) -> usize {
+        self.factors.len()
+    }
+
+    /// Shape parameters of each term; empty for terms without.
+    pub fn shapes(&self) -> &[Vec<f64>] {
+        &self.shapes
     }
 
     /// What the terms were told of the recording.

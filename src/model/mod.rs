@@ -8,6 +8,7 @@
 
 pub mod design;
 pub mod evaluate;
+pub mod file;
 pub mod fit;
 pub mod least_squares;
 pub mod preparation;

@@ -1,12 +1,14 @@
 //! What each term contributes: a torque that is known beforehand, and columns whose factors are to be identified.
 
+use serde::{Deserialize, Serialize};
+
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
 use crate::effect::{Column, Motion};
 use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
 
 /// What terms need to know of the recording beside the motion.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
     /// What each joint does.
     pub kinds: Vec<JointKind>,
