@@ -383,24 +383,23 @@ mod tests {
     fn an_arm_left_alone_keeps_its_energy() {
         for posture in [Posture::RIGHT, Posture::UP, Posture { sense: Sense::Clockwise, ..Posture::DOWN }] {
             let arm = Arm { posture, ..Arm::uniform(3) };
-            let (mut q, mut qd) = (vec![0.4, -0.9, 0.2], vec![0.5, -1.0, 2.0]);
-            let energy = |q: &[f64], qd: &[f64]| arm.kinetic_energy(q, qd) + arm.potential_energy(q);
-            let start = energy(&q, &qd);
-            let still = [0.0; 3];
-            let rate = |q: &[f64], qd: &[f64]| (qd.to_vec(), arm.forward_dynamics(q, qd, &still).unwrap());
-            let moved = |x: &[f64], by: &[f64], h: f64| x.iter().zip(by).map(|(x, by)| x + h * by).collect::<Vec<_>>();
+            let energy = |x: &[f64]| arm.kinetic_energy(&x[..3], &x[3..]) + arm.potential_energy(&x[..3]);
+            let rate = |x: &[f64]| [&x[3..], &arm.forward_dynamics(&x[..3], &x[3..], &[0.0; 3]).unwrap()].concat();
+            let moved = |x: &[f64], rate: &[f64], h: f64| -> Vec<f64> {
+                x.iter().zip(rate).map(|(x, rate)| x + h * rate).collect()
+            };
+            let mut x = vec![0.4, -0.9, 0.2, 0.5, -1.0, 2.0];
+            let start = energy(&x);
             let h = 5e-4;
             for _ in 0..4000 {
-                let a = rate(&q, &qd);
-                let b = rate(&moved(&q, &a.0, h / 2.0), &moved(&qd, &a.1, h / 2.0));
-                let c = rate(&moved(&q, &b.0, h / 2.0), &moved(&qd, &b.1, h / 2.0));
-                let d = rate(&moved(&q, &c.0, h), &moved(&qd, &c.1, h));
-                let mean = |k: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| -> Vec<f64> {
-                    (0..3).map(|i| (k(&a)[i] + 2.0 * k(&b)[i] + 2.0 * k(&c)[i] + k(&d)[i]) / 6.0).collect()
-                };
-                (q, qd) = (moved(&q, &mean(|k| &k.0), h), moved(&qd, &mean(|k| &k.1), h));
+                let a = rate(&x);
+                let b = rate(&moved(&x, &a, h / 2.0));
+                let c = rate(&moved(&x, &b, h / 2.0));
+                let d = rate(&moved(&x, &c, h));
+                let mean: Vec<f64> = (0..6).map(|i| (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]) / 6.0).collect();
+                x = moved(&x, &mean, h);
             }
-            let drift = (energy(&q, &qd) - start).abs();
+            let drift = (energy(&x) - start).abs();
             assert!(drift < 1e-6, "energy drifted by {drift} J from {start} J");
         }
     }
