@@ -170,7 +170,7 @@ impl Excitation {
                     Sine { amplitude, angular_frequency: TAU * frequency, phase: random.random_range(-PI..=PI) }
                 };
                 let mut sines: Vec<Sine> = (0..harmonics).map(draw_sine).collect();
-                let rise = (0.25 * duration).min(1.0);
+                let rise = (0.25 * duration).min(2.0);
                 let (reach, speed) = Path::MultiSine { centre: 0.0, rise, sines: sines.clone() }
                     .extremes(duration, (duration * highest_frequency * 40.0).ceil().max(100.0));
                 // Between the points that `extremes` looks at there may be 0.3 % more.
