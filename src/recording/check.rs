@@ -3,13 +3,14 @@
 //! A finding never changes the data. What the import had to do (cut at gaps, convert units) is a finding too, so that
 //! nothing happens in silence.
 
+use std::f64::consts::PI;
 use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
 use super::differentiate::{central_difference, default_cutoff, low_pass};
-use super::{JointKind, Origin, PerJoint, Recording, Trajectory};
+use super::{JointKind, Origin, PerJoint, Provenance, Recording, Trajectory};
 
 /// One thing that the user should know about a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -105,6 +106,9 @@ impl fmt::Display for Finding {
     }
 }
 
+/// Takes a channel out of a trajectory.
+type Pick = fn(&Trajectory) -> &PerJoint;
+
 /// A step longer than this many median steps is a gap: derivatives and internal states can't be followed across it.
 pub const GAP_STEPS: f64 = 5.0;
 /// Fewer samples than this in all are too few to tell effects apart.
@@ -194,7 +198,6 @@ fn clock(recording: &Recording, findings: &mut Vec<Finding>) {
 }
 
 fn constant(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
-    type Pick = fn(&Trajectory) -> &PerJoint;
     let channels: [(&str, Pick); 4] = [("q", |t| &t.q), ("q̇", |t| &t.qd), ("q̈", |t| &t.qdd), ("τ", |t| &t.tau)];
     let still: Vec<&str> = channels
         .iter()
@@ -234,24 +237,26 @@ fn degrees(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
 }
 
 fn derivatives(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
-    let name = &recording.joints[joint].name;
-    if recording.provenance.velocity == Origin::Measured {
-        let pairs = |t: &'_ Trajectory| (t.q[joint].clone(), t.qd[joint].clone());
-        if let Some(what) = Comparison::of(recording, pairs).and_then(|found| found.complaint(name, "q̇", "dq/dt")) {
-            findings.push(mismatch(FindingKind::VelocityMismatch, joint, what, "qd"));
+    let Provenance { velocity, acceleration } = &recording.provenance;
+    let comparisons: [(&Origin, FindingKind, [&str; 3], Pick, Pick); 2] = [
+        (velocity, FindingKind::VelocityMismatch, ["q̇", "dq/dt", "qd"], |t| &t.q, |t| &t.qd),
+        (acceleration, FindingKind::AccelerationMismatch, ["q̈", "dq̇/dt", "qdd"], |t| &t.qd, |t| &t.qdd),
+    ];
+    for (origin, kind, [name, slope, key], signal, stated) in comparisons {
+        if *origin != Origin::Measured {
+            continue;
+        }
+        let complaint = Comparison::of(recording, joint, signal, stated).and_then(|found| found.complaint(slope));
+        if let Some((severity, complaint)) = complaint {
+            findings.push(Finding {
+                severity,
+                kind,
+                what: format!("{name} of {} {complaint}.", recording.joints[joint].name),
+                place: Place::joint(joint),
+                remedy: format!("Check unit, sign, gear ratio and mapping of the column, or derive it with `{key}=-`."),
+            });
         }
     }
-    if recording.provenance.acceleration == Origin::Measured {
-        let pairs = |t: &'_ Trajectory| (t.qd[joint].clone(), t.qdd[joint].clone());
-        if let Some(what) = Comparison::of(recording, pairs).and_then(|found| found.complaint(name, "q̈", "dq̇/dt")) {
-            findings.push(mismatch(FindingKind::AccelerationMismatch, joint, what, "qdd"));
-        }
-    }
-}
-
-fn mismatch(kind: FindingKind, joint: usize, what: String, key: &str) -> Finding {
-    let remedy = format!("Check unit, sign, gear ratio and mapping of the column, or derive it with `{key}=-`.");
-    Finding { severity: Severity::Warning, kind, what, place: Place::joint(joint), remedy }
 }
 
 /// How a stated derivative relates to the one computed, over all trajectories.
@@ -271,20 +276,23 @@ struct Comparison {
 
 impl Comparison {
     /// `None` where there is too little motion or data to tell.
-    fn of(recording: &Recording, pair: impl Fn(&Trajectory) -> (Vec<f64>, Vec<f64>)) -> Option<Comparison> {
+    fn of(recording: &Recording, joint: usize, signal: Pick, stated: Pick) -> Option<Comparison> {
         let margin = LONGEST_LAG;
         let lags = -(margin as isize)..=margin as isize;
         let mut products = vec![(0.0, 0.0); lags.clone().count()]; // Σ computed · stated, Σ computed²
-        let mut stated_power = 0.0;
+        let (mut stated_power, mut noise_power) = (0.0, 0.0);
         let mut step = 0.0;
         for trajectory in recording.trajectories.iter().filter(|t| t.len() > 4 * margin) {
             step = trajectory.time_step();
             let smooth = |signal: &[f64]| low_pass(signal, step, default_cutoff(step));
-            let (signal, stated) = pair(trajectory);
-            let computed = smooth(&central_difference(&signal, &trajectory.time));
-            let stated = smooth(&stated);
+            let raw = central_difference(&signal(trajectory)[joint], &trajectory.time);
+            let computed = smooth(&raw);
+            let stated = smooth(&stated(trajectory)[joint]);
             let inner = margin..trajectory.len() - margin;
-            stated_power += stated[inner.clone()].iter().map(|value| value * value).sum::<f64>();
+            for sample in inner.clone() {
+                stated_power += stated[sample].powi(2);
+                noise_power += (raw[sample] - computed[sample]).powi(2);
+            }
             for (lag, (product, power)) in lags.clone().zip(&mut products) {
                 for sample in inner.clone() {
                     let value = computed[sample.wrapping_add_signed(-lag)];
@@ -292,6 +300,10 @@ impl Comparison {
                     *power += value * value;
                 }
             }
+        }
+        // A joint that was held still has noise only, which follows nothing.
+        if products[margin].1 <= noise_power {
+            return None;
         }
         let agreement = |(product, power): (f64, f64)| product * product / (power * stated_power);
         let (lag, best) = lags
@@ -307,37 +319,38 @@ impl Comparison {
         (found.agreement.is_finite() && found.factor.is_finite()).then_some(found)
     }
 
-    /// What is wrong, in words; `None` if the two agree.
-    fn complaint(&self, joint: &str, stated: &str, computed: &str) -> Option<String> {
+    /// What is wrong, in words that go on after the name of the channel; `None` if the two agree.
+    fn complaint(&self, slope: &str) -> Option<(Severity, String)> {
         let Comparison { factor, lag, lag_seconds, agreement, agreement_at_once } = *self;
         if agreement < 0.7 {
+            let severity = if agreement < 0.3 { Severity::Error } else { Severity::Warning };
             let percent = 100.0 * agreement;
-            return Some(format!(
-                "{stated} of {joint} does not follow {computed}: only {percent:.0} % of it is explained."
-            ));
+            return Some((severity, format!("does not follow {slope}: only {percent:.0} % of it is explained")));
+        }
+        let mut parts = Vec::new();
+        let mut severity = Severity::Warning;
+        if (factor - 1.0).abs() > 0.1 {
+            let readings = [(180.0 / PI, "degrees"), (PI / 180.0, "degrees"), (-1.0, "the other sign")];
+            let likely = readings.iter().find(|(known, _)| (factor / known - 1.0).abs() < 0.1);
+            let likely = likely.map_or(String::new(), |(_, name)| format!(" (it looks like {name})"));
+            parts.push(format!("is {factor:.3} times {slope}{likely}"));
+            if (factor - 1.0).abs() > 0.5 {
+                severity = Severity::Error;
+            }
         }
         // A lag is believed where taking it out removes a good part of what was unexplained.
-        let late = lag.abs() >= 2 && 1.0 - agreement < 0.6 * (1.0 - agreement_at_once);
-        let mut parts = Vec::new();
-        if (factor - 1.0).abs() > 0.1 {
-            let reading =
-                [(180.0 / std::f64::consts::PI, "degrees per second"), (-1.0, "the other sign"), (1e-3, "thousands")];
-            let likely = reading.iter().find(|(known, _)| (factor / known - 1.0).abs() < 0.1);
-            let likely = likely.map_or(String::new(), |(_, name)| format!(" (it looks like {name})"));
-            parts.push(format!("is {factor:.3} times {computed}{likely}"));
-        }
-        if late {
+        if lag.abs() >= 2 && 1.0 - agreement < 0.6 * (1.0 - agreement_at_once) {
             let direction = if lag > 0 { "behind" } else { "ahead of" };
-            parts.push(format!("is {} samples ({:.4} s) {direction} {computed}", lag.abs(), lag_seconds.abs()));
+            parts.push(format!("is {} samples ({:.4} s) {direction} {slope}", lag.abs(), lag_seconds.abs()));
         }
-        (!parts.is_empty()).then(|| format!("{stated} of {joint} {}.", parts.join(" and ")))
+        (!parts.is_empty()).then(|| (severity, parts.join(" and ")))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Joint, Provenance};
+    use crate::recording::Joint;
 
     /// One joint that swings; q̇ = `factor` times the truth, `lag` samples late, likewise q̈.
     fn swinging(factor: f64, lag: f64) -> Recording {
@@ -377,7 +390,7 @@ mod tests {
     #[test]
     fn a_velocity_of_another_unit_sign_or_moment_is_told_with_factor_and_lag() {
         for (factor, lag, words) in [
-            (180.0 / std::f64::consts::PI, 0.0, "degrees per second"),
+            (180.0 / PI, 0.0, "looks like degrees"),
             (-1.0, 0.0, "other sign"),
             (0.5, 0.0, "0.500 times"),
             (1.0, 8.0, "8 samples (0.0160 s) behind"),
@@ -387,6 +400,17 @@ mod tests {
             let velocity = found.iter().find(|f| f.kind == FindingKind::VelocityMismatch).unwrap();
             assert!(velocity.what.contains(words), "{}", velocity.what);
         }
+    }
+
+    #[test]
+    fn a_joint_that_was_held_still_raises_no_alarm_about_its_noise() {
+        let mut recording = swinging(1.0, 0.0);
+        let noise = |salt: f64| move |sample: usize| ((sample as f64 * salt).sin() * 43758.5453).fract() - 0.5;
+        let Trajectory { q, qd, qdd, .. } = &mut recording.trajectories[0];
+        q[0] = (0..3000).map(noise(12.9898)).map(|value| 1e-4 * value).collect();
+        qd[0] = (0..3000).map(noise(78.233)).map(|value| 1e-2 * value).collect();
+        qdd[0] = (0..3000).map(noise(37.719)).collect();
+        assert_eq!(kinds(&recording), []);
     }
 
     #[test]
@@ -407,10 +431,8 @@ mod tests {
         assert_eq!(kinds(&recording), [FindingKind::Constant]);
 
         let mut recording = swinging(1.0, 0.0);
-        for channel in [|t: &mut Trajectory| &mut t.q, |t: &mut Trajectory| &mut t.qd, |t: &mut Trajectory| &mut t.qdd]
-        {
-            channel(&mut recording.trajectories[0])[0].iter_mut().for_each(|value| *value *= 57.3);
-        }
+        let Trajectory { q, qd, qdd, .. } = &mut recording.trajectories[0];
+        q.iter_mut().chain(qd).chain(qdd).flatten().for_each(|value| *value *= 57.3);
         assert_eq!(kinds(&recording), [FindingKind::Degrees]);
 
         let mut recording = swinging(1.0, 0.0);

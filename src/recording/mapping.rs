@@ -246,7 +246,6 @@ impl Mapping {
         let mut mapping = Mapping { joints: position.joint_names(), ..Mapping::default() };
         let found = [Some(&position), Some(&torque), velocity.as_ref(), acceleration.as_ref(), time.as_ref()];
         for choice in found.into_iter().flatten() {
-            choice.check_unambiguous(columns)?;
             mapping.alternatives.extend(choice.alternatives.iter().cloned());
             if choice.commanded {
                 mapping.commanded.push(choice.channel);
@@ -265,15 +264,16 @@ impl Mapping {
 const LEAVE_OUT: &str = "-";
 
 fn missing(channel: Channel, columns: &[String]) -> MappingError {
-    let pattern = |index: usize| columns.get(index).map_or("name*".to_owned(), |name| starred(name));
-    let mut patterns: Vec<String> = Vec::new();
-    for index in 0..columns.len() {
-        if !patterns.contains(&pattern(index)) {
-            patterns.push(pattern(index));
-        }
-    }
-    let at = |index: usize| patterns.get(index).cloned().unwrap_or_else(|| "name*".to_owned());
-    let example = format!("q={},tau={}", at(1), at(2));
+    let says = |name: &String| read_name(name).map(|reading| reading.channel);
+    // What the names say, else columns that say nothing, else names that only show the form.
+    let mut silent = columns.iter().filter(|name| says(name).is_none()).map(|name| starred(name)).collect::<Vec<_>>();
+    silent.dedup();
+    let mut silent = silent.into_iter();
+    let mut pattern = |wanted: Channel, otherwise: &str| {
+        let said = columns.iter().find(|name| says(name) == Some(wanted)).map(|name| starred(name));
+        said.or_else(|| silent.next()).unwrap_or_else(|| otherwise.to_owned())
+    };
+    let example = format!("q={},tau={}", pattern(Channel::Position, "angle*"), pattern(Channel::Torque, "torque*"));
     MappingError::Missing { channel, columns: columns.to_vec(), example }
 }
 
@@ -399,6 +399,7 @@ impl<'a> Guesses<'a> {
             None => self.guessed(channel, position),
         };
         let Some(mut choice) = choice else { return Ok(None) };
+        choice.check_unambiguous(self.columns)?;
         if channel == Channel::Time && choice.columns.len() > 1 {
             let (name, count) = (choice.columns.join("`, `"), choice.columns.len());
             return Err(MappingError::Ambiguous { channel, name, count });
@@ -808,6 +809,14 @@ mod tests {
         for text in ["q", "x=1", "q=", "q=a,q=b", "q=a++b"] {
             assert!(matches!(text.parse::<MappingSpec>(), Err(MappingError::Text { .. })), "{text}");
         }
+    }
+
+    #[test]
+    fn a_name_that_occurs_twice_is_told_only_where_it_is_needed() {
+        let found = Mapping::find(&columns("time q1 tau1 note note"), &MappingSpec::default());
+        assert!(found.is_ok());
+        let error = Mapping::find(&columns("time q1 q1 tau1"), &MappingSpec::default()).unwrap_err().to_string();
+        assert!(error.contains("2 columns are named `q1`"), "{error}");
     }
 
     #[test]

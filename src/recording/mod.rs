@@ -232,7 +232,8 @@ impl Trajectory {
         let clock = |sample: usize, before: f64, after: f64| {
             Err(RecordingError::Clock { trajectory: trajectory(), sample, before, after })
         };
-        match self.time.windows(2).position(|pair| !(pair[1] > pair[0]) || !pair[1].is_finite()) {
+        let goes_on = |pair: &[f64]| pair[1] > pair[0] && pair[1].is_finite();
+        match self.time.windows(2).position(|pair| !goes_on(pair)) {
             Some(before) => clock(before + 1, self.time[before], self.time[before + 1]),
             None if self.time.first().is_some_and(|start| !start.is_finite()) => clock(0, self.time[0], self.time[0]),
             None => Ok(()),

@@ -30,6 +30,14 @@ pub enum CsvError {
         /// How many it should have.
         expected: usize,
     },
+    /// Words, not numbers.
+    #[error(
+        "it is text, but line {line} below the first holds no number; a log has one column a channel, one line a sample"
+    )]
+    NoNumbers {
+        /// The line.
+        line: u64,
+    },
     /// A quote is not closed, or the like.
     #[error("the text is broken: {0}")]
     Syntax(String),
@@ -39,6 +47,7 @@ pub enum CsvError {
 }
 
 /// One line of cells, with its number in the file.
+#[derive(Clone)]
 struct Row {
     line: u64,
     cells: Vec<String>,
@@ -85,6 +94,9 @@ pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
         // A delimiter at the end of each row, but not of the header, is common and harmless.
         if row.cells.len() == width + 1 && row.cells.last().is_some_and(String::is_empty) {
             row.cells.pop();
+        }
+        if lines.is_empty() && row.cells.iter().all(|cell| number(cell).is_none()) {
+            return Err(CsvError::NoNumbers { line: row.line });
         }
         if row.cells.len() != width {
             return Err(CsvError::Ragged { line: row.line, found: row.cells.len(), expected: width });
@@ -190,19 +202,18 @@ fn between_blanks_are_numbers(lines: &[&[u8]]) -> bool {
 
 /// The rows of a text without comments and empty lines.
 enum Rows<'a> {
-    Delimited(Box<csv::Reader<&'a [u8]>>),
-    Blanks(std::iter::Enumerate<std::slice::Split<'a, u8, fn(&u8) -> bool>>),
+    Delimited(Box<csv::Reader<&'a [u8]>>, &'a [u8]),
+    Blanks(Box<dyn Iterator<Item = (usize, &'a [u8])> + 'a>),
 }
 
 impl<'a> Rows<'a> {
     fn new(bytes: &'a [u8], delimiter: Delimiter) -> Self {
-        let is_end: fn(&u8) -> bool = |byte| *byte == b'\n';
         match delimiter {
-            Delimiter::Blanks => Rows::Blanks(bytes.split(is_end).enumerate()),
+            Delimiter::Blanks => Rows::Blanks(Box::new(bytes.split(|byte| *byte == b'\n').enumerate())),
             Delimiter::Byte(byte) => {
                 let mut reader = csv::ReaderBuilder::new();
                 reader.delimiter(byte).has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All);
-                Rows::Delimited(Box::new(reader.from_reader(bytes)))
+                Rows::Delimited(Box::new(reader.from_reader(bytes)), bytes)
             }
         }
     }
@@ -210,13 +221,13 @@ impl<'a> Rows<'a> {
     fn next(&mut self) -> Result<Option<Row>, CsvError> {
         loop {
             let row = match self {
-                Rows::Delimited(reader) => {
+                Rows::Delimited(reader, bytes) => {
                     let mut record = csv::ByteRecord::new();
                     let more = reader.read_byte_record(&mut record).map_err(|e| CsvError::Syntax(e.to_string()))?;
                     if !more {
                         return Ok(None);
                     }
-                    let line = record.position().map_or(0, csv::Position::line);
+                    let line = record.position().map_or(0, |start| first_line(bytes, start));
                     Row { line, cells: record.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect() }
                 }
                 Rows::Blanks(lines) => {
@@ -236,10 +247,11 @@ impl<'a> Rows<'a> {
     }
 }
 
-impl Clone for Row {
-    fn clone(&self) -> Self {
-        Row { line: self.line, cells: self.cells.clone() }
-    }
+/// The line on which a row stands. The reader says where it began to look, before comments and empty lines.
+fn first_line(bytes: &[u8], start: &csv::Position) -> u64 {
+    let rest = bytes.get(start.byte() as usize..).unwrap_or_default();
+    let skipped = |line: &&[u8]| line.starts_with(b"#") || line.trim_ascii().is_empty();
+    start.line() + rest.split(|byte| *byte == b'\n').take_while(skipped).count() as u64
 }
 
 #[cfg(test)]
@@ -300,6 +312,8 @@ mod tests {
     fn what_is_no_table_is_told_with_its_line() {
         assert_eq!(problem("# only\n\n# comments\n"), CsvError::Empty);
         assert_eq!(problem("\n\nt,q1\n"), CsvError::HeaderOnly { line: 3 });
+        assert_eq!(problem("t,q1\n0,1\n# note\n\n1\n2,3\n"), CsvError::Ragged { line: 5, found: 1, expected: 2 });
+        assert_eq!(problem("MIT License\nCopyright by me\n"), CsvError::NoNumbers { line: 2 });
         assert_eq!(problem("t,q1\n0,1\n1\n2,3\n"), CsvError::Ragged { line: 3, found: 1, expected: 2 });
         assert_eq!(problem("t q1\n0 1\n1 2 3\n"), CsvError::Ragged { line: 3, found: 3, expected: 2 });
         assert_eq!(problem("t,q1\r\n0,1\r\n1,2,3\r\n"), CsvError::Ragged { line: 3, found: 3, expected: 2 });

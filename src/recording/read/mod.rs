@@ -258,8 +258,11 @@ pub fn columns(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<
 
 fn open(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
-    let size = std::fs::metadata(path).map_err(unreadable)?.len();
-    let limit = options.largest;
+    let about = std::fs::metadata(path).map_err(unreadable)?;
+    if !about.is_file() {
+        return Err(unreadable(std::io::Error::other("it is not a file; name the files themselves, not their folder")));
+    }
+    let (size, limit) = (about.len(), options.largest);
     if size > limit {
         return Err(ReadError::TooLarge { file: file_name(path), size: size >> 20, limit: limit >> 20 });
     }
@@ -411,7 +414,10 @@ fn about_mapping(mapping: &Mapping, file: &str) -> Vec<Finding> {
         findings.push(Finding {
             severity: Severity::Info,
             kind: FindingKind::Alternatives,
-            what: format!("measured columns were preferred; the file also has {}.", mapping.alternatives.join(", ")),
+            what: format!(
+                "of several columns that fit one was chosen; the file also has {}.",
+                mapping.alternatives.join(", ")
+            ),
             place: Place::file(file),
             remedy: "Give one of these as mapping to take it instead.".to_owned(),
         });
