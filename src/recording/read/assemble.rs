@@ -68,7 +68,7 @@ pub(super) fn assemble(
     }
     let stretches = stretches(table, &channels.time, &usable, file, &mut findings);
     if stretches.is_empty() {
-        return Err(ReadError::NothingLeft { file: file.to_owned(), fewest: SHORTEST_RUN });
+        return Err(ReadError::NothingLeft { file: file.to_owned(), run: SHORTEST_RUN, piece: SHORTEST_STRETCH });
     }
 
     let mut trajectories = Vec::new();
@@ -139,6 +139,15 @@ fn convert(
         }
         (None, None) => return Err(ReadError::NoTime { file: file.to_owned(), columns: table.names().join(", ") }),
     };
+    if let (Some(name), Some(rate)) = (&mapping.time, options.rate_hz) {
+        findings.push(Finding {
+            severity: Severity::Info,
+            kind: FindingKind::PassedOver,
+            what: format!("the stated rate of {rate} Hz was not used, since `{name}` holds the time."),
+            place: Place::file(file),
+            remedy: "To use the rate instead, map `time=-`.".to_owned(),
+        });
+    }
     if !converted.is_empty() {
         findings.push(Finding {
             severity: Severity::Info,
@@ -217,7 +226,7 @@ fn stretches(
             severity: Severity::Warning,
             kind: FindingKind::TimeGap,
             what: format!(
-                "the clock jumps {gaps} times by more than {GAP_STEPS} median steps (first: {}; largest: {largest:.4} s); \
+                "time steps longer than {GAP_STEPS} median steps: {gaps} (first: {}; largest: {largest:.4} s); \
                  trajectories are cut there.",
                 table.place(row)
             ),
