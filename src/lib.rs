@@ -5,7 +5,8 @@
 //!
 //! | floor | module | what lives there |
 //! |---|---|---|
-//! | 6 | [`cli`], [`app`] | commands without a window; the window |
+//! | 7 | [`cli`] | the command line; opens the window |
+//! | 6 | [`app`] | the window |
 //! | 5 | [`session`], [`work`] | the document and its commands; background jobs |
 //! | 4 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
 //! | 3 | [`model`] | a model is a sum of torque terms; identification by least squares |
@@ -16,7 +17,9 @@
 //! The way of the data: bytes → [`recording::Recording`] → split → [`model::Model`] → torques by term → screen, file or
 //! [`diagnosis`], which names what the model lacks; adding it is one undoable [`session`] command.
 
+pub mod app;
 pub mod arm;
+pub mod cli;
 pub mod diagnosis;
 pub mod effect;
 pub mod model;
@@ -26,3 +29,4 @@ pub mod recording;
 pub mod session;
 pub mod simulation;
 pub mod training;
+pub mod work;

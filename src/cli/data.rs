@@ -130,7 +130,8 @@ impl Data {
 pub fn parse_place(text: &str, joints: usize) -> anyhow::Result<(String, Vec<usize>)> {
     let Some((effect, list)) = text.split_once('@') else { return Ok((text.to_owned(), (0..joints).collect())) };
     let parse = |number: &str| -> anyhow::Result<usize> {
-        let joint: usize = number.trim().parse().with_context(|| format!("`{number}` in `{text}` is not a joint number"))?;
+        let joint: usize =
+            number.trim().parse().with_context(|| format!("`{number}` in `{text}` is not a joint number"))?;
         joint.checked_sub(1).with_context(|| format!("joints are counted from 1, `{text}` names joint 0"))
     };
     Ok((effect.to_owned(), list.split(',').map(parse).collect::<anyhow::Result<_>>()?))

@@ -98,7 +98,7 @@ impl Inspect {
         println!("velocity: {}", recording.provenance.velocity);
         println!("acceleration: {}", recording.provenance.acceleration);
         if let Some(mapping) = &session.mapping {
-            println!("mapping: {mapping}");
+            println!("mapping: {}", mapping.to_spec());
         }
         println!();
         if session.findings.is_empty() {
@@ -115,7 +115,8 @@ impl Inspect {
 fn ranges(recording: &Recording) -> String {
     let range = |joint: usize, signal: &dyn Fn(&crate::recording::Trajectory) -> &PerJoint| {
         let values = recording.trajectories.iter().flat_map(|trajectory| signal(trajectory)[joint].iter().copied());
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        let (low, high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         format!("{} … {}", number(low), number(high))
     };
     let rows: Vec<Vec<String>> = (0..recording.joint_count())

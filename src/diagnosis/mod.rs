@@ -102,17 +102,18 @@ pub fn diagnose(
 /// arm last.
 fn name_effects(search: &Search, comparison: &Comparison, recording: &Recording) -> Vec<Named> {
     let joints = recording.joint_count();
-    let mut by_effect: BTreeMap<(bool, &'static str), Named> = BTreeMap::new();
+    let mut by_effect: BTreeMap<&'static str, Named> = BTreeMap::new();
     let mut add = |group: usize, gain: f64, confidence: f64, alternatives: Vec<String>, pins: bool| {
         let group = &search.library.groups[group];
-        let named = by_effect.entry((pins, group.spec.id)).or_insert(Named {
+        let named = by_effect.entry(group.spec.id).or_insert(Named {
             effect: group.spec.id,
             joints: Vec::new(),
             gain: 0.0,
             confidence: 1.0,
             alternatives: Vec::new(),
-            pins,
+            pins: false,
         });
+        named.pins |= pins;
         match group.joint {
             Some(joint) => named.joints.push(joint),
             None => named.joints.extend(0..joints),
@@ -140,7 +141,7 @@ fn name_effects(search: &Search, comparison: &Comparison, recording: &Recording)
                     alternatives.push(label(&groups[rival]));
                 }
             }
-            add(group, f64::MAX, confidence, alternatives, true);
+            add(group, 0.0, confidence, alternatives, true);
         }
     }
     let mut named: Vec<Named> = by_effect.into_values().collect();

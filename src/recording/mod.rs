@@ -154,6 +154,15 @@ pub enum Origin {
     Derived(String),
 }
 
+impl std::fmt::Display for Origin {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Origin::Measured => f.write_str("measured"),
+            Origin::Derived(how) => write!(f, "derived: {how}"),
+        }
+    }
+}
+
 impl Recording {
     /// How many joints the arm has.
     pub fn joint_count(&self) -> usize {

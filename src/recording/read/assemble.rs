@@ -9,7 +9,9 @@ use super::table::Table;
 use super::{ReadError, ReadOptions};
 use crate::progress::Monitor;
 use crate::recording::check::{Finding, FindingKind, GAP_STEPS, Place, Severity};
-use crate::recording::differentiate::{default_cutoff, default_cutoff_of_positions, derivative, median_step, trusted_range};
+use crate::recording::differentiate::{
+    default_cutoff, default_cutoff_of_positions, derivative, median_step, trusted_range,
+};
 use crate::recording::mapping::{Channel, Mapping, split_unit};
 use crate::recording::{JointKind, PerJoint, Trajectory};
 
