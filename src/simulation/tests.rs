@@ -165,12 +165,13 @@ fn the_seal_holds_the_truth_and_the_recording_does_not_show_it() {
 
 #[test]
 fn what_can_not_be_simulated_is_named() {
-    let message = |change: fn(&mut Scenario)| {
+    type Change = fn(&mut Scenario);
+    let message = |change: Change| {
         let mut scenario = Scenario::embedded();
         change(&mut scenario);
         simulate(&scenario, &Monitor::new()).unwrap_err().to_string()
     };
-    let cases: [(fn(&mut Scenario), &str); 11] = [
+    let cases: [(Change, &str); 11] = [
         (|s| s.arm.links.clear(), "the scenario's arm can't exist: an arm needs 1 to 7 links"),
         (|s| s.arm.links[1].mass = -1.0, "link 2: mass is -1"),
         (|s| s.torque_noise = -0.1, "torque noise is -0.1, but must be a fraction of 0 or more"),
