@@ -23,7 +23,7 @@ use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::differentiate::description;
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec};
 use super::{Joint, Origin, Provenance, Recording};
-use crate::arm::Posture;
+use crate::arm::{Arm, Posture};
 use crate::progress::{Monitor, Stopped};
 
 /// How to read.
@@ -33,6 +33,8 @@ pub struct ReadOptions {
     pub mapping: Option<MappingSpec>,
     /// Where q = 0 points and which way q grows, where the file does not say it (or says it wrongly).
     pub zero: Option<Posture>,
+    /// The arm's stated masses and lengths, where the file does not say them (or says them wrongly).
+    pub arm: Option<Arm>,
     /// Sampling rate \[Hz\] of files without a time column.
     pub rate_hz: Option<f64>,
     /// Cut-off of the filter for derived channels \[Hz\]; by default [`super::differentiate::default_cutoff`].
@@ -43,7 +45,7 @@ pub struct ReadOptions {
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        ReadOptions { mapping: None, zero: None, rate_hz: None, low_pass_hz: None, largest: 1 << 30 }
+        ReadOptions { mapping: None, zero: None, arm: None, rate_hz: None, low_pass_hz: None, largest: 1 << 30 }
     }
 }
 
@@ -292,9 +294,10 @@ fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// A recording of our own is complete; only the posture may be said anew.
+/// A recording of our own is complete; only the posture and the stated arm may be said anew.
 fn own(mut recording: Recording, options: &ReadOptions) -> Import {
     recording.posture = options.zero.or(recording.posture);
+    recording.stated_arm = options.arm.clone().or(recording.stated_arm);
     let names = |array: &str| (0..recording.joint_count()).map(|joint| format!("{array}[{joint}]")).collect();
     let mapping = Mapping {
         time: Some("time".to_owned()),
@@ -382,7 +385,7 @@ impl Merge {
             trajectories: self.trajectories,
             provenance,
             posture: options.zero,
-            stated_arm: None,
+            stated_arm: options.arm.clone(),
             seal: None,
         };
         self.findings.extend(check(&recording));
