@@ -259,3 +259,27 @@ fn the_paper_preset_has_the_torques_of_the_paper() {
         assert!(draws[495] < *paper, "{} is not below {paper}", draws[495]);
     }
 }
+
+/// Extreme but valid numbers neither panic nor go on for ever.
+#[test]
+fn extreme_scenarios_end() {
+    let sines = |duration, rate, highest_frequency| Excitation::MultiSine {
+        trajectories: 1,
+        duration,
+        rate,
+        harmonics: 3,
+        lowest_frequency: 1e-9,
+        highest_frequency,
+        max_position: 1e6,
+        max_velocity: 1e6,
+    };
+    let points = |duration, range| Excitation::PaperPointToPoint { trajectories: 1, duration, samples: 50, range };
+    for motion in [sines(1e-9, 1e6, 1e5), sines(1e6, 1e6, 1e5), sines(1.0, 2e-9, 1e-9), points(1e-9, 1e6)] {
+        for speed_scale in [1e-9, 1.0, 1e6] {
+            let scenario = Scenario { motion: motion.clone(), speed_scale, ..Scenario::embedded() };
+            if let Err(error) = simulate(&scenario, &Monitor::new()) {
+                assert!(matches!(error, SimulationError::TooLarge { .. }), "{error}");
+            }
+        }
+    }
+}
