@@ -252,19 +252,19 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
     let samples = runs.iter().map(Trajectory::len).sum::<usize>() as f64;
     let deviations: Vec<f64> = squares.iter().map(|sum| scenario.torque_noise * (sum / samples).sqrt()).collect();
     let mut random = random(scenario.seed, Draw::Noise);
+    let mut cutoffs = Vec::new();
     for run in &mut runs {
         monitor.check()?;
         sensor::add_torque_noise(run, &deviations, &mut random);
         if let Some(resolution) = scenario.encoder_resolution {
-            sensor::read_encoders(run, resolution);
+            cutoffs.push(sensor::read_encoders(run, resolution));
         }
     }
-    let time_step = runs.first().map_or(0.0, Trajectory::time_step);
     Ok(Recording {
         name: scenario.name.clone(),
         joints: (1..=joints).map(Joint::numbered).collect(),
         trajectories: runs,
-        provenance: sensor::provenance(scenario.encoder_resolution, time_step),
+        provenance: sensor::provenance(scenario.encoder_resolution, &cutoffs),
         posture: Some(scenario.arm.posture),
         stated_arm: scenario.stated.then(|| scenario.arm.clone()),
         seal: Some(Seal::close(&Truth {

@@ -138,12 +138,14 @@ fn encoders_round_positions_and_leave_the_rest_to_be_derived() {
     let Origin::Derived(how) = &read.provenance.acceleration else { panic!("{:?}", read.provenance) };
     assert!(how.contains("low-pass"), "{how}");
     for (read, exact) in read.trajectories.iter().zip(&exact.trajectories) {
+        let start = exact.time.iter().position(|time| *time == read.time[0]).unwrap();
+        let exact = exact.slice(start..start + read.len());
         assert_eq!(read.tau, exact.tau, "the torque is that of the true motion");
         for (rounded, true_value) in read.q.iter().flatten().zip(exact.q.iter().flatten()) {
             assert!((rounded - true_value).abs() <= 0.5001 * step);
             assert!((rounded / step - (rounded / step).round()).abs() < 1e-6);
         }
-        let middle = 100..700;
+        let middle = 100..600;
         for joint in 0..3 {
             let mean_square =
                 |signal: &[f64]| signal[middle.clone()].iter().map(|x| x * x).sum::<f64>() / middle.len() as f64;
