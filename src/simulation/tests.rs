@@ -278,7 +278,8 @@ fn extreme_scenarios_end() {
     let points = |duration, range| Excitation::PaperPointToPoint { trajectories: 1, duration, samples: 50, range };
     for motion in [sines(1e-9, 1e6, 1e5), sines(1e6, 1e6, 1e5), sines(1.0, 2e-9, 1e-9), points(1e-9, 1e6)] {
         for speed_scale in [1e-9, 1.0, 1e6] {
-            let scenario = Scenario { motion: motion.clone(), speed_scale, ..Scenario::embedded() };
+            let encoder_resolution = (speed_scale > 1.0).then_some(1e-9);
+            let scenario = Scenario { motion: motion.clone(), speed_scale, encoder_resolution, ..Scenario::embedded() };
             if let Err(error) = simulate(&scenario, &Monitor::new()) {
                 assert!(matches!(error, SimulationError::TooLarge { .. }), "{error}");
             }
