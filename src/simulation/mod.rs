@@ -1,7 +1,7 @@
 //! Recordings made from an arm, a motion, hidden effects and sensors, so that the truth is known.
 //!
 //! The motion is given and the torque that it needs is computed, so position, velocity, acceleration and torque are exact
-//! before the [`sensor`]s read them:
+//! before the sensors read them:
 //!
 //! ```text
 //! τ = H(q) q̈ + c(q, q̇) + g(q) + Σ effects(q, q̇, q̈) + noise
