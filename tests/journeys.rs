@@ -199,5 +199,9 @@ fn data_that_can_not_answer_get_an_honest_answer() {
         }
     });
     let session = one_joint_still.unwrap();
-    assert!(report(&session).effects.iter().all(|effect| !effect.joints.contains(&2)), "{:?}", report(&session).effects);
+    assert!(
+        report(&session).effects.iter().all(|effect| !effect.joints.contains(&2)),
+        "{:?}",
+        report(&session).effects
+    );
 }
