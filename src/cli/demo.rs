@@ -7,8 +7,8 @@ use super::diagnose::text;
 use super::table::{numbers, table};
 use super::{progress, write_file};
 use crate::app::{self, ScreenshotOptions};
-use crate::recording::write;
-use crate::session::{Command, Session, joints_text};
+use crate::recording::{joints_text, write};
+use crate::session::{Command, Session};
 use crate::simulation::Scenario;
 
 /// The whole story without a window: simulate an arm with a hidden effect, fit, diagnose, add, report, draw.

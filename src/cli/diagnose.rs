@@ -5,7 +5,8 @@ use super::progress;
 use super::table::{number, numbers, table};
 use crate::diagnosis::{Report, Verdict};
 use crate::effect::registry;
-use crate::session::{Command, joints_text};
+use crate::recording::joints_text;
+use crate::session::Command;
 
 /// Say which physical effect the model is missing.
 #[derive(Args)]
@@ -79,7 +80,7 @@ pub fn text(report: &Report) -> String {
         })
         .collect();
     if !rows.is_empty() {
-        lines.push(table(&["candidate", "joint", "error drop alone", "found", "why"], &rows));
+        lines.push(table(&["candidate", "joint", "error drop alone", "found", " why"], &rows));
         lines.push(String::new());
     }
     lines.push(format!("held-out nMSE by joint: {}", numbers(&report.held_out_nmse)));

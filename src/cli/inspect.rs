@@ -93,8 +93,11 @@ impl Inspect {
                 ]
             })
             .collect();
-        println!("{}\n", table(&["trajectory", "samples", "duration [s]", "rate [Hz]", "part"], &rows));
+        println!("{}\n", table(&["trajectory", "samples", "duration [s]", "rate [Hz]", " part"], &rows));
         println!("{}\n", ranges(recording));
+        println!("q = 0: {}", posture_text(recording));
+        println!("stated arm: {}", recording.stated_arm.as_ref().map_or("none", |_| "in the file"));
+        println!("sealed truth: {}", if recording.seal.is_some() { "yes" } else { "no" });
         println!("velocity: {}", recording.provenance.velocity);
         println!("acceleration: {}", recording.provenance.acceleration);
         if let Some(mapping) = &session.mapping {
@@ -108,6 +111,16 @@ impl Inspect {
             println!("{finding}");
         }
         Ok(())
+    }
+}
+
+fn posture_text(recording: &Recording) -> String {
+    match recording.posture {
+        None => "not said by the file, taken as pointing right (give --zero)".to_owned(),
+        Some(posture) => {
+            let sense = if posture.sign() > 0.0 { "counter-clockwise" } else { "clockwise" };
+            format!("{:.1}° from +x towards +z, q grows {sense}", posture.zero_angle.to_degrees())
+        }
     }
 }
 
