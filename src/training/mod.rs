@@ -1,1 +1,3 @@
-//! To be written.
+//! Learning.
+pub mod loss;
+pub mod predict;
