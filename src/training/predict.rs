@@ -1,5 +1,6 @@
 //! What a learned model says of a motion: torque, each term, and what a Lagrangian has inside.
 
+use super::data::Samples;
 use crate::model::learned::Architecture;
 use crate::network::{Arena, Element, Graph, Kernels, Layout, Node, Program, TILE};
 
@@ -138,6 +139,35 @@ impl<E: Element> TorqueProgram<E> {
             self.run_tile(kernels, weights, arena, motion, columns, first);
             scatter(self.program.output(arena, 0), n, &mut torque[first * n..]);
         }
+    }
+
+    /// Σ ‖τ̂ − τ‖² and Σ ‖τ‖² over a range of samples.
+    pub(super) fn squared_errors(
+        &self,
+        weights: &[E],
+        arena: &mut Arena<E>,
+        samples: &Samples<E>,
+        range: std::ops::Range<usize>,
+    ) -> (f64, f64) {
+        let (mut error, mut size) = (0.0, 0.0);
+        let mut measured = vec![E::ZERO; self.joints * TILE];
+        let picks: Vec<u32> = range.map(|sample| sample as u32).collect();
+        for picks in picks.chunks(TILE) {
+            for input in 0..3 {
+                samples.deal(input, picks, self.program.input(arena, input));
+            }
+            if self.columns > 0 {
+                samples.deal(4, picks, self.program.input(arena, 3));
+            }
+            samples.deal(3, picks, &mut measured);
+            self.program.run(E::kernels(), weights, arena, &mut []);
+            let rows = self.program.output(arena, 0).chunks_exact(TILE).zip(measured.chunks_exact(TILE));
+            for (ours, theirs) in rows.flat_map(|(ours, theirs)| ours.iter().zip(theirs).take(picks.len())) {
+                error += (ours.to_f64() - theirs.to_f64()).powi(2);
+                size += theirs.to_f64().powi(2);
+            }
+        }
+        (error, size)
     }
 
     fn run_tile(

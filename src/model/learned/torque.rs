@@ -81,8 +81,14 @@ impl Architecture {
                     }
                     torque
                 }
-                LearnedTerm::Friction => friction(&mut graph, motion.qd),
-                LearnedTerm::Columns { names } => columns(&mut graph, names.len(), n),
+                LearnedTerm::Friction => {
+                    let torque = friction(&mut graph, motion.qd);
+                    graph.scale(self.scales.torque, torque)
+                }
+                LearnedTerm::Columns { names } => {
+                    let torque = columns(&mut graph, names.len(), n);
+                    graph.scale(self.scales.torque, torque)
+                }
             };
             terms.push(torque);
         }
