@@ -18,6 +18,20 @@ const MOST_TERMS: usize = 3;
 /// Index of a value, of its place in memory after places are given.
 type Place = usize;
 
+/// Some features of a value.
+#[derive(Debug, Clone, Copy)]
+struct View {
+    place: Place,
+    first: usize,
+    features: usize,
+}
+
+impl View {
+    fn of<'a, E>(&self, places: &'a [Buffer<E>]) -> &'a [E] {
+        &places[self.place][self.first * TILE..(self.first + self.features) * TILE]
+    }
+}
+
 /// constant + Σ factor · a + Σ factor · a · b
 #[derive(Debug, Clone, Default)]
 struct Combination {
@@ -49,21 +63,64 @@ impl Combination {
 
 #[derive(Debug, Clone)]
 enum Action<E> {
-    Fill { value: E },
-    Parameter { vector: BlockId },
-    Product { matrix: BlockId, back: bool, bias: Option<BlockId>, x: Place },
-    Combine { constant: E, singles: Vec<(E, Place)>, pairs: Vec<(E, Place, Place)> },
-    Apply { function: Function, x: Place },
-    SumFeatures { x: Place },
-    Spread { x: Place },
-    Lower { packed: Place, v: Place, transposed: bool },
-    LowerOuter { a: Place, b: Place },
-    Rows { x: Place, start: usize },
-    Embed { x: Place, start: usize },
-    Transpose { x: Place, features: usize },
-    AddOuter { matrix: BlockId, left: Place, right_transposed: Place },
-    AddColumnSums { vector: BlockId, x_transposed: Place },
-    AddRowSums { vector: BlockId, x: Place },
+    Fill {
+        value: E,
+    },
+    Parameter {
+        vector: BlockId,
+    },
+    Product {
+        matrix: BlockId,
+        back: bool,
+        bias: Option<BlockId>,
+        x: View,
+    },
+    Combine {
+        constant: E,
+        singles: Vec<(E, View)>,
+        pairs: Vec<(E, View, View)>,
+    },
+    Apply {
+        function: Function,
+        x: View,
+    },
+    SumFeatures {
+        x: View,
+    },
+    Spread {
+        x: View,
+    },
+    Lower {
+        packed: View,
+        v: View,
+        transposed: bool,
+    },
+    LowerOuter {
+        a: View,
+        b: View,
+    },
+    /// Parts, each from a feature on; zero elsewhere if they leave gaps.
+    Stack {
+        parts: Vec<(usize, View)>,
+        has_gaps: bool,
+    },
+    Transpose {
+        x: View,
+        features: usize,
+    },
+    AddOuter {
+        matrix: BlockId,
+        left: View,
+        right_transposed: View,
+    },
+    AddColumnSums {
+        vector: BlockId,
+        x_transposed: View,
+    },
+    AddRowSums {
+        vector: BlockId,
+        x: View,
+    },
 }
 
 #[derive(Debug, Clone)]
@@ -76,15 +133,13 @@ struct Instruction<E> {
 }
 
 impl<E> Action<E> {
-    fn each_operand(&mut self, mut visit: impl FnMut(&mut Place)) {
+    fn each_operand(&mut self, mut visit: impl FnMut(&mut View)) {
         match self {
             Action::Fill { .. } | Action::Parameter { .. } => {}
             Action::Product { x, .. }
             | Action::Apply { x, .. }
             | Action::SumFeatures { x }
             | Action::Spread { x }
-            | Action::Rows { x, .. }
-            | Action::Embed { x, .. }
             | Action::Transpose { x, .. }
             | Action::AddRowSums { x, .. }
             | Action::AddColumnSums { x_transposed: x, .. } => visit(x),
@@ -94,6 +149,7 @@ impl<E> Action<E> {
                 visit(a);
                 visit(b);
             }
+            Action::Stack { parts, .. } => parts.iter_mut().for_each(|(_, part)| visit(part)),
             Action::Combine { singles, pairs, .. } => {
                 singles.iter_mut().for_each(|(_, a)| visit(a));
                 for (_, a, b) in pairs {
@@ -111,7 +167,7 @@ pub struct Program<E: Element> {
     instructions: Vec<Instruction<E>>,
     layout: Layout,
     inputs: Vec<Place>,
-    outputs: Vec<Place>,
+    outputs: Vec<View>,
     /// Features of each place, rows of a transposed tile included.
     sizes: Vec<usize>,
 }
@@ -131,12 +187,13 @@ impl<E: Element> Program<E> {
         let plan = Plan::new(&graph, outputs, &sinks);
         let (mut instructions, values) = plan.instructions::<E>(&graph, &sinks);
         let input_sizes: Vec<usize> = graph.inputs().iter().map(|input| graph.features(*input)).collect();
-        let outputs: Vec<Place> = outputs.iter().map(|node| values[node]).collect();
+        let mut outputs: Vec<View> = outputs.iter().map(|node| values[node]).collect();
         let (places, sizes) = share_memory(&mut instructions, &input_sizes, &outputs);
+        outputs.iter_mut().for_each(|view| view.place = places[&view.place]);
         Program {
             instructions,
             inputs: (0..input_sizes.len()).map(|value| places[&value]).collect(),
-            outputs: outputs.iter().map(|value| places[value]).collect(),
+            outputs,
             layout: graph.layout,
             sizes,
         }
@@ -164,7 +221,7 @@ impl<E: Element> Program<E> {
 
     /// The tile of an output after a run.
     pub fn output<'a>(&self, arena: &'a Arena<E>, output: usize) -> &'a [E] {
-        &arena.places[self.outputs[output]]
+        self.outputs[output].of(&arena.places)
     }
 
     /// Floating-point operations of the matrix products in one tile (a multiplication and an addition count as two).
@@ -182,37 +239,34 @@ impl<E: Element> Program<E> {
         self.instructions.len()
     }
 
-    /// What takes how long: seconds for each kind of instruction over `runs` runs, the longest first.
+    /// What takes how long: seconds for each kind of instruction in a tile, best of `runs` runs, the longest first. Each
+    /// instruction's time contains that of looking at the clock, some 30 ns.
     pub fn profile(&self, weights: &[E], arena: &mut Arena<E>, gradient: &mut [E], runs: usize) -> Vec<(String, f64)> {
-        let mut times: HashMap<String, f64> = HashMap::new();
+        let mut best = vec![f64::INFINITY; self.instructions.len()];
         for _ in 0..runs {
-            for instruction in &self.instructions {
+            for (instruction, best) in self.instructions.iter().zip(&mut best) {
                 let start = std::time::Instant::now();
                 self.execute(instruction, E::kernels(), weights, arena, gradient);
-                let name = match &instruction.action {
-                    Action::Product { matrix, back, .. } => {
-                        let block = self.layout.block(*matrix);
-                        format!("Product {}×{} {back}", block.rows, block.columns)
-                    }
-                    Action::AddOuter { matrix, .. } => {
-                        let block = self.layout.block(*matrix);
-                        format!("AddOuter {}×{}", block.rows, block.columns)
-                    }
-                    Action::Combine { singles, pairs, .. } => {
-                        format!(
-                            "Combine {} {} of {}",
-                            singles.len(),
-                            pairs.len(),
-                            self.sizes[instruction.to.unwrap_or(0)]
-                        )
-                    }
-                    Action::Apply { function, .. } => {
-                        format!("{function:?} of {}", self.sizes[instruction.to.unwrap_or(0)])
-                    }
-                    other => format!("{other:?}").split([' ', '{']).next().unwrap_or_default().to_owned(),
-                };
-                *times.entry(name).or_default() += start.elapsed().as_secs_f64();
+                *best = best.min(start.elapsed().as_secs_f64());
             }
+        }
+        let mut times: HashMap<String, f64> = HashMap::new();
+        for (instruction, best) in self.instructions.iter().zip(best) {
+            let name = match &instruction.action {
+                Action::Product { matrix, .. } | Action::AddOuter { matrix, .. } => {
+                    let block = self.layout.block(*matrix);
+                    let kind = if instruction.to.is_some() { "product" } else { "gradient" };
+                    format!("{kind} {} × {}", block.rows, block.columns)
+                }
+                Action::Combine { singles, pairs, .. } => {
+                    format!("combine {} + {} terms, {} features", singles.len(), pairs.len(), instruction.features)
+                }
+                Action::Apply { function, .. } => {
+                    format!("{function:?}, {} features", instruction.features).to_lowercase()
+                }
+                other => format!("{other:?}").split([' ', '{']).next().unwrap_or_default().to_lowercase(),
+            };
+            *times.entry(name).or_default() += best;
         }
         let mut times: Vec<_> = times.into_iter().collect();
         times.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -259,7 +313,7 @@ impl<E: Element> Program<E> {
                 let (rows, depth) = if *back { (block.columns, block.rows) } else { (block.rows, block.columns) };
                 let (a_row, a_depth) = if *back { (1, block.stride()) } else { (block.stride(), 1) };
                 let start = bias.map_or(Start::Zero, |id| Start::Column(vector(id)));
-                let (a, b) = (&weights[block.range()], &places[*x][..]);
+                let (a, b) = (&weights[block.range()], x.of(places));
                 let factors = Factors { rows, columns: TILE, depth, a, a_row, a_depth, b, b_row: TILE, start };
                 (kernels.product)(&factors, y, TILE);
             }
@@ -268,47 +322,50 @@ impl<E: Element> Program<E> {
                 let mut ones = [(E::ZERO, none); MOST_TERMS];
                 let mut twos = [(E::ZERO, none, none); MOST_TERMS];
                 for (one, (factor, a)) in ones.iter_mut().zip(singles) {
-                    *one = (*factor, &places[*a]);
+                    *one = (*factor, a.of(places));
                 }
                 for (two, (factor, a, b)) in twos.iter_mut().zip(pairs) {
-                    *two = (*factor, &places[*a], &places[*b]);
+                    *two = (*factor, a.of(places), b.of(places));
                 }
                 (kernels.combine)(*constant, &ones[..singles.len()], &twos[..pairs.len()], y);
             }
-            Action::Apply { function, x } => (kernels.apply)(*function, &places[*x], y),
-            Action::SumFeatures { x } => (kernels.sum_features)(&places[*x], y),
-            Action::Spread { x } => y.chunks_exact_mut(TILE).for_each(|row| row.copy_from_slice(&places[*x])),
+            Action::Apply { function, x } => (kernels.apply)(*function, x.of(places), y),
+            Action::SumFeatures { x } => (kernels.sum_features)(x.of(places), y),
+            Action::Spread { x } => y.chunks_exact_mut(TILE).for_each(|row| (kernels.copy)(x.of(places), row)),
             Action::Lower { packed, v, transposed } => {
-                (kernels.lower_product)(&places[*packed], &places[*v], *transposed, y);
+                (kernels.lower_product)(packed.of(places), v.of(places), *transposed, y);
             }
-            Action::LowerOuter { a, b } => (kernels.lower_outer)(&places[*a], &places[*b], y),
-            Action::Rows { x, start } => y.copy_from_slice(&places[*x][start * TILE..][..y.len()]),
-            Action::Embed { x, start } => {
-                y.fill(E::ZERO);
-                y[start * TILE..][..places[*x].len()].copy_from_slice(&places[*x]);
+            Action::LowerOuter { a, b } => (kernels.lower_outer)(a.of(places), b.of(places), y),
+            Action::Stack { parts, has_gaps } => {
+                if *has_gaps {
+                    y.fill(E::ZERO);
+                }
+                for (start, part) in parts {
+                    (kernels.copy)(part.of(places), &mut y[start * TILE..][..part.features * TILE]);
+                }
             }
-            Action::Transpose { x, features } => (kernels.transpose)(&places[*x], *features, y),
+            Action::Transpose { x, features } => (kernels.transpose)(x.of(places), *features, y),
             Action::AddOuter { matrix, left, right_transposed } => {
                 let block = self.layout.block(*matrix);
                 let factors = Factors {
                     rows: block.rows,
                     columns: block.stride(),
                     depth: TILE,
-                    a: &places[*left],
+                    a: left.of(places),
                     a_row: TILE,
                     a_depth: 1,
-                    b: &places[*right_transposed],
+                    b: right_transposed.of(places),
                     b_row: block.stride(),
                     start: Start::Result,
                 };
                 (kernels.product)(&factors, &mut gradient[block.range()], block.stride());
             }
             Action::AddColumnSums { vector, x_transposed } => {
-                (kernels.add_column_sums)(&places[*x_transposed], &mut gradient[self.layout.block(*vector).range()]);
+                (kernels.add_column_sums)(x_transposed.of(places), &mut gradient[self.layout.block(*vector).range()]);
             }
             Action::AddRowSums { vector, x } => {
                 let block = self.layout.block(*vector);
-                (kernels.add_row_sums)(&places[*x], &mut gradient[block.offset..block.offset + block.columns]);
+                (kernels.add_row_sums)(x.of(places), &mut gradient[block.offset..block.offset + block.columns]);
             }
         }
         if let (Some(place), Some(buffer)) = (instruction.to, taken) {
@@ -321,13 +378,16 @@ impl<E: Element> Program<E> {
 struct Plan {
     is_needed: Vec<bool>,
     combinations: HashMap<Node, Combination>,
+    /// Sums of parts that do not overlap: (first feature, part).
+    stacks: HashMap<Node, Vec<(usize, Node)>>,
 }
 
 impl Plan {
     fn new(graph: &Graph, outputs: &[Node], sinks: &[Sink]) -> Self {
         let roots: Vec<Node> = outputs.iter().copied().chain(sinks.iter().flat_map(operands)).collect();
         let uses = count_uses(graph, &roots);
-        let mut plan = Plan { is_needed: vec![false; graph.ops.len()], combinations: HashMap::new() };
+        let mut plan =
+            Plan { is_needed: vec![false; graph.ops.len()], combinations: HashMap::new(), stacks: HashMap::new() };
         for root in &roots {
             plan.is_needed[root.0] = true;
         }
@@ -335,7 +395,11 @@ impl Plan {
             if !plan.is_needed[node.0] {
                 continue;
             }
-            if matches!(graph.op(node), Op::Add(..) | Op::Mul(..) | Op::Scale(..) | Op::Shift(..)) {
+            let mut parts = Vec::new();
+            if plan.collect_parts(graph, &uses, node, true, &mut parts) {
+                parts.iter().for_each(|(_, part)| plan.is_needed[part.0] = true);
+                plan.stacks.insert(node, parts);
+            } else if matches!(graph.op(node), Op::Add(..) | Op::Mul(..) | Op::Scale(..) | Op::Shift(..)) {
                 let combination = plan.combination(graph, &uses, node);
                 for (_, a) in &combination.singles {
                     plan.is_needed[a.0] = true;
@@ -350,6 +414,31 @@ impl Plan {
             }
         }
         plan
+    }
+
+    /// The parts of which a node is stacked; `false` if it is anything else.
+    fn collect_parts(
+        &self,
+        graph: &Graph,
+        uses: &[usize],
+        node: Node,
+        is_root: bool,
+        parts: &mut Vec<(usize, Node)>,
+    ) -> bool {
+        match graph.op(node) {
+            Op::Place(x, start) => {
+                let is_apart = |(first, part): &(usize, Node)| {
+                    start >= first + graph.features(*part) || *first >= start + graph.features(x)
+                };
+                let fits = parts.iter().all(is_apart);
+                parts.push((start, x));
+                fits
+            }
+            Op::Add(a, b) if is_root || (uses[node.0] == 1 && !self.is_needed[node.0]) => {
+                self.collect_parts(graph, uses, a, false, parts) && self.collect_parts(graph, uses, b, false, parts)
+            }
+            _ => false,
+        }
     }
 
     fn combination(&self, graph: &Graph, uses: &[usize], node: Node) -> Combination {
@@ -388,21 +477,29 @@ impl Plan {
     }
 
     /// Instructions in order of the nodes, each sink as soon as it can be; results are numbered by value.
-    fn instructions<E: Element>(self, graph: &Graph, sinks: &[Sink]) -> (Vec<Instruction<E>>, HashMap<Node, Place>) {
+    fn instructions<E: Element>(self, graph: &Graph, sinks: &[Sink]) -> (Vec<Instruction<E>>, HashMap<Node, View>) {
         let mut list = Vec::new();
-        let mut values: HashMap<Node, Place> = graph.inputs().iter().enumerate().map(|(i, node)| (*node, i)).collect();
-        let mut transposed: HashMap<Node, Place> = HashMap::new();
+        let whole = |place: Place, node: Node| View { place, first: 0, features: graph.features(node) };
+        let inputs = graph.inputs().iter().enumerate();
+        let mut values: HashMap<Node, View> = inputs.map(|(i, node)| (*node, whole(i, *node))).collect();
+        let mut transposed: HashMap<Node, View> = HashMap::new();
         let mut count = values.len();
         let mut new_value = || {
             count += 1;
             count - 1
         };
         for node in (0..graph.ops.len()).map(Node) {
-            if self.is_needed[node.0] && !matches!(graph.op(node), Op::Input(_)) {
+            if let Op::Rows(x, start) = graph.op(node)
+                && self.is_needed[node.0]
+            {
+                // No work: these features are read where they stand.
+                let View { place, first, .. } = values[&x];
+                values.insert(node, View { place, first: first + start, features: graph.features(node) });
+            } else if self.is_needed[node.0] && !matches!(graph.op(node), Op::Input(_)) {
                 let action = self.action(graph, node, &values);
                 let to = new_value();
                 list.push(Instruction { action, to: Some(to), features: graph.features(node) });
-                values.insert(node, to);
+                values.insert(node, whole(to, node));
             }
             for sink in sinks.iter().filter(|sink| operands(sink).max() == Some(node)) {
                 let mut turn = |x: Node, list: &mut Vec<Instruction<E>>| {
@@ -410,8 +507,9 @@ impl Plan {
                         let to = new_value();
                         let features = graph.features(x);
                         let action = Action::Transpose { x: values[&x], features };
-                        list.push(Instruction { action, to: Some(to), features: features.next_multiple_of(PAD) });
-                        to
+                        let features = features.next_multiple_of(PAD);
+                        list.push(Instruction { action, to: Some(to), features });
+                        View { place: to, first: 0, features }
                     })
                 };
                 let action = match *sink {
@@ -431,7 +529,15 @@ impl Plan {
         (list, values)
     }
 
-    fn action<E: Element>(&self, graph: &Graph, node: Node, values: &HashMap<Node, Place>) -> Action<E> {
+    fn action<E: Element>(&self, graph: &Graph, node: Node, values: &HashMap<Node, View>) -> Action<E> {
+        if let Some(parts) = self.stacks.get(&node) {
+            let covered: usize = parts.iter().map(|(_, part)| graph.features(*part)).sum();
+            let has_gaps = covered < graph.features(node);
+            return Action::Stack {
+                parts: parts.iter().map(|(start, part)| (*start, values[part])).collect(),
+                has_gaps,
+            };
+        }
         if let Some(combination) = self.combinations.get(&node) {
             let number = E::from_f64;
             return Action::Combine {
@@ -449,10 +555,8 @@ impl Plan {
             Op::Spread(x) => Action::Spread { x: values[&x] },
             Op::Lower { packed, v, transposed } => Action::Lower { packed: values[&packed], v: values[&v], transposed },
             Op::LowerOuter(a, b) => Action::LowerOuter { a: values[&a], b: values[&b] },
-            Op::Rows(x, start) => Action::Rows { x: values[&x], start },
-            Op::Place(x, start) => Action::Embed { x: values[&x], start },
-            Op::Input(_) | Op::Add(..) | Op::Mul(..) | Op::Scale(..) | Op::Shift(..) => {
-                unreachable!("inputs are given, and the rest are combinations")
+            Op::Input(_) | Op::Rows(..) | Op::Place(..) | Op::Add(..) | Op::Mul(..) | Op::Scale(..) | Op::Shift(..) => {
+                unreachable!("inputs are given, rows are views, and the rest are stacks or combinations")
             }
         }
     }
@@ -485,22 +589,23 @@ fn count_uses(graph: &Graph, roots: &[Node]) -> Vec<usize> {
 fn share_memory<E>(
     instructions: &mut [Instruction<E>],
     inputs: &[usize],
-    outputs: &[Place],
+    outputs: &[View],
 ) -> (HashMap<Place, Place>, Vec<usize>) {
     let mut sizes = inputs.to_vec();
     let inputs = inputs.len();
+    let is_output = |value: Place| outputs.iter().any(|view| view.place == value);
     let mut value_sizes: HashMap<Place, usize> = sizes.iter().copied().enumerate().collect();
     let mut last_read: HashMap<Place, usize> = HashMap::new();
     for (index, instruction) in instructions.iter_mut().enumerate() {
-        instruction.action.each_operand(|value| _ = last_read.insert(*value, index));
+        instruction.action.each_operand(|view| _ = last_read.insert(view.place, index));
     }
     let mut places: HashMap<Place, Place> = (0..inputs).map(|input| (input, input)).collect();
     let mut free: HashMap<usize, Vec<Place>> = HashMap::new();
     for (index, instruction) in instructions.iter_mut().enumerate() {
         let mut ended = Vec::new();
-        instruction.action.each_operand(|value| {
-            if last_read.get(value) == Some(&index) && *value >= inputs && !outputs.contains(value) {
-                ended.push(*value);
+        instruction.action.each_operand(|view| {
+            if last_read.get(&view.place) == Some(&index) && view.place >= inputs && !is_output(view.place) {
+                ended.push(view.place);
             }
         });
         if let Some(value) = instruction.to {
@@ -512,7 +617,7 @@ fn share_memory<E>(
             });
             places.insert(value, place);
             instruction.to = Some(place);
-            if !last_read.contains_key(&value) && !outputs.contains(&value) {
+            if !last_read.contains_key(&value) && !is_output(value) {
                 free.entry(size).or_default().push(place);
             }
         }
@@ -521,7 +626,7 @@ fn share_memory<E>(
         for value in ended {
             free.entry(value_sizes[&value]).or_default().push(places[&value]);
         }
-        instruction.action.each_operand(|value| *value = places[value]);
+        instruction.action.each_operand(|view| view.place = places[&view.place]);
     }
     (places, sizes)
 }

@@ -138,6 +138,8 @@ pub struct Kernels<E: Element> {
     pub lower_outer: fn(&[E], &[E], &mut [E]),
     /// Adam on (weights, gradient, mean, mean square)
     pub adam: fn(&AdamStep<E>, &mut [E], &[E], &mut [E], &mut [E]),
+    /// y = x, in whole vectors: what is read soon as vectors must be written as such, or the reader has to wait
+    pub copy: fn(&[E], &mut [E]),
     /// y += factor · x, any equal lengths
     pub add_scaled: fn(E, &[E], &mut [E]),
 }
@@ -441,6 +443,12 @@ fn lower_outer<L: Lanes>(lanes: L, a: &[L::Element], b: &[L::Element], y: &mut [
 }
 
 #[inline(always)]
+fn copy<L: Lanes>(lanes: L, x: &[L::Element], y: &mut [L::Element]) {
+    assert!(x.len() == y.len() && y.len() % PAD == 0, "whole tiles of equal size");
+    each!(lanes, y, i => at!(lanes, x, i));
+}
+
+#[inline(always)]
 fn adam<L: Lanes>(
     lanes: L,
     step: &AdamStep<L::Element>,
@@ -505,6 +513,7 @@ macro_rules! table {
                     (a: &[$element], b: &[$element], y: &mut [$element])),
                 adam: table!(@ $($features)?; $lanes; adam;
                     (s: &AdamStep<$element>, w: &mut [$element], g: &[$element], m: &mut [$element], v: &mut [$element])),
+                copy: table!(@ $($features)?; $lanes; copy; (x: &[$element], y: &mut [$element])),
                 add_scaled: table!(@ $($features)?; $lanes; add_scaled;
                     (factor: $element, x: &[$element], y: &mut [$element])),
             };
