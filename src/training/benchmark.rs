@@ -4,6 +4,7 @@
 
 use std::time::Instant;
 
+use cpu_time::ProcessTime;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -106,13 +107,9 @@ pub fn point_to_point(arm: &Arm, trajectories: usize, duration: f64, range: f64,
         .collect()
 }
 
-/// CPU time of this process so far \[s\], in steps of 10 ms; `None` where the system does not tell.
+/// CPU time of this process so far, all threads together \[s\]; `None` where the system does not tell.
 pub fn cpu_seconds() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // Behind the name, which may hold anything, follow the state and the numbers from the fourth field on.
-    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
-    let ticks = |index: usize| fields.get(index)?.parse::<f64>().ok();
-    Some((ticks(11)? + ticks(12)?) / 100.0)
+    ProcessTime::try_now().ok().map(|time| time.as_duration().as_secs_f64())
 }
 
 /// The fastest that one core multiplies and adds \[GFLOP/s\]: a product whose factors never leave the registers and the first cache.

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 
 use npyz::WriterBuilder;
-use npyz::npz::{NpzArchive, NpzWriter};
 use serde::{Deserialize, Serialize};
+use zip::write::SimpleFileOptions;
+use zip::{DateTime, ZipArchive, ZipWriter};
 
 use super::data::Columns;
 use super::learn::Epoch;
@@ -271,42 +272,35 @@ fn damaged(error: impl std::fmt::Display) -> TrainError {
 }
 
 fn pack(header: &Header, groups: &[(&str, &BTreeMap<String, Vec<f64>>)]) -> Result<Vec<u8>, TrainError> {
-    let mut bytes = Cursor::new(Vec::new());
-    let mut archive = NpzWriter::new(&mut bytes);
-    let header = serde_json::to_vec(header).map_err(damaged)?;
-    let mut array = archive
-        .array(HEADER, Default::default())
-        .map_err(damaged)?
-        .default_dtype()
-        .shape(&[header.len() as u64])
-        .begin_nd()
-        .map_err(damaged)?;
-    array.extend(header).map_err(damaged)?;
-    array.finish().map_err(damaged)?;
+    // No time stamps, so that equal models are equal files.
+    let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    archive.start_file(format!("{HEADER}.npy"), options).map_err(damaged)?;
+    write_array(&mut archive, &serde_json::to_vec(header).map_err(damaged)?)?;
     for (group, arrays) in groups {
         for (name, values) in *arrays {
-            let mut array = archive
-                .array(&format!("{group}/{name}"), Default::default())
-                .map_err(damaged)?
-                .default_dtype()
-                .shape(&[values.len() as u64])
-                .begin_nd()
-                .map_err(damaged)?;
-            array.extend(values.iter().copied()).map_err(damaged)?;
-            array.finish().map_err(damaged)?;
+            archive.start_file(format!("{group}/{name}.npy"), options).map_err(damaged)?;
+            write_array(&mut archive, values)?;
         }
     }
-    archive.zip_writer().flush().map_err(damaged)?;
-    drop(archive);
-    Ok(bytes.into_inner())
+    Ok(archive.finish().map_err(damaged)?.into_inner())
+}
+
+fn write_array<T: npyz::AutoSerialize + Copy>(file: &mut impl Write, values: &[T]) -> Result<(), TrainError> {
+    let options = npyz::WriteOptions::new().default_dtype().shape(&[values.len() as u64]);
+    let mut array = options.writer(file).begin_nd().map_err(damaged)?;
+    array.extend(values.iter().copied()).map_err(damaged)?;
+    array.finish().map_err(damaged)
 }
 
 fn unpack(bytes: &[u8]) -> Result<(Header, Weights), TrainError> {
-    let mut archive = NpzArchive::new(Cursor::new(bytes)).map_err(damaged)?;
-    let names: Vec<String> = archive.array_names().map(str::to_owned).collect();
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
     let (mut header, mut arrays) = (None, Weights::new());
-    for name in names {
-        let Some(array) = archive.by_name(&name).map_err(damaged)? else { continue };
+    for index in 0..archive.len() {
+        let file = archive.by_index(index).map_err(damaged)?;
+        let name = file.name().map_err(damaged)?.into_owned();
+        let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else { continue };
+        let array = npyz::NpyFile::new(file).map_err(damaged)?;
         if name == HEADER {
             let text: Vec<u8> = array.into_vec().map_err(damaged)?;
             header = Some(serde_json::from_slice(&text).map_err(damaged)?);
