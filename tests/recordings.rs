@@ -209,6 +209,10 @@ fn plain_archives_pass_over_what_is_no_sample_and_refuse_objects() {
     let stepped = archive(&[two("q.npy"), two("tau.npy"), ("dt.npy", npy("()", &[0.02]))]);
     let import = read_bytes("stepped.npz", &stepped, &ReadOptions::default()).unwrap();
     assert!((import.recording.trajectories[0].time_step() - 0.02).abs() < 1e-12);
+    let vast: Vec<f64> = (0..300).map(|sample| if sample % 2 == 0 { 1e308 } else { -1e308 }).collect();
+    let beyond =
+        archive(&[("q.npy", npy("(300,)", &vast)), ("tau.npy", npy("(300,)", &vast)), ("t.npy", npy("(300,)", &time))]);
+    assert!(problem("beyond.npz", &beyond).contains("check its units"));
     let excel = archive(&[("xl/workbook.xml", b"<x/>".to_vec())]);
     assert!(problem("book", &excel).contains("no array of samples"));
 }
@@ -589,6 +593,8 @@ fn archives_with_sound_checksums_and_lying_arrays_are_errors() {
     let uneven = archive(&[("q.npy", npy("(300,)", &samples)), ("tau.npy", npy("(299,)", &samples[..299]))]);
     let error = problem("uneven.npz", &uneven);
     assert!(error.contains("no torque") && error.contains("(its shape is [299])"), "{error}");
+    let huge = || npy("(1099511627776, 1048576, 0)", &[]);
+    assert!(problem("huge.npz", &archive(&[("q.npy", huge()), ("tau.npy", huge())])).contains("no array of samples"));
     let none = archive(&[("q.npy", npy("(0, 2)", &[])), ("tau.npy", npy("(0, 2)", &[]))]);
     assert!(problem("none.npz", &none).contains("no array of samples"));
 }

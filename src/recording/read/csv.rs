@@ -30,6 +30,12 @@ pub enum CsvError {
         /// How many it should have.
         expected: usize,
     },
+    /// More cells in a line than any log has.
+    #[error("line {line} has more than {MOST_COLUMNS} cells; a log has one column a channel, one line a sample")]
+    TooWide {
+        /// The line.
+        line: u64,
+    },
     /// Words, not numbers.
     #[error(
         "it is text, but line {line} below the first holds no number; a log has one column a channel, one line a sample"
@@ -45,6 +51,9 @@ pub enum CsvError {
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
+
+/// More columns are not believed: each takes memory before a single number is read.
+const MOST_COLUMNS: usize = 10_000;
 
 /// One line of cells, with its number in the file.
 #[derive(Clone)]
@@ -102,8 +111,9 @@ pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
             return Err(CsvError::Ragged { line: row.line, found: row.cells.len(), expected: width });
         }
         for (column, cell) in table.columns.iter_mut().zip(row.cells) {
-            column.values.push(number(&cell).unwrap_or(f64::NAN));
-            if column.text.is_none() && number(&cell).is_none() {
+            let value = number(&cell);
+            column.values.push(value.unwrap_or(f64::NAN));
+            if value.is_none() && column.text.is_none() {
                 column.text = Some(TextCell { line: row.line, cell });
             }
         }
@@ -228,6 +238,9 @@ impl<'a> Rows<'a> {
                         return Ok(None);
                     }
                     let line = record.position().map_or(0, |start| first_line(bytes, start));
+                    if record.len() > MOST_COLUMNS {
+                        return Err(CsvError::TooWide { line });
+                    }
                     Row { line, cells: record.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect() }
                 }
                 Rows::Blanks(lines) => {
@@ -236,6 +249,9 @@ impl<'a> Rows<'a> {
                         continue;
                     }
                     let text = String::from_utf8_lossy(line);
+                    if text.split_whitespace().nth(MOST_COLUMNS).is_some() {
+                        return Err(CsvError::TooWide { line: index as u64 + 1 });
+                    }
                     let cells = text.split_whitespace().map(|cell| cell.trim_matches('"').to_owned()).collect();
                     Row { line: index as u64 + 1, cells }
                 }
@@ -313,6 +329,8 @@ mod tests {
         assert_eq!(problem("# only\n\n# comments\n"), CsvError::Empty);
         assert_eq!(problem("\n\nt,q1\n"), CsvError::HeaderOnly { line: 3 });
         assert_eq!(problem("t,q1\n0,1\n# note\n\n1\n2,3\n"), CsvError::Ragged { line: 5, found: 1, expected: 2 });
+        assert_eq!(problem(&format!("t,q1\n{}", "1,".repeat(20_000))), CsvError::TooWide { line: 2 });
+        assert_eq!(problem(&"1 ".repeat(20_000)), CsvError::TooWide { line: 1 });
         assert_eq!(problem("MIT License\nCopyright by me\n"), CsvError::NoNumbers { line: 2 });
         assert_eq!(problem("t,q1\n0,1\n1\n2,3\n"), CsvError::Ragged { line: 3, found: 1, expected: 2 });
         assert_eq!(problem("t q1\n0 1\n1 2 3\n"), CsvError::Ragged { line: 3, found: 3, expected: 2 });

@@ -12,6 +12,8 @@ mod table;
 
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
+
 pub use self::csv::CsvError;
 pub use npy::NpyError;
 pub use npz::NpzError;
@@ -22,12 +24,13 @@ use self::table::Table;
 use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::differentiate::description;
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec};
-use super::{Joint, Origin, Provenance, Recording};
+use super::{Joint, Origin, Provenance, Recording, RecordingError};
 use crate::arm::{Arm, Posture};
 use crate::progress::{Monitor, Stopped};
 
 /// How to read.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct ReadOptions {
     /// Which column is which channel; what it leaves open is guessed.
     pub mapping: Option<MappingSpec>,
@@ -39,7 +42,7 @@ pub struct ReadOptions {
     pub rate_hz: Option<f64>,
     /// Cut-off of the filter for derived channels \[Hz\]; by default [`super::differentiate::default_cutoff`].
     pub low_pass_hz: Option<f64>,
-    /// Largest file, and largest unpacked archive, that is read \[bytes\].
+    /// Largest file that is read, and most that the numbers of an archive may take \[bytes\].
     pub largest: u64,
 }
 
@@ -199,6 +202,9 @@ pub enum ReadError {
         /// How many samples a piece between two cuts needs.
         piece: usize,
     },
+    /// Derivatives became infinite, or the like.
+    #[error("{0}; the values of the log are too large or too close in time to compute with: check its units")]
+    Recording(#[from] RecordingError),
     /// Two files are of different arms.
     #[error("{file}: its joints move otherwise than those of the first file ({what}); read the files apart")]
     OtherJoints {
@@ -404,6 +410,7 @@ impl Merge {
             stated_arm: options.arm.clone(),
             seal: None,
         };
+        recording.verify()?;
         self.findings.extend(check(&recording));
         Ok(Import { recording, findings: self.findings, mapping: self.mapping })
     }

@@ -15,6 +15,9 @@ pub enum NpyError {
     /// It is not an array of numbers, but a sound array: it may be passed over.
     #[error("{0}")]
     NotNumbers(String),
+    /// As 64-bit numbers it would take more memory than is allowed.
+    #[error("it takes too much memory")]
+    TooLarge,
     /// The bytes are damaged.
     #[error("the array is damaged: {0}; write the file again")]
     Damaged(String),
@@ -27,8 +30,8 @@ struct Header<'a> {
     shape: Vec<usize>,
 }
 
-/// Decodes a whole NPY file.
-pub(super) fn decode(bytes: &[u8]) -> Result<Array, NpyError> {
+/// Decodes a whole NPY file of at most `most` elements.
+pub(super) fn decode(bytes: &[u8], most: usize) -> Result<Array, NpyError> {
     let (header, data) = header(bytes)?;
     let element = Element::parse(header.element)?;
     let overflow = || NpyError::Damaged(format!("its header claims the shape {:?}", header.shape));
@@ -41,6 +44,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Array, NpyError> {
             header.shape,
             data.len()
         )));
+    }
+    if count > most {
+        return Err(NpyError::TooLarge);
     }
     let mut values: Vec<f64> = data.chunks_exact(element.size).map(|chunk| element.value(chunk)).collect();
     if header.fortran_order && header.shape.len() > 1 {
@@ -160,6 +166,10 @@ fn to_c_order(values: &[f64], shape: &[usize]) -> Vec<f64> {
 mod tests {
     use super::*;
 
+    fn decode(bytes: &[u8]) -> Result<Array, NpyError> {
+        super::decode(bytes, 1000)
+    }
+
     fn npy(element: &str, order: &str, shape: &str, data: &[u8]) -> Vec<u8> {
         let header = format!("{{'descr': '{element}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
         let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
@@ -212,6 +222,11 @@ mod tests {
         }
         assert!(decode(b"\x93NUMPY\x02\x00\xff\xff\xff\xff{").is_err());
         assert!(decode(&npy("<f8", "False", &"(".repeat(30_000), &[])).is_err());
+    }
+
+    #[test]
+    fn more_elements_than_allowed_are_refused_before_they_are_decoded() {
+        assert_eq!(decode(&npy("|u1", "False", "(1001,)", &[0; 1001])), Err(NpyError::TooLarge));
     }
 
     #[test]

@@ -82,7 +82,7 @@ pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Conten
     let Unpacked { arrays, passed_over, manifest, truth } = unpack(bytes, limit, monitor)?;
     match manifest {
         Some(manifest) => Ok(Content::Recording(Box::new(recording(arrays, &manifest, truth)?))),
-        None => Ok(Content::Table(table(arrays, passed_over)?)),
+        None => Ok(Content::Table(table(arrays, passed_over, limit)?)),
     }
 }
 
@@ -93,6 +93,9 @@ struct Unpacked {
     manifest: Option<Vec<u8>>,
     truth: Option<Vec<u8>>,
 }
+
+/// What a number takes.
+const BYTES: u64 = 8;
 
 fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzError> {
     let mut archive = ZipArchive::new(Cursor::new(bytes))?;
@@ -118,10 +121,13 @@ fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzEr
         if content.len() as u64 != claimed {
             return Err(damaged(format!("{} bytes instead of {claimed}", content.len())));
         }
-        left -= claimed;
         match array {
-            Some(array) => match npy::decode(&content) {
-                Ok(values) => unpacked.arrays.push((array, values)),
+            Some(array) => match npy::decode(&content, (left / BYTES) as usize) {
+                Ok(values) => {
+                    left = left.saturating_sub(values.values.len() as u64 * BYTES);
+                    unpacked.arrays.push((array, values));
+                }
+                Err(NpyError::TooLarge) => return Err(NpzError::TooLarge { limit: limit >> 20 }),
                 Err(NpyError::NotNumbers(reason)) => unpacked.passed_over.push(format!("`{array}` ({reason})")),
                 Err(problem) => return Err(NpzError::Array { array, problem }),
             },
@@ -145,12 +151,12 @@ fn extent(shape: &[usize]) -> Option<Extent> {
 }
 
 /// Columns of the arrays that share the extent which most of them have; the others are passed over.
-fn table(arrays: Vec<(String, Array)>, mut passed_over: Vec<String>) -> Result<Table, NpzError> {
+fn table(arrays: Vec<(String, Array)>, mut passed_over: Vec<String>, limit: u64) -> Result<Table, NpzError> {
     let step = arrays.iter().find_map(|(name, array)| stated_step(name, array));
     let mut votes: BTreeMap<Extent, usize> = BTreeMap::new();
-    for extent in
-        arrays.iter().filter_map(|(_, array)| extent(&array.shape)).filter(|(runs, samples)| runs * samples > 1)
-    {
+    // An array without elements may claim any extent.
+    let full = arrays.iter().filter(|(_, array)| array.values.len() > 1);
+    for extent in full.filter_map(|(_, array)| extent(&array.shape)) {
         *votes.entry(extent).or_default() += 1;
     }
     let winner = votes.into_iter().max_by_key(|&((runs, samples), votes)| (votes, runs.saturating_mul(samples)));
@@ -161,6 +167,10 @@ fn table(arrays: Vec<(String, Array)>, mut passed_over: Vec<String>) -> Result<T
     let mut table =
         Table { runs: (0..runs).map(|run| run * samples..(run + 1) * samples).collect(), step, ..Table::default() };
     for (name, Array { shape, values }) in arrays {
+        // One clock for many runs takes its memory once for each.
+        if (table.columns.len() as u64 + 1).saturating_mul(rows as u64).saturating_mul(BYTES) > limit {
+            return Err(NpzError::TooLarge { limit: limit >> 20 });
+        }
         let column = |name, values| Column { name, values, text: None };
         match *shape.as_slice() {
             [own] if own == samples => {
