@@ -4,10 +4,12 @@
 //! `TORQUESCOPE_ORACLE` says; where they are absent the test says so and passes.
 
 use std::collections::HashMap;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedTerm, Positive, Scales};
 use torquescope::network::{Activation, AdamStep, Element, Kernels, Layout, Program, TILE};
+use torquescope::recording::npy::{self, NpyError};
 use torquescope::training::loss::{Inputs, loss_program};
 use torquescope::training::predict::{Components, component_program};
 
@@ -26,23 +28,17 @@ fn oracle_files() -> Option<Vec<PathBuf>> {
 
 /// All numeric arrays of a file as f64.
 fn read(path: &Path) -> Arrays {
-    let bytes = std::fs::read(path).unwrap();
-    let mut archive = npyz::npz::NpzArchive::new(std::io::Cursor::new(bytes)).unwrap();
-    let names: Vec<String> = archive.array_names().map(str::to_owned).collect();
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
     let mut arrays = Arrays::new();
-    for name in names {
-        let array = archive.by_name(&name).unwrap().unwrap();
-        let shape: Vec<usize> = array.shape().iter().map(|length| *length as usize).collect();
-        let kind = array.dtype().descr();
-        if kind.contains("f8") {
-            arrays.insert(name, (shape, array.into_vec::<f64>().unwrap()));
-        } else if kind.contains("i8") {
-            let values = array.into_vec::<i64>().unwrap().into_iter().map(|value| value as f64).collect();
-            arrays.insert(name, (shape, values));
-        } else if kind.contains("b1") {
-            let values =
-                array.into_vec::<bool>().unwrap().into_iter().map(|value| f64::from(u8::from(value))).collect();
-            arrays.insert(name, (shape, values));
+    for index in 0..archive.len() {
+        let mut file = archive.by_index(index).unwrap();
+        let name = file.name().unwrap().strip_suffix(".npy").unwrap().to_owned();
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).unwrap();
+        match npy::decode(&bytes, 1 << 20) {
+            Ok(array) => drop(arrays.insert(name, (array.shape, array.values))),
+            Err(NpyError::NotNumbers(_)) => {}
+            Err(error) => panic!("{}: {name}: {error}", path.display()),
         }
     }
     arrays

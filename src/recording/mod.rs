@@ -9,6 +9,7 @@ pub mod check;
 pub mod differentiate;
 mod layout;
 pub mod mapping;
+pub mod npy;
 pub mod read;
 pub mod seal;
 pub mod split;

@@ -7,6 +7,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION};
+use super::npy;
 use super::{PerJoint, Recording, RecordingError, Trajectory};
 
 /// The recording can't be written.
@@ -51,15 +52,15 @@ pub fn to_npz_bytes(recording: &Recording) -> Result<Vec<u8>, WriteError> {
     };
 
     let time = trajectories.iter().flat_map(|t| &t.time).flat_map(|value| value.to_le_bytes());
-    entry(&format!("{TIME}.npy"), &npy("<f8", &[samples], time))?;
+    entry(&format!("{TIME}.npy"), &npy::encode("<f8", &[samples], time))?;
     let number = trajectories.iter().enumerate().flat_map(|(index, t)| std::iter::repeat_n(index as i64, t.len()));
-    entry(&format!("{TRAJECTORY}.npy"), &npy("<i8", &[samples], number.flat_map(i64::to_le_bytes)))?;
+    entry(&format!("{TRAJECTORY}.npy"), &npy::encode("<i8", &[samples], number.flat_map(i64::to_le_bytes)))?;
     for (index, name) in CHANNELS.into_iter().enumerate() {
         let rows = trajectories.iter().flat_map(|t| {
             let channel = channels(t)[index];
             (0..t.len()).flat_map(move |sample| channel.iter().map(move |joint| joint[sample]))
         });
-        entry(&format!("{name}.npy"), &npy("<f8", &[samples, joints], rows.flat_map(f64::to_le_bytes)))?;
+        entry(&format!("{name}.npy"), &npy::encode("<f8", &[samples, joints], rows.flat_map(f64::to_le_bytes)))?;
     }
     let manifest = Manifest {
         format: VERSION,
@@ -103,22 +104,6 @@ pub fn to_csv_bytes(trajectory: &Trajectory) -> Vec<u8> {
 
 fn channels(trajectory: &Trajectory) -> [&PerJoint; 4] {
     [&trajectory.q, &trajectory.qd, &trajectory.qdd, &trajectory.tau]
-}
-
-/// An NPY file, version 1.0, C order.
-fn npy(element: &str, shape: &[usize], bytes: impl Iterator<Item = u8>) -> Vec<u8> {
-    const ALIGNMENT: usize = 64;
-    const PREAMBLE: usize = 10;
-    let sizes: String = shape.iter().map(|size| format!("{size}, ")).collect();
-    let mut header = format!("{{'descr': '{element}', 'fortran_order': False, 'shape': ({}), }}", sizes.trim_end());
-    let padding = (PREAMBLE + header.len() + 1).next_multiple_of(ALIGNMENT) - (PREAMBLE + header.len() + 1);
-    header.extend(std::iter::repeat_n(' ', padding));
-    header.push('\n');
-    let mut file = b"\x93NUMPY\x01\x00".to_vec();
-    file.extend((header.len() as u16).to_le_bytes());
-    file.extend(header.bytes());
-    file.extend(bytes);
-    file
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! A trained model and a checkpoint of its training: what they hold, as bytes and back.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Write};
+use std::io::{Cursor, Read, Write};
 
-use npyz::WriterBuilder;
 use serde::{Deserialize, Serialize};
 use zip::write::SimpleFileOptions;
 use zip::{DateTime, ZipArchive, ZipWriter};
@@ -15,7 +14,7 @@ use super::predict::{Components, component_program, torque_program};
 use super::{Samples, TrainError};
 use crate::model::learned::{Architecture, LearnedTerm};
 use crate::network::{Element, Layout};
-use crate::recording::{PerJoint, Trajectory};
+use crate::recording::{PerJoint, Trajectory, npy};
 
 /// Values of each block by its name; matrices are inputs × outputs, row after row.
 pub type Weights = BTreeMap<String, Vec<f64>>;
@@ -264,8 +263,10 @@ impl Checkpoint {
     }
 }
 
-/// Name of the array that holds the header as bytes of JSON.
-const HEADER: &str = "header";
+/// Name of the entry that holds the header as JSON.
+const HEADER: &str = "torquescope-model.json";
+/// No array of a model that can be built is larger.
+const MOST_VALUES: usize = 1 << 28;
 
 fn damaged(error: impl std::fmt::Display) -> TrainError {
     TrainError::Damaged(error.to_string())
@@ -275,22 +276,16 @@ fn pack(header: &Header, groups: &[(&str, &BTreeMap<String, Vec<f64>>)]) -> Resu
     // No time stamps, so that equal models are equal files.
     let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    archive.start_file(format!("{HEADER}.npy"), options).map_err(damaged)?;
-    write_array(&mut archive, &serde_json::to_vec(header).map_err(damaged)?)?;
+    archive.start_file(HEADER, options).map_err(damaged)?;
+    archive.write_all(&serde_json::to_vec(header).map_err(damaged)?).map_err(damaged)?;
     for (group, arrays) in groups {
         for (name, values) in *arrays {
             archive.start_file(format!("{group}/{name}.npy"), options).map_err(damaged)?;
-            write_array(&mut archive, values)?;
+            let bytes = values.iter().flat_map(|value| value.to_le_bytes());
+            archive.write_all(&npy::encode("<f8", &[values.len()], bytes)).map_err(damaged)?;
         }
     }
     Ok(archive.finish().map_err(damaged)?.into_inner())
-}
-
-fn write_array<T: npyz::AutoSerialize + Copy>(file: &mut impl Write, values: &[T]) -> Result<(), TrainError> {
-    let options = npyz::WriteOptions::new().default_dtype().shape(&[values.len() as u64]);
-    let mut array = options.writer(file).begin_nd().map_err(damaged)?;
-    array.extend(values.iter().copied()).map_err(damaged)?;
-    array.finish().map_err(damaged)
 }
 
 fn unpack(bytes: &[u8]) -> Result<(Header, Weights), TrainError> {
@@ -299,13 +294,12 @@ fn unpack(bytes: &[u8]) -> Result<(Header, Weights), TrainError> {
     for index in 0..archive.len() {
         let file = archive.by_index(index).map_err(damaged)?;
         let name = file.name().map_err(damaged)?.into_owned();
-        let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else { continue };
-        let array = npyz::NpyFile::new(file).map_err(damaged)?;
+        let mut content = Vec::new();
+        file.take(8 * MOST_VALUES as u64).read_to_end(&mut content).map_err(damaged)?;
         if name == HEADER {
-            let text: Vec<u8> = array.into_vec().map_err(damaged)?;
-            header = Some(serde_json::from_slice(&text).map_err(damaged)?);
-        } else {
-            arrays.insert(name, array.into_vec().map_err(damaged)?);
+            header = Some(serde_json::from_slice(&content).map_err(damaged)?);
+        } else if let Some(name) = name.strip_suffix(".npy") {
+            arrays.insert(name.to_owned(), npy::decode(&content, MOST_VALUES).map_err(damaged)?.values);
         }
     }
     let header = header.ok_or_else(|| damaged("it has no header"))?;

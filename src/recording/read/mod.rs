@@ -5,7 +5,6 @@
 
 mod assemble;
 mod csv;
-mod npy;
 mod npz;
 mod sniff;
 mod table;
@@ -15,7 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use self::csv::CsvError;
-pub use npy::NpyError;
+pub use super::npy::NpyError;
 pub use npz::NpzError;
 pub use sniff::{Format, FormatError, sniff};
 

@@ -5,10 +5,10 @@ use std::io::{Cursor, Read};
 
 use zip::ZipArchive;
 
-use super::npy::{self, Array, NpyError};
 use super::table::{Column, Table};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION, Version};
+use crate::recording::npy::{self, Array, NpyError};
 use crate::recording::seal::Seal;
 use crate::recording::{PerJoint, Recording, RecordingError, Trajectory};
 

@@ -4,8 +4,10 @@
 
 /// An array, its elements in C order.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Array {
+pub struct Array {
+    /// Size along each axis.
     pub shape: Vec<usize>,
+    /// Elements in C order.
     pub values: Vec<f64>,
 }
 
@@ -31,7 +33,10 @@ struct Header<'a> {
 }
 
 /// Decodes a whole NPY file of at most `most` elements.
-pub(super) fn decode(bytes: &[u8], most: usize) -> Result<Array, NpyError> {
+///
+/// # Errors
+/// [`NpyError`] if it is damaged, too large, or does not hold numbers.
+pub fn decode(bytes: &[u8], most: usize) -> Result<Array, NpyError> {
     let (header, data) = header(bytes)?;
     let element = Element::parse(header.element)?;
     let overflow = || NpyError::Damaged(format!("its header claims the shape {:?}", header.shape));
@@ -160,6 +165,22 @@ fn to_c_order(values: &[f64], shape: &[usize]) -> Vec<f64> {
         }
     }
     ordered
+}
+
+/// An NPY file, version 1.0, C order, of elements of this type (such as `<f8`) that are given as bytes.
+pub fn encode(element: &str, shape: &[usize], bytes: impl Iterator<Item = u8>) -> Vec<u8> {
+    const ALIGNMENT: usize = 64;
+    const PREAMBLE: usize = 10;
+    let sizes: String = shape.iter().map(|size| format!("{size}, ")).collect();
+    let mut header = format!("{{'descr': '{element}', 'fortran_order': False, 'shape': ({}), }}", sizes.trim_end());
+    let padding = (PREAMBLE + header.len() + 1).next_multiple_of(ALIGNMENT) - (PREAMBLE + header.len() + 1);
+    header.extend(std::iter::repeat_n(' ', padding));
+    header.push('\n');
+    let mut file = b"\x93NUMPY\x01\x00".to_vec();
+    file.extend((header.len() as u16).to_le_bytes());
+    file.extend(header.bytes());
+    file.extend(bytes);
+    file
 }
 
 #[cfg(test)]
