@@ -23,5 +23,6 @@ pub mod model;
 pub mod network;
 pub mod progress;
 pub mod recording;
+pub mod session;
 pub mod simulation;
 pub mod training;

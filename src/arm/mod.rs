@@ -103,6 +103,9 @@ pub enum ArmError {
     /// Gravity is not a finite number.
     #[error("gravity is {0}, but must be a finite number of m/s²")]
     Gravity(f64),
+    /// The angle at q = 0 is not a finite number.
+    #[error("the zero angle of the posture is {0}, but must be a finite number of rad")]
+    ZeroAngle(f64),
 }
 
 impl Default for Posture {
@@ -151,6 +154,9 @@ impl Arm {
         if !self.gravity.is_finite() {
             return Err(ArmError::Gravity(self.gravity));
         }
+        if !self.posture.zero_angle.is_finite() {
+            return Err(ArmError::ZeroAngle(self.posture.zero_angle));
+        }
         for (index, link) in self.links.iter().enumerate() {
             let demands = [
                 ("mass", link.mass, link.mass > 0.0, "more than 0 kg"),
@@ -170,4 +176,75 @@ impl Arm {
 
 fn standard_gravity() -> f64 {
     GRAVITY
+}
+
+#[cfg(test)]
+pub(crate) mod testing {
+    //! Random arms and states for property tests.
+
+    use proptest::prelude::*;
+    use proptest::test_runner::TestCaseError;
+
+    use super::*;
+
+    /// An arm of 1 to 4 links in any posture, with q, q̇ and q̈.
+    pub(crate) fn arm_and_state() -> impl Strategy<Value = (Arm, [Vec<f64>; 3])> {
+        (1..=4usize).prop_flat_map(|joints| {
+            let state = |scale: f64| prop::collection::vec(-scale..scale, joints);
+            (arm(joints), state(3.0), state(3.0), state(5.0)).prop_map(|(arm, q, qd, qdd)| (arm, [q, qd, qdd]))
+        })
+    }
+
+    fn arm(joints: usize) -> impl Strategy<Value = Arm> {
+        let link = (0.2..3.0, 0.2..1.0, 0.05..0.9, 0.005..0.1).prop_map(|(mass, length, share, inertia)| Link {
+            mass,
+            length,
+            com: share * length,
+            inertia,
+        });
+        let sense = prop_oneof![Just(Sense::Clockwise), Just(Sense::CounterClockwise)];
+        let posture = (-3.0..3.0, sense).prop_map(|(zero_angle, sense)| Posture { zero_angle, sense });
+        (prop::collection::vec(link, joints), -5.0..15.0, posture).prop_map(|(links, gravity, posture)| Arm {
+            links,
+            gravity,
+            posture,
+        })
+    }
+
+    /// Whether two vectors agree to `tolerance`, relative to their largest element (at least 1).
+    pub(crate) fn close(found: &[f64], expected: &[f64], tolerance: f64) -> Result<(), TestCaseError> {
+        let largest = expected.iter().fold(1.0_f64, |largest, value| largest.max(value.abs()));
+        for (a, b) in found.iter().zip(expected) {
+            prop_assert!((a - b).abs() <= tolerance * largest, "{found:?} is not {expected:?}");
+        }
+        prop_assert_eq!(found.len(), expected.len());
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_can_not_be_is_named() {
+        let message = |change: fn(&mut Arm)| {
+            let mut arm = Arm::uniform(2);
+            change(&mut arm);
+            arm.check().unwrap_err().to_string()
+        };
+        assert!(Arm::uniform(7).check().is_ok());
+        assert_eq!(message(|arm| arm.links.clear()), "an arm needs 1 to 7 links, this one has 0");
+        assert_eq!(message(|arm| arm.links[1].mass = -1.0), "link 2: mass is -1, but must be more than 0 kg");
+        assert_eq!(message(|arm| arm.links[0].length = f64::NAN), "link 1: length is NaN, but must be more than 0 m");
+        assert_eq!(message(|arm| arm.gravity = f64::INFINITY), "gravity is inf, but must be a finite number of m/s²");
+        assert!(message(|arm| arm.posture.zero_angle = f64::NAN).contains("zero angle"));
+    }
+
+    #[test]
+    fn a_file_needs_the_links_only() {
+        let arm: Arm = serde_json::from_str(r#"{"links":[{"mass":1,"length":1,"com":0.5,"inertia":0.1}]}"#).unwrap();
+        assert_eq!((arm.gravity, arm.posture), (GRAVITY, Posture::RIGHT));
+        assert!(serde_json::from_str::<Arm>(r#"{"links":[],"colour":1}"#).is_err());
+    }
 }

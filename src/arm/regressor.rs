@@ -11,6 +11,7 @@
 
 use nalgebra::DMatrix;
 
+use super::kinematics::Absolute;
 use super::{Arm, Posture};
 
 /// How many lumped parameters an arm of `joints` joints has: n (n + 1) / 2 inertias and n gravity moments.
@@ -56,16 +57,8 @@ pub fn fill(posture: Posture, gravity: f64, q: &[f64], qd: &[f64], qdd: &[f64], 
     assert_eq!(rows.len(), n * width, "the regressor of {n} joints has {n} × {width} elements");
     rows.fill(0.0);
     let sign = posture.sign();
-    let mut theta = [0.0; super::MOST_JOINTS];
-    let mut theta_d = [0.0; super::MOST_JOINTS];
-    let mut theta_dd = [0.0; super::MOST_JOINTS];
-    let (mut a, mut v, mut w) = (posture.zero_angle, 0.0, 0.0);
-    for i in 0..n {
-        a += sign * q[i];
-        v += sign * qd[i];
-        w += sign * qdd[i];
-        (theta[i], theta_d[i], theta_dd[i]) = (a, v, w);
-    }
+    let Absolute { angle: theta, velocity: theta_d, acceleration: theta_dd } =
+        Absolute::of(posture, q.iter().copied(), qd.iter().copied(), qdd.iter().copied());
     // K_ij acts on the absolute angles i and j; joint k feels every absolute angle from k outwards.
     let mut add = |angle: usize, column: usize, force: f64| {
         for joint in 0..=angle {
@@ -93,7 +86,8 @@ pub fn fill(posture: Posture, gravity: f64, q: &[f64], qd: &[f64], qdd: &[f64], 
 ///
 /// Rank-revealing QR by modified Gram–Schmidt with the columns in their own order, so that of two columns that can't be told
 /// apart the first is kept. A column counts as dependent if less than `tolerance` of its length is left after the columns
-/// before it were projected out (1e-8 is a good value for exact data).
+/// before it were projected out (1e-8 is a good value for exact data), or if all of it is shorter than `tolerance` of the
+/// longest column. Columns that hold a value that is not finite never count.
 pub fn base_columns(stacked: &DMatrix<f64>, tolerance: f64) -> Vec<usize> {
     let mut basis: Vec<nalgebra::DVector<f64>> = Vec::new();
     let mut independent = Vec::new();
@@ -115,4 +109,93 @@ pub fn base_columns(stacked: &DMatrix<f64>, tolerance: f64) -> Vec<usize> {
         }
     }
     independent
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DVector;
+    use proptest::prelude::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::arm::testing::{arm_and_state, close};
+
+    proptest! {
+        #[test]
+        fn times_the_parameters_it_is_the_inverse_dynamics((arm, [q, qd, qdd]) in arm_and_state()) {
+            let n = q.len();
+            let mut rows = vec![f64::NAN; n * parameter_count(n)];
+            fill(arm.posture, arm.gravity, &q, &qd, &qdd, &mut rows);
+            let torque = DMatrix::from_row_slice(n, parameter_count(n), &rows)
+                * DVector::from_vec(arm.lumped_parameters());
+            close(torque.as_slice(), &arm.inverse_dynamics(&q, &qd, &qdd), 1e-12)?;
+        }
+    }
+
+    #[test]
+    fn every_parameter_has_a_name_and_a_unit() {
+        assert_eq!(parameter_names(2), ["K11", "K12", "K22", "G1", "G2"]);
+        let units: Vec<_> = (0..5).map(|index| parameter_unit(2, index)).collect();
+        assert_eq!(units, ["kg m²", "kg m²", "kg m²", "kg m", "kg m"]);
+        for joints in 1..=7 {
+            assert_eq!(parameter_names(joints).len(), parameter_count(joints));
+            assert_eq!(Arm::uniform(joints).lumped_parameters().len(), parameter_count(joints));
+        }
+    }
+
+    /// Names of the base parameters of `joints` joints under random motion; those in `still` do not move.
+    fn base_names(joints: usize, gravity: f64, still: &[usize]) -> Vec<String> {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let width = parameter_count(joints);
+        let mut rows = Vec::new();
+        for _ in 0..50 {
+            let mut state = |scale: f64| -> Vec<f64> {
+                let draw = (0..joints).map(|_| random.random_range(-scale..scale)).collect::<Vec<_>>();
+                draw.into_iter().enumerate().map(|(k, value)| if still.contains(&k) { 0.0 } else { value }).collect()
+            };
+            let mut sample = vec![0.0; joints * width];
+            fill(Posture::RIGHT, gravity, &state(3.0), &state(3.0), &state(5.0), &mut sample);
+            rows.extend(sample);
+        }
+        let names = parameter_names(joints);
+        let base = base_columns(&DMatrix::from_row_slice(50 * joints, width, &rows), 1e-8);
+        base.into_iter().map(|column| names[column].clone()).collect()
+    }
+
+    #[test]
+    fn rich_motion_shows_every_parameter() {
+        for joints in 1..=7 {
+            assert_eq!(base_names(joints, 9.81, &[]).len(), parameter_count(joints));
+        }
+    }
+
+    #[test]
+    fn without_gravity_there_are_no_gravity_moments() {
+        assert_eq!(base_names(2, 0.0, &[]), ["K11", "K12", "K22"]);
+    }
+
+    /// Two links that do not turn against each other are one link: of K₁₁, K₁₂, K₂₂ the motion shows K₁₁ + K₁₂ on joint 1
+    /// and K₁₂ + K₂₂ on joint 2, so two of the three.
+    #[test]
+    fn a_still_joint_hides_what_only_it_would_show() {
+        assert_eq!(base_names(2, 9.81, &[1]), ["K11", "K12", "G1", "G2"]);
+        assert_eq!(base_names(1, 9.81, &[0]), ["G1"]);
+    }
+
+    #[test]
+    fn of_columns_that_are_alike_the_first_is_kept() {
+        let columns = DMatrix::from_columns(&[
+            DVector::from_vec(vec![1.0, 0.0, 0.0]),
+            DVector::from_vec(vec![-2.0, 0.0, 0.0]),
+            DVector::from_vec(vec![0.0, 0.0, 0.0]),
+            DVector::from_vec(vec![1.0, 1e-3, 0.0]),
+            DVector::from_vec(vec![5.0, 7.0, 0.0]),
+            DVector::from_vec(vec![f64::NAN, 0.0, 1.0]),
+        ]);
+        assert_eq!(base_columns(&columns, 1e-8), [0, 3]);
+        assert_eq!(base_columns(&columns, 1e-2), [0, 4]);
+        assert!(base_columns(&DMatrix::zeros(3, 0), 1e-8).is_empty());
+        assert!(base_columns(&DMatrix::zeros(0, 3), 1e-8).is_empty());
+    }
 }

@@ -205,7 +205,55 @@ impl Dimension {
     }
 }
 
+/// The parameters of an effect are not what its spec asks for.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ParameterError {
+    /// Too few or too many.
+    #[error("{effect} takes the parameters {expected}, in this order; {given} were given")]
+    Count {
+        /// Name of the effect.
+        effect: &'static str,
+        /// Names of its parameters.
+        expected: String,
+        /// How many there were.
+        given: usize,
+    },
+    /// One lies outside its bounds.
+    #[error("{parameter} of {effect} is {value}, but must be a finite number between {min} and {max}")]
+    Bounds {
+        /// Name of the effect.
+        effect: &'static str,
+        /// Name of the parameter.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// Smallest that makes physical sense.
+        min: f64,
+        /// Largest that makes physical sense.
+        max: f64,
+    },
+}
+
 impl Spec {
+    /// Checks that these are as many parameters as the effect has, each within its bounds.
+    ///
+    /// # Errors
+    /// [`ParameterError`] names the first that is not.
+    pub fn check_parameters(&self, parameters: &[f64]) -> Result<(), ParameterError> {
+        if parameters.len() != self.parameters.len() {
+            let names: Vec<_> = self.parameters.iter().map(|parameter| parameter.name).collect();
+            let expected = names.join(", ");
+            return Err(ParameterError::Count { effect: self.name, expected, given: parameters.len() });
+        }
+        for (spec, &value) in self.parameters.iter().zip(parameters) {
+            if !value.is_finite() || !(spec.min..=spec.max).contains(&value) {
+                let ParameterSpec { name: parameter, min, max, .. } = *spec;
+                return Err(ParameterError::Bounds { effect: self.name, parameter, value, min, max });
+            }
+        }
+        Ok(())
+    }
+
     /// The linear parameters.
     pub fn linear(&self) -> impl Iterator<Item = &'static ParameterSpec> {
         self.parameters.iter().filter(|parameter| matches!(parameter.role, Role::Linear))
@@ -223,14 +271,19 @@ impl Spec {
 /// The torque of an effect with given parameters (in the order of its spec): Σ θₖ φₖ, for all joints.
 ///
 /// # Errors
-/// [`NotApplicable`] as [`Effect::columns`].
+/// [`NotApplicable`] as [`Effect::columns`], and if there are too few or too many parameters.
 pub fn torque(
     effect: &dyn Effect,
     motion: &Motion,
     joint: usize,
     parameters: &[f64],
 ) -> Result<PerJoint, NotApplicable> {
-    let (linear, shape) = parameters.split_at(effect.spec().linear().count());
+    let spec = effect.spec();
+    if parameters.len() != spec.parameters.len() {
+        let reason = format!("it has {} parameters, {} were given", spec.parameters.len(), parameters.len());
+        return Err(NotApplicable { effect: spec.name, reason });
+    }
+    let (linear, shape) = parameters.split_at(spec.linear().count());
     let mut torque = vec![vec![0.0; motion.trajectory.len()]; motion.trajectory.joint_count()];
     for (column, factor) in effect.columns(motion, joint, shape)?.iter().zip(linear) {
         for (on, values) in &column.parts {

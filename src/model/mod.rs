@@ -1,1 +1,246 @@
-//! To be written.
+//! A model is a **sum of torque terms**: τ̂(q, q̇, q̈) = Σ terms.
+//!
+//! Each term gives its torque by sample and joint. The presets are lists of terms; "add the effect" pushes one. The
+//! decomposition plot, the ladder and the diagnosis all read this one list.
+//!
+//! [`terms`] turns terms into columns, [`preparation`] filters and decimates what is fitted, [`least_squares`] solves,
+//! [`mod@fit`] identifies all parameters jointly, [`evaluate`] predicts and measures the error.
+
+pub mod design;
+pub mod evaluate;
+pub mod file;
+pub mod fit;
+pub mod least_squares;
+pub mod preparation;
+pub mod terms;
+
+use serde::{Deserialize, Serialize};
+
+use crate::arm::Arm;
+use crate::effect::{self, Effect, Scope, registry};
+use crate::recording::Recording;
+
+pub use evaluate::{Evaluation, JointError, Prediction};
+pub use fit::{Fitted, Parameter, fit};
+
+/// A list of torque terms; their order is the order in which they are shown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// The terms.
+    pub terms: Vec<Term>,
+}
+
+/// One term of a model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Term {
+    /// The planar rigid body.
+    RigidBody(RigidBody),
+    /// A physical effect.
+    Effect(EffectTerm),
+}
+
+/// Where the rigid body's parameters come from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RigidBody {
+    /// Base parameters, identified together with everything else.
+    Identified,
+    /// As stated by the arm's maker, held fixed.
+    Stated(Arm),
+}
+
+/// One effect on one joint, or on the whole arm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EffectTerm {
+    /// Its id in the registry.
+    pub effect: String,
+    /// The joint (from 0); `None` for an effect of the whole arm.
+    pub joint: Option<usize>,
+}
+
+/// Models to start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// A rigid body whose base parameters are identified from the data.
+    #[default]
+    RigidBody,
+    /// A rigid body with the parameters that the recording states.
+    StatedArm,
+}
+
+/// The model can't be used on this recording.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// The recording has more joints than the planar arm supports.
+    #[error("the planar rigid body has 1 to {most} joints, this recording has {joints}: map fewer joints", most = crate::arm::MOST_JOINTS)]
+    JointCount {
+        /// Of the recording.
+        joints: usize,
+    },
+    /// The stated arm has another number of joints than the recording.
+    #[error("the stated arm has {arm} joints, the recording has {recording}: state the arm that was measured")]
+    OtherArm {
+        /// Joints of the arm.
+        arm: usize,
+        /// Joints of the recording.
+        recording: usize,
+    },
+    /// The preset needs an arm that the recording does not state.
+    #[error("the recording states no arm: choose the preset `rigid-body`, which identifies it, or give an arm file")]
+    NoStatedArm,
+    /// Rigid bodies of several sliding joints are not known.
+    #[error("a sliding joint is supported on its own only, this recording has {joints} joints: map one joint")]
+    Prismatic {
+        /// Of the recording.
+        joints: usize,
+    },
+    /// A term names a joint that the recording does not have.
+    #[error("{effect} is asked for on joint {joint}, but the recording has {joints} joints")]
+    NoSuchJoint {
+        /// The effect.
+        effect: String,
+        /// Counted from 1.
+        joint: usize,
+        /// Of the recording.
+        joints: usize,
+    },
+    /// An effect that is not in the registry.
+    #[error(transparent)]
+    UnknownEffect(#[from] registry::UnknownEffect),
+    /// An effect that can't be computed for these data.
+    #[error(transparent)]
+    NotApplicable(#[from] effect::NotApplicable),
+    /// Too few samples for the number of parameters.
+    #[error("{samples} samples are too few to identify {parameters} parameters: record at least {needed}", needed = 4 * parameters)]
+    TooFewSamples {
+        /// After decimation, over all joints.
+        samples: usize,
+        /// To be identified.
+        parameters: usize,
+    },
+    /// Nothing varies.
+    #[error("{0}: no parameter can be identified from it")]
+    NothingToLearn(String),
+    /// Stopped by the user.
+    #[error(transparent)]
+    Stopped(#[from] crate::progress::Stopped),
+}
+
+impl Preset {
+    /// All presets, in the order in which lists show them.
+    pub const ALL: [Preset; 2] = [Preset::RigidBody, Preset::StatedArm];
+
+    /// Its name on the command line and in files.
+    pub fn id(self) -> &'static str {
+        match self {
+            Preset::RigidBody => "rigid-body",
+            Preset::StatedArm => "stated-arm",
+        }
+    }
+
+    /// What it is, for lists.
+    pub fn description(self) -> &'static str {
+        match self {
+            Preset::RigidBody => "rigid body, base parameters identified from the data",
+            Preset::StatedArm => "rigid body with the masses and lengths that the recording states",
+        }
+    }
+
+    /// The model for this recording.
+    ///
+    /// # Errors
+    /// [`ModelError::NoStatedArm`] if the preset needs an arm that the recording does not state.
+    pub fn model(self, recording: &Recording) -> Result<Model, ModelError> {
+        let body = match self {
+            Preset::RigidBody => RigidBody::Identified,
+            Preset::StatedArm => RigidBody::Stated(recording.stated_arm.clone().ok_or(ModelError::NoStatedArm)?),
+        };
+        Ok(Model { terms: vec![Term::RigidBody(body)] })
+    }
+}
+
+impl Model {
+    /// This model with an effect more: on each of `joints`, or on the whole arm if the effect is one of the whole arm.
+    ///
+    /// Effects that the new one includes (Stribeck includes Coulomb) are replaced. An effect that is there already is
+    /// not added twice.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownEffect`].
+    pub fn with_effect(&self, id: &str, joints: &[usize]) -> Result<Model, ModelError> {
+        let spec = registry::find(id)?.spec();
+        let joints: Vec<Option<usize>> = match spec.scope {
+            Scope::Arm => vec![None],
+            Scope::Joint => joints.iter().copied().map(Some).collect(),
+        };
+        let mut model = self.clone();
+        for joint in joints {
+            let covered = |term: &EffectTerm| {
+                term.joint == joint && registry::find(&term.effect).is_ok_and(|old| old.spec().includes.contains(&id))
+            };
+            let there = |term: &EffectTerm| term.joint == joint && (term.effect == id);
+            if model.effects().any(|term| covered(term) || there(term)) {
+                continue;
+            }
+            model.terms.retain(|term| match term {
+                Term::Effect(old) => old.joint != joint || !spec.includes.contains(&old.effect.as_str()),
+                Term::RigidBody(_) => true,
+            });
+            model.terms.push(Term::Effect(EffectTerm { effect: id.to_owned(), joint }));
+        }
+        Ok(model)
+    }
+
+    /// This model with the rigid body held at the stated arm.
+    pub fn pinned_to(&self, arm: &Arm) -> Model {
+        let mut model = self.clone();
+        for term in &mut model.terms {
+            if let Term::RigidBody(body) = term {
+                *body = RigidBody::Stated(arm.clone());
+            }
+        }
+        model
+    }
+
+    /// The effects in it.
+    pub fn effects(&self) -> impl Iterator<Item = &EffectTerm> {
+        self.terms.iter().filter_map(|term| match term {
+            Term::Effect(effect) => Some(effect),
+            Term::RigidBody(_) => None,
+        })
+    }
+
+    /// Whether its rigid body is held at a stated arm.
+    pub fn is_pinned(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term, Term::RigidBody(RigidBody::Stated(_))))
+    }
+}
+
+impl Term {
+    /// Name for legends and tables, such as `Coulomb friction, joint 2`.
+    pub fn label(&self) -> String {
+        match self {
+            Term::RigidBody(RigidBody::Identified) => "rigid body".to_owned(),
+            Term::RigidBody(RigidBody::Stated(_)) => "stated rigid body".to_owned(),
+            Term::Effect(term) => {
+                let name = registry::find(&term.effect).map_or(term.effect.as_str(), |effect| effect.spec().name);
+                match term.joint {
+                    Some(joint) => format!("{name}, joint {}", joint + 1),
+                    None => name.to_owned(),
+                }
+            }
+        }
+    }
+}
+
+impl EffectTerm {
+    /// The effect itself.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownEffect`].
+    pub fn find(&self) -> Result<&'static dyn Effect, ModelError> {
+        Ok(registry::find(&self.effect)?)
+    }
+}

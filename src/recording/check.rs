@@ -1,1 +1,446 @@
-//! To be written.
+//! What is odd about a recording, said before anybody trains on it.
+//!
+//! A finding never changes the data. What the import had to do (cut at gaps, convert units) is a finding too, so that
+//! nothing happens in silence.
+
+use std::f64::consts::PI;
+use std::fmt;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::differentiate::{central_difference, default_cutoff, low_pass};
+use super::{JointKind, Origin, PerJoint, Provenance, Recording, Trajectory};
+
+/// One thing that the user should know about a recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// How much it matters.
+    pub severity: Severity,
+    /// What sort of thing it is.
+    pub kind: FindingKind,
+    /// What was found, a sentence.
+    pub what: String,
+    /// Where.
+    pub place: Place,
+    /// What to do about it, a sentence; empty where nothing has to be done.
+    pub remedy: String,
+}
+
+/// How much a finding matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Good to know.
+    Info,
+    /// Results may be wrong.
+    Warning,
+    /// Results will be wrong.
+    Error,
+}
+
+/// The sorts of findings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FindingKind {
+    /// Samples with NaN or infinite values were left out.
+    NonFinite,
+    /// The clock jumps; the trajectory was cut there.
+    TimeGap,
+    /// Time steps differ much from each other.
+    UnevenTime,
+    /// The time stamps are hardly in seconds.
+    TimeUnit,
+    /// A channel never changes.
+    Constant,
+    /// q̇ is not dq/dt.
+    VelocityMismatch,
+    /// q̈ is not dq̇/dt.
+    AccelerationMismatch,
+    /// Angles that look like degrees.
+    Degrees,
+    /// Too little data to learn from.
+    FewSamples,
+    /// Values were converted to SI units.
+    Converted,
+    /// A channel holds commanded values, not measured ones.
+    Commanded,
+    /// Other columns could have been taken.
+    Alternatives,
+    /// Parts of the file were not read.
+    PassedOver,
+}
+
+/// Where something was found; what is `None` does not apply or means everywhere.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Place {
+    /// Name of the file.
+    pub file: Option<String>,
+    /// Index into [`Recording::trajectories`].
+    pub trajectory: Option<usize>,
+    /// Index into [`Recording::joints`].
+    pub joint: Option<usize>,
+    /// Samples of the trajectory.
+    pub samples: Option<Range<usize>>,
+}
+
+impl Place {
+    /// Everywhere in a file.
+    pub fn file(name: &str) -> Self {
+        Place { file: Some(name.to_owned()), ..Place::default() }
+    }
+
+    /// A joint, in all trajectories.
+    pub fn joint(joint: usize) -> Self {
+        Place { joint: Some(joint), ..Place::default() }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(file) = &self.place.file {
+            write!(f, "{file}: ")?;
+        }
+        f.write_str(&self.what)?;
+        if self.remedy.is_empty() { Ok(()) } else { write!(f, " {}", self.remedy) }
+    }
+}
+
+/// Takes a channel out of a trajectory.
+type Pick = fn(&Trajectory) -> &PerJoint;
+
+/// A step longer than this many median steps is a gap: derivatives and internal states can't be followed across it.
+pub const GAP_STEPS: f64 = 5.0;
+/// Fewer samples than this in all are too few to tell effects apart.
+const FEW_SAMPLES: usize = 200;
+/// A revolute joint that moves further than this \[rad\] is more likely to be given in degrees.
+const FAR: f64 = 15.0;
+/// Longest median step \[s\] that is believed.
+const LONGEST_STEP: f64 = 0.5;
+/// Shortest median step \[s\] that is believed.
+const SHORTEST_STEP: f64 = 1e-5;
+/// Largest lag that is looked for \[samples\].
+const LONGEST_LAG: usize = 20;
+
+/// All that is odd about a recording that keeps its promises ([`Recording::verify`]); worst first. It looks at gaps,
+/// uneven or unbelievable time steps, constant channels, derivatives that disagree, degrees and too little data.
+pub fn check(recording: &Recording) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    few_samples(recording, &mut findings);
+    clock(recording, &mut findings);
+    for joint in 0..recording.joint_count() {
+        constant(recording, joint, &mut findings);
+        degrees(recording, joint, &mut findings);
+        derivatives(recording, joint, &mut findings);
+    }
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    findings
+}
+
+fn few_samples(recording: &Recording, findings: &mut Vec<Finding>) {
+    let count = recording.sample_count();
+    if count < FEW_SAMPLES {
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::FewSamples,
+            what: format!("the recording has only {count} samples."),
+            place: Place::default(),
+            remedy: format!("Record at least {FEW_SAMPLES}, better some thousand, of varied motion."),
+        });
+    }
+}
+
+fn clock(recording: &Recording, findings: &mut Vec<Finding>) {
+    let mut uneven = Vec::new();
+    for (index, trajectory) in recording.trajectories.iter().enumerate() {
+        let median = trajectory.time_step();
+        let place = Place { trajectory: Some(index), ..Place::default() };
+        let steps = || trajectory.time.windows(2).map(|pair| pair[1] - pair[0]);
+        for (at, step) in steps().enumerate().filter(|(_, step)| *step > GAP_STEPS * median) {
+            findings.push(Finding {
+                severity: Severity::Warning,
+                kind: FindingKind::TimeGap,
+                what: format!("`{}` has a gap of {step:.4} s after sample {at}.", trajectory.name),
+                place: Place { samples: Some(at..at + 2), ..place.clone() },
+                remedy: "Cut the trajectory there.".to_owned(),
+            });
+        }
+        let off = steps().filter(|step| (step / median - 1.0).abs() > 0.2).count();
+        if off * 100 > trajectory.len() {
+            uneven.push((off as f64 / trajectory.len() as f64, trajectory.name.as_str(), place));
+        }
+    }
+    if let Some((share, name, place)) = uneven.iter().max_by(|a, b| a.0.total_cmp(&b.0)) {
+        findings.push(Finding {
+            severity: Severity::Info,
+            kind: FindingKind::UnevenTime,
+            what: format!(
+                "{} of {} trajectories have uneven time steps; in `{name}` {:.0} % differ by more than a fifth from the median.",
+                uneven.len(),
+                recording.trajectories.len(),
+                100.0 * share
+            ),
+            place: place.clone(),
+            remedy: "Derivatives use the actual times; the cut-off of filters holds for the median step.".to_owned(),
+        });
+    }
+    let steps = recording.trajectories.iter().map(Trajectory::time_step).filter(|step| *step > 0.0);
+    if let Some(step) = steps.reduce(f64::max).filter(|step| !(SHORTEST_STEP..=LONGEST_STEP).contains(step)) {
+        let unit = if step > LONGEST_STEP { "milliseconds or smaller" } else { "larger than seconds" };
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::TimeUnit,
+            what: format!("the median time step is {step} s, which hardly is a robot's; the unit may be {unit}."),
+            place: Place::default(),
+            remedy: "Name the unit in the column, such as `time[ms]`, and read the file again.".to_owned(),
+        });
+    }
+}
+
+fn constant(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
+    let channels: [(&str, Pick); 4] = [("q", |t| &t.q), ("q̇", |t| &t.qd), ("q̈", |t| &t.qdd), ("τ", |t| &t.tau)];
+    let still: Vec<&str> = channels
+        .iter()
+        .filter(|(_, channel)| {
+            let mut values = recording.trajectories.iter().flat_map(|t| &channel(t)[joint]);
+            let first = values.next();
+            values.all(|value| Some(value) == first)
+        })
+        .map(|(name, _)| *name)
+        .collect();
+    if still.is_empty() {
+        return;
+    }
+    findings.push(Finding {
+        severity: Severity::Warning,
+        kind: FindingKind::Constant,
+        what: format!("{} of {} never changes.", still.join(", "), recording.joints[joint].name),
+        place: Place::joint(joint),
+        remedy: "Nothing can be learned from it: check the mapping, or record a motion of this joint.".to_owned(),
+    });
+}
+
+fn degrees(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
+    if recording.joints[joint].kind != JointKind::Revolute {
+        return;
+    }
+    let furthest = recording.trajectories.iter().flat_map(|t| &t.q[joint]).fold(0.0, |far: f64, q| far.max(q.abs()));
+    if furthest > FAR {
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::Degrees,
+            what: format!("q of {} reaches {furthest:.1} rad, which looks like degrees.", recording.joints[joint].name),
+            place: Place::joint(joint),
+            remedy: "If it is, name the unit in the column, such as `q1[deg]`, and read the file again.".to_owned(),
+        });
+    }
+}
+
+fn derivatives(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
+    let Provenance { velocity, acceleration } = &recording.provenance;
+    let comparisons: [(&Origin, FindingKind, [&str; 3], Pick, Pick); 2] = [
+        (velocity, FindingKind::VelocityMismatch, ["q̇", "dq/dt", "qd"], |t| &t.q, |t| &t.qd),
+        (acceleration, FindingKind::AccelerationMismatch, ["q̈", "dq̇/dt", "qdd"], |t| &t.qd, |t| &t.qdd),
+    ];
+    for (origin, kind, [name, slope, key], signal, stated) in comparisons {
+        if *origin != Origin::Measured {
+            continue;
+        }
+        let complaint = Comparison::of(recording, joint, signal, stated).and_then(|found| found.complaint(slope));
+        if let Some((severity, complaint)) = complaint {
+            findings.push(Finding {
+                severity,
+                kind,
+                what: format!("{name} of {} {complaint}.", recording.joints[joint].name),
+                place: Place::joint(joint),
+                remedy: format!("Check unit, sign, gear ratio and mapping of the column, or derive it with `{key}=-`."),
+            });
+        }
+    }
+}
+
+/// How a stated derivative relates to the one computed, over all trajectories.
+#[derive(Debug, Clone, Copy)]
+struct Comparison {
+    /// Stated = factor × computed, after the lag is taken out.
+    factor: f64,
+    /// By how many samples the stated one comes late.
+    lag: isize,
+    /// The same in s.
+    lag_seconds: f64,
+    /// Share of the stated derivative's power that the computed one explains, lag taken out.
+    agreement: f64,
+    /// The same without taking the lag out.
+    agreement_at_once: f64,
+}
+
+impl Comparison {
+    /// `None` where there is too little motion or data to tell.
+    fn of(recording: &Recording, joint: usize, signal: Pick, stated: Pick) -> Option<Comparison> {
+        let margin = LONGEST_LAG;
+        let lags = -(margin as isize)..=margin as isize;
+        let mut products = vec![(0.0, 0.0); lags.clone().count()]; // Σ computed · stated, Σ computed²
+        let (mut stated_power, mut noise_power) = (0.0, 0.0);
+        let mut step = 0.0;
+        for trajectory in recording.trajectories.iter().filter(|t| t.len() > 4 * margin) {
+            step = trajectory.time_step();
+            let smooth = |signal: &[f64]| low_pass(signal, step, default_cutoff(step));
+            let raw = central_difference(&signal(trajectory)[joint], &trajectory.time);
+            let computed = smooth(&raw);
+            let stated = smooth(&stated(trajectory)[joint]);
+            let inner = margin..trajectory.len() - margin;
+            for sample in inner.clone() {
+                stated_power += stated[sample].powi(2);
+                noise_power += (raw[sample] - computed[sample]).powi(2);
+            }
+            for (lag, (product, power)) in lags.clone().zip(&mut products) {
+                for sample in inner.clone() {
+                    let value = computed[sample.wrapping_add_signed(-lag)];
+                    *product += value * stated[sample];
+                    *power += value * value;
+                }
+            }
+        }
+        // A joint that was held still has noise only, which follows nothing.
+        if products[margin].1 <= noise_power {
+            return None;
+        }
+        let agreement = |(product, power): (f64, f64)| product * product / (power * stated_power);
+        let (lag, best) = lags
+            .zip(&products)
+            .max_by(|a, b| agreement(*a.1).total_cmp(&agreement(*b.1)).then(b.0.abs().cmp(&a.0.abs())))?;
+        let found = Comparison {
+            factor: best.0 / best.1,
+            lag,
+            lag_seconds: lag as f64 * step,
+            agreement: agreement(*best),
+            agreement_at_once: agreement(products[margin]),
+        };
+        (found.agreement.is_finite() && found.factor.is_finite()).then_some(found)
+    }
+
+    /// What is wrong, in words that go on after the name of the channel; `None` if the two agree.
+    fn complaint(&self, slope: &str) -> Option<(Severity, String)> {
+        let Comparison { factor, lag, lag_seconds, agreement, agreement_at_once } = *self;
+        if agreement < 0.7 {
+            let severity = if agreement < 0.3 { Severity::Error } else { Severity::Warning };
+            let percent = 100.0 * agreement;
+            return Some((severity, format!("does not follow {slope}: only {percent:.0} % of it is explained")));
+        }
+        let mut parts = Vec::new();
+        let mut severity = Severity::Warning;
+        if (factor - 1.0).abs() > 0.1 {
+            let readings = [(180.0 / PI, "degrees"), (PI / 180.0, "degrees"), (-1.0, "the other sign")];
+            let likely = readings.iter().find(|(known, _)| (factor / known - 1.0).abs() < 0.1);
+            let likely = likely.map_or(String::new(), |(_, name)| format!(" (it looks like {name})"));
+            parts.push(format!("is {factor:.3} times {slope}{likely}"));
+            if (factor - 1.0).abs() > 0.5 {
+                severity = Severity::Error;
+            }
+        }
+        // A lag is believed where taking it out removes a good part of what was unexplained.
+        if lag.abs() >= 2 && 1.0 - agreement < 0.6 * (1.0 - agreement_at_once) {
+            let direction = if lag > 0 { "behind" } else { "ahead of" };
+            parts.push(format!("is {} samples ({:.4} s) {direction} {slope}", lag.abs(), lag_seconds.abs()));
+        }
+        (!parts.is_empty()).then(|| (severity, parts.join(" and ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Joint;
+
+    /// One joint that swings; q̇ = `factor` times the truth, `lag` samples late, likewise q̈.
+    fn swinging(factor: f64, lag: f64) -> Recording {
+        let step = 0.002;
+        let time: Vec<f64> = (0..3000).map(|sample| sample as f64 * step).collect();
+        let wave = |t: f64| (3.0 * t).sin() + 0.5 * (7.0 * t).cos();
+        let speed = |t: f64| 3.0 * (3.0 * t).cos() - 3.5 * (7.0 * t).sin();
+        let growth = |t: f64| -9.0 * (3.0 * t).sin() - 24.5 * (7.0 * t).cos();
+        let sampled = |f: &dyn Fn(f64) -> f64| vec![time.iter().map(|t| f(*t)).collect::<Vec<f64>>()];
+        Recording {
+            name: "swing".into(),
+            joints: vec![Joint::numbered(1)],
+            trajectories: vec![Trajectory {
+                name: "swing".into(),
+                q: sampled(&wave),
+                qd: sampled(&|t| factor * speed(t - lag * step)),
+                qdd: sampled(&|t| factor * growth(t - lag * step)),
+                tau: sampled(&growth),
+                time,
+            }],
+            provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
+            posture: None,
+            stated_arm: None,
+            seal: None,
+        }
+    }
+
+    fn kinds(recording: &Recording) -> Vec<FindingKind> {
+        check(recording).into_iter().map(|finding| finding.kind).collect()
+    }
+
+    #[test]
+    fn a_clean_recording_has_no_findings() {
+        assert_eq!(check(&swinging(1.0, 0.0)), []);
+    }
+
+    #[test]
+    fn a_velocity_of_another_unit_sign_or_moment_is_told_with_factor_and_lag() {
+        for (factor, lag, words) in [
+            (180.0 / PI, 0.0, "looks like degrees"),
+            (-1.0, 0.0, "other sign"),
+            (0.5, 0.0, "0.500 times"),
+            (1.0, 8.0, "8 samples (0.0160 s) behind"),
+            (1.0, -5.0, "5 samples (0.0100 s) ahead"),
+        ] {
+            let found = check(&swinging(factor, lag));
+            let velocity = found.iter().find(|f| f.kind == FindingKind::VelocityMismatch).unwrap();
+            assert!(velocity.what.contains(words), "{}", velocity.what);
+        }
+    }
+
+    #[test]
+    fn a_joint_that_was_held_still_raises_no_alarm_about_its_noise() {
+        let mut recording = swinging(1.0, 0.0);
+        let noise = |salt: f64| move |sample: usize| ((sample as f64 * salt).sin() * 43758.5453).fract() - 0.5;
+        let Trajectory { q, qd, qdd, .. } = &mut recording.trajectories[0];
+        q[0] = (0..3000).map(noise(12.9898)).map(|value| 1e-4 * value).collect();
+        qd[0] = (0..3000).map(noise(78.233)).map(|value| 1e-2 * value).collect();
+        qdd[0] = (0..3000).map(noise(37.719)).collect();
+        assert_eq!(kinds(&recording), []);
+    }
+
+    #[test]
+    fn an_acceleration_that_is_something_else_is_told() {
+        let mut recording = swinging(1.0, 0.0);
+        recording.trajectories[0].qdd[0] = recording.trajectories[0].q[0].iter().map(|q| (q * 91.0).sin()).collect();
+        assert_eq!(kinds(&recording), [FindingKind::AccelerationMismatch]);
+    }
+
+    #[test]
+    fn gaps_constants_degrees_few_samples_and_odd_clocks_are_told() {
+        let mut recording = swinging(1.0, 0.0);
+        recording.trajectories[0].time.iter_mut().skip(1500).for_each(|t| *t += 1.0);
+        assert_eq!(kinds(&recording), [FindingKind::TimeGap]);
+
+        let mut recording = swinging(1.0, 0.0);
+        recording.trajectories[0].tau[0].fill(0.0);
+        assert_eq!(kinds(&recording), [FindingKind::Constant]);
+
+        let mut recording = swinging(1.0, 0.0);
+        let Trajectory { q, qd, qdd, .. } = &mut recording.trajectories[0];
+        q.iter_mut().chain(qd).chain(qdd).flatten().for_each(|value| *value *= 57.3);
+        assert_eq!(kinds(&recording), [FindingKind::Degrees]);
+
+        let mut recording = swinging(1.0, 0.0);
+        recording.trajectories = vec![recording.trajectories[0].slice(0..50)];
+        assert_eq!(kinds(&recording), [FindingKind::FewSamples]);
+
+        let mut recording = swinging(1.0, 0.0);
+        recording.trajectories[0].time.iter_mut().for_each(|t| *t *= 1000.0);
+        assert!(kinds(&recording).contains(&FindingKind::TimeUnit));
+    }
+}

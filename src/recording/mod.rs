@@ -7,6 +7,7 @@
 
 pub mod check;
 pub mod differentiate;
+mod layout;
 pub mod mapping;
 pub mod read;
 pub mod seal;
@@ -15,7 +16,7 @@ pub mod write;
 
 use serde::{Deserialize, Serialize};
 
-use crate::arm::{Arm, Posture};
+use crate::arm::{Arm, ArmError, Posture};
 use seal::Seal;
 
 /// One value per sample for each joint: `signal[joint][sample]`.
@@ -86,6 +87,63 @@ pub struct Provenance {
     pub acceleration: Origin,
 }
 
+/// A recording does not keep what its types promise.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RecordingError {
+    /// It has no joint.
+    #[error("the recording has no joint; at least one is needed")]
+    NoJoint,
+    /// It has no trajectory.
+    #[error("the recording has no trajectory; at least one is needed")]
+    NoTrajectory,
+    /// A channel of a trajectory has the wrong shape.
+    #[error("trajectory `{trajectory}`: {channel} has {found}, but {expected} are needed")]
+    Shape {
+        /// Name of the trajectory.
+        trajectory: String,
+        /// Which channel.
+        channel: &'static str,
+        /// What it has.
+        found: String,
+        /// What it must have.
+        expected: String,
+    },
+    /// A value is NaN or infinite.
+    #[error(
+        "trajectory `{trajectory}`: {channel} of joint {joint} is {value} at sample {sample}; cut the trajectory there"
+    )]
+    NotFinite {
+        /// Name of the trajectory.
+        trajectory: String,
+        /// Which channel.
+        channel: &'static str,
+        /// Counted from 1.
+        joint: usize,
+        /// Counted from 0.
+        sample: usize,
+        /// The value.
+        value: f64,
+    },
+    /// The clock stands still, goes back or is not a number.
+    #[error("trajectory `{trajectory}`: time goes from {before} s to {after} s at sample {sample}, but must increase")]
+    Clock {
+        /// Name of the trajectory.
+        trajectory: String,
+        /// The later of the two samples, counted from 0.
+        sample: usize,
+        /// Its predecessor's time \[s\].
+        before: f64,
+        /// Its time \[s\].
+        after: f64,
+    },
+    /// The stated arm can't exist.
+    #[error("the stated arm: {0}")]
+    Arm(#[from] ArmError),
+    /// The posture's angle is not a number.
+    #[error("the posture's angle at q = 0 is {0} rad, but must be finite")]
+    Posture(f64),
+}
+
 /// Where a channel came from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -105,6 +163,27 @@ impl Recording {
     /// How many samples all trajectories have together.
     pub fn sample_count(&self) -> usize {
         self.trajectories.iter().map(Trajectory::len).sum()
+    }
+
+    /// Checks what the fields promise: a joint and a trajectory at least, all channels of one shape, finite values, a
+    /// clock that increases, a stated arm that can exist.
+    ///
+    /// # Errors
+    /// [`RecordingError`] names the first promise that is broken, and where.
+    pub fn verify(&self) -> Result<(), RecordingError> {
+        if self.joints.is_empty() {
+            return Err(RecordingError::NoJoint);
+        }
+        if self.trajectories.is_empty() {
+            return Err(RecordingError::NoTrajectory);
+        }
+        if let Some(posture) = self.posture.filter(|posture| !posture.zero_angle.is_finite()) {
+            return Err(RecordingError::Posture(posture.zero_angle));
+        }
+        if let Some(arm) = &self.stated_arm {
+            arm.check()?;
+        }
+        self.trajectories.iter().try_for_each(|trajectory| trajectory.verify(self.joint_count()))
     }
 }
 
@@ -126,12 +205,39 @@ impl Trajectory {
 
     /// Median time step \[s\]; 0 with fewer than two samples.
     pub fn time_step(&self) -> f64 {
-        let mut steps: Vec<f64> = self.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        if steps.is_empty() {
-            return 0.0;
+        differentiate::median_step(&self.time)
+    }
+
+    fn verify(&self, joints: usize) -> Result<(), RecordingError> {
+        let trajectory = || self.name.clone();
+        if self.is_empty() {
+            let (found, expected) = ("no sample".to_owned(), "at least 1".to_owned());
+            return Err(RecordingError::Shape { trajectory: trajectory(), channel: "time", found, expected });
         }
-        let middle = steps.len() / 2;
-        *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+        for (channel, values) in [("q", &self.q), ("qd", &self.qd), ("qdd", &self.qdd), ("tau", &self.tau)] {
+            let shape = |found, expected| RecordingError::Shape { trajectory: trajectory(), channel, found, expected };
+            if values.len() != joints {
+                return Err(shape(format!("{} joints", values.len()), joints.to_string()));
+            }
+            for (index, signal) in values.iter().enumerate() {
+                if signal.len() != self.len() {
+                    return Err(shape(format!("{} samples", signal.len()), self.len().to_string()));
+                }
+                if let Some(sample) = signal.iter().position(|value| !value.is_finite()) {
+                    let (joint, value) = (index + 1, signal[sample]);
+                    return Err(RecordingError::NotFinite { trajectory: trajectory(), channel, joint, sample, value });
+                }
+            }
+        }
+        let clock = |sample: usize, before: f64, after: f64| {
+            Err(RecordingError::Clock { trajectory: trajectory(), sample, before, after })
+        };
+        let goes_on = |pair: &[f64]| pair[1] > pair[0] && pair[1].is_finite();
+        match self.time.windows(2).position(|pair| !goes_on(pair)) {
+            Some(before) => clock(before + 1, self.time[before], self.time[before + 1]),
+            None if self.time.first().is_some_and(|start| !start.is_finite()) => clock(0, self.time[0], self.time[0]),
+            None => Ok(()),
+        }
     }
 
     /// The samples of `range` as a trajectory of their own.

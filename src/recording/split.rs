@@ -104,3 +104,80 @@ impl Split {
         split
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Joint, Origin, Provenance};
+
+    fn recording(lengths: &[usize]) -> Recording {
+        let trajectory = |(index, &length): (usize, &usize)| {
+            let signal = || vec![vec![0.0; length]];
+            let time = (0..length).map(|sample| sample as f64).collect();
+            let name = format!("run {index}");
+            Trajectory { name, time, q: signal(), qd: signal(), qdd: signal(), tau: signal() }
+        };
+        Recording {
+            name: "test".into(),
+            joints: vec![Joint::numbered(1)],
+            trajectories: lengths.iter().enumerate().map(trajectory).collect(),
+            provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
+            posture: None,
+            stated_arm: None,
+            seal: None,
+        }
+    }
+
+    /// How often each sample is in a part, by trajectory.
+    fn uses(recording: &Recording, split: &Split) -> Vec<Vec<usize>> {
+        let mut uses: Vec<Vec<usize>> = recording.trajectories.iter().map(|t| vec![0; t.len()]).collect();
+        for segment in split.train.iter().chain(&split.held_out) {
+            uses[segment.trajectory][segment.samples.clone()].iter_mut().for_each(|count| *count += 1);
+        }
+        uses
+    }
+
+    fn size(part: &[Segment]) -> usize {
+        part.iter().map(|segment| segment.samples.len()).sum()
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn every_sample_is_in_exactly_one_part(lengths in proptest::collection::vec(1usize..200, 1..12)) {
+            let recording = recording(&lengths);
+            let split = Split::automatic(&recording);
+            for uses in uses(&recording, &split) {
+                proptest::prop_assert!(uses.iter().all(|count| *count == 1));
+            }
+            proptest::prop_assert!(size(&split.train) > 0 || recording.sample_count() < 5);
+        }
+    }
+
+    #[test]
+    fn about_a_fifth_is_held_out() {
+        for lengths in [&[1000][..], &[500, 500], &[400, 300, 300], &[100; 4], &[100; 10], &[100; 23]] {
+            let recording = recording(lengths);
+            let split = Split::automatic(&recording);
+            let share = size(&split.held_out) as f64 / recording.sample_count() as f64;
+            assert!((0.12..=0.3).contains(&share), "{lengths:?}: {share}");
+        }
+    }
+
+    #[test]
+    fn names_decide_what_is_held_out() {
+        let recording = recording(&[10, 20, 30]);
+        let split = Split::holding_out(&recording, &["run 1".into()]).unwrap();
+        assert_eq!(split.held_out, [Segment { trajectory: 1, samples: 0..20 }]);
+        assert_eq!(size(&split.train), 40);
+        assert!(uses(&recording, &split).iter().flatten().all(|count| *count == 1));
+    }
+
+    #[test]
+    fn unknown_names_and_nothing_to_train_on_are_errors() {
+        let recording = recording(&[10, 20]);
+        let error = Split::holding_out(&recording, &["run 7".into()]).unwrap_err();
+        assert_eq!(error.to_string(), "no trajectory is named `run 7`; the recording has: run 0, run 1");
+        let all = ["run 0".into(), "run 1".into()];
+        assert_eq!(Split::holding_out(&recording, &all), Err(SplitError::NothingToTrain(2)));
+    }
+}

@@ -1,1 +1,144 @@
-//! To be written.
+//! Recordings as bytes: NPZ in our own layout, which reads back bit by bit, and CSV. Equal recordings give equal bytes.
+
+use std::fmt::Write as _;
+use std::io::{Cursor, Write};
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use super::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION};
+use super::{PerJoint, Recording, RecordingError, Trajectory};
+
+/// The recording can't be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// It does not keep its promises, so it could not be read back.
+    #[error("{0}")]
+    Recording(#[from] RecordingError),
+    /// The archive could not be made.
+    #[error("the archive could not be made: {0}")]
+    Archive(#[from] zip::result::ZipError),
+    /// The same, while writing an entry.
+    #[error("the archive could not be made: {0}")]
+    Entry(#[from] std::io::Error),
+    /// The description could not be made.
+    #[error("the description of the recording could not be made: {0}")]
+    Manifest(#[from] serde_json::Error),
+}
+
+/// The whole recording as an NPZ file.
+///
+/// Arrays, all f64 but `trajectory` (i64): `time` \[N\], `trajectory` \[N\], `q`, `qd`, `qdd`, `tau` \[N, n\], where N counts
+/// the samples of all trajectories in turn. Names, provenance and the like stand in the entry `torquescope.json`, the
+/// sealed truth in `truth.sealed`. `numpy.load` opens it.
+///
+/// # Errors
+/// [`WriteError::Recording`] if the recording does not pass [`Recording::verify`].
+pub fn to_npz_bytes(recording: &Recording) -> Result<Vec<u8>, WriteError> {
+    recording.verify()?;
+    let (samples, joints) = (recording.sample_count(), recording.joint_count());
+    let trajectories = &recording.trajectories;
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    // Stored, with a fixed time: the same recording gives the same bytes everywhere, and numpy can map them.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let mut entry = |name: &str, bytes: &[u8]| -> Result<(), WriteError> {
+        archive.start_file(name, options.large_file(bytes.len() > u32::MAX as usize / 2))?;
+        archive.write_all(bytes)?;
+        Ok(())
+    };
+
+    let time = trajectories.iter().flat_map(|t| &t.time).flat_map(|value| value.to_le_bytes());
+    entry(&format!("{TIME}.npy"), &npy("<f8", &[samples], time))?;
+    let number = trajectories.iter().enumerate().flat_map(|(index, t)| std::iter::repeat_n(index as i64, t.len()));
+    entry(&format!("{TRAJECTORY}.npy"), &npy("<i8", &[samples], number.flat_map(i64::to_le_bytes)))?;
+    for (index, name) in CHANNELS.into_iter().enumerate() {
+        let rows = trajectories.iter().flat_map(|t| {
+            let channel = channels(t)[index];
+            (0..t.len()).flat_map(move |sample| channel.iter().map(move |joint| joint[sample]))
+        });
+        entry(&format!("{name}.npy"), &npy("<f8", &[samples, joints], rows.flat_map(f64::to_le_bytes)))?;
+    }
+    let manifest = Manifest {
+        format: VERSION,
+        name: recording.name.clone(),
+        joints: recording.joints.clone(),
+        trajectories: trajectories.iter().map(|t| t.name.clone()).collect(),
+        provenance: recording.provenance.clone(),
+        posture: recording.posture,
+        stated_arm: recording.stated_arm.clone(),
+    };
+    entry(MANIFEST, &serde_json::to_vec_pretty(&manifest)?)?;
+    if let Some(seal) = &recording.seal {
+        entry(TRUTH, seal.as_bytes())?;
+    }
+    Ok(archive.finish()?.into_inner())
+}
+
+/// One trajectory as CSV: `time,q1…,qd1…,qdd1…,tau1…` in SI units, with as many digits as it takes to read the same
+/// numbers back.
+///
+/// # Panics
+/// Never for a trajectory of a recording that passes [`Recording::verify`].
+pub fn to_csv_bytes(trajectory: &Trajectory) -> Vec<u8> {
+    let mut text = TIME.to_owned();
+    for (name, channel) in CHANNELS.into_iter().zip(channels(trajectory)) {
+        for joint in 1..=channel.len() {
+            // Writing to a String can't fail.
+            let _ = write!(text, ",{name}{joint}");
+        }
+    }
+    text.push('\n');
+    for (sample, time) in trajectory.time.iter().enumerate() {
+        let _ = write!(text, "{time:?}");
+        for joint in channels(trajectory).into_iter().flatten() {
+            let _ = write!(text, ",{:?}", joint[sample]);
+        }
+        text.push('\n');
+    }
+    text.into_bytes()
+}
+
+fn channels(trajectory: &Trajectory) -> [&PerJoint; 4] {
+    [&trajectory.q, &trajectory.qd, &trajectory.qdd, &trajectory.tau]
+}
+
+/// An NPY file, version 1.0, C order.
+fn npy(element: &str, shape: &[usize], bytes: impl Iterator<Item = u8>) -> Vec<u8> {
+    const ALIGNMENT: usize = 64;
+    const PREAMBLE: usize = 10;
+    let sizes: String = shape.iter().map(|size| format!("{size}, ")).collect();
+    let mut header = format!("{{'descr': '{element}', 'fortran_order': False, 'shape': ({}), }}", sizes.trim_end());
+    let padding = (PREAMBLE + header.len() + 1).next_multiple_of(ALIGNMENT) - (PREAMBLE + header.len() + 1);
+    header.extend(std::iter::repeat_n(' ', padding));
+    header.push('\n');
+    let mut file = b"\x93NUMPY\x01\x00".to_vec();
+    file.extend((header.len() as u16).to_le_bytes());
+    file.extend(header.bytes());
+    file.extend(bytes);
+    file
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn csv_has_a_header_and_all_digits() {
+        let trajectory = Trajectory {
+            name: "t".into(),
+            time: vec![0.0, 0.1],
+            q: vec![vec![1.0 / 3.0, -0.0]],
+            qd: vec![vec![1e-300, 1e300]],
+            qdd: vec![vec![0.1 + 0.2, 5e-324]],
+            tau: vec![vec![1.0, 2.0]],
+        };
+        let text = String::from_utf8(to_csv_bytes(&trajectory)).unwrap();
+        assert_eq!(
+            text,
+            "time,q1,qd1,qdd1,tau1\n0.0,0.3333333333333333,1e-300,0.30000000000000004,1.0\n0.1,-0.0,1e300,5e-324,2.0\n"
+        );
+    }
+}

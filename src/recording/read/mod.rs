@@ -1,1 +1,426 @@
-//! To be written.
+//! The front door: files in, one [`Recording`] and what is to be said about it out.
+//!
+//! Only this file opens files; the readers below take bytes. Everything is checked before anything is returned: there is
+//! no half-read recording.
+
+mod assemble;
+mod csv;
+mod npy;
+mod npz;
+mod sniff;
+mod table;
+
+use std::path::{Path, PathBuf};
+
+pub use self::csv::CsvError;
+pub use npy::NpyError;
+pub use npz::NpzError;
+pub use sniff::{Format, FormatError, sniff};
+
+use self::npz::Content;
+use self::table::Table;
+use super::check::{Finding, FindingKind, Place, Severity, check};
+use super::differentiate::description;
+use super::mapping::{Channel, Mapping, MappingError, MappingSpec};
+use super::{Joint, Origin, Provenance, Recording};
+use crate::arm::{Arm, Posture};
+use crate::progress::{Monitor, Stopped};
+
+/// How to read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadOptions {
+    /// Which column is which channel; what it leaves open is guessed.
+    pub mapping: Option<MappingSpec>,
+    /// Where q = 0 points and which way q grows, where the file does not say it (or says it wrongly).
+    pub zero: Option<Posture>,
+    /// The arm's stated masses and lengths, where the file does not say them (or says them wrongly).
+    pub arm: Option<Arm>,
+    /// Sampling rate \[Hz\] of files without a time column.
+    pub rate_hz: Option<f64>,
+    /// Cut-off of the filter for derived channels \[Hz\]; by default [`super::differentiate::default_cutoff`].
+    pub low_pass_hz: Option<f64>,
+    /// Largest file, and largest unpacked archive, that is read \[bytes\].
+    pub largest: u64,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        ReadOptions { mapping: None, zero: None, arm: None, rate_hz: None, low_pass_hz: None, largest: 1 << 30 }
+    }
+}
+
+/// What was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Import {
+    /// The recording; it passes [`Recording::verify`].
+    pub recording: Recording,
+    /// What is to be said about it: what the import did, then what [`check`] found.
+    pub findings: Vec<Finding>,
+    /// Which column became which channel.
+    pub mapping: Mapping,
+}
+
+/// Nothing was read, and why.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// No file was named.
+    #[error("no file was named; name at least one log (CSV or NPZ)")]
+    NoFile,
+    /// An option makes no sense.
+    #[error("{option} is {value}, but must be a number of Hz above 0")]
+    Option {
+        /// Which option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The file can't be opened.
+    #[error("{path} can't be read: {problem}", path = path.display())]
+    File {
+        /// Its path.
+        path: PathBuf,
+        /// What the system says.
+        problem: std::io::Error,
+    },
+    /// The file is too large.
+    #[error(
+        "{file} has {size} MB, more than the limit of {limit} MB; cut the log into several files, or raise the limit"
+    )]
+    TooLarge {
+        /// Its name.
+        file: String,
+        /// Its size \[MB\].
+        size: u64,
+        /// What is allowed \[MB\].
+        limit: u64,
+    },
+    /// It is not a format that we read.
+    #[error("{file}: {problem}")]
+    Format {
+        /// Its name.
+        file: String,
+        /// What it is instead.
+        problem: FormatError,
+    },
+    /// The text is not a table.
+    #[error("{file}: {problem}")]
+    Csv {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: CsvError,
+    },
+    /// The archive can't be read.
+    #[error("{file}: {problem}")]
+    Npz {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: NpzError,
+    },
+    /// The columns can't be mapped.
+    #[error("{file}: {problem}{}", and_passed_over(.passed_over))]
+    Mapping {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: MappingError,
+        /// Parts of the file that no column was made of.
+        passed_over: Vec<String>,
+    },
+    /// A later file lacks a column of the first.
+    #[error("{file}: the column `{column}`, which the first file has, is missing; read files with other columns apart")]
+    MissingColumn {
+        /// Its name.
+        file: String,
+        /// The column.
+        column: String,
+    },
+    /// Text where a number should be.
+    #[error(
+        "{file}: line {line}, column `{column}`: `{cell}` is not a number; mend or delete it, or map another column"
+    )]
+    Text {
+        /// Its name.
+        file: String,
+        /// The line.
+        line: u64,
+        /// The column.
+        column: String,
+        /// What stands there.
+        cell: String,
+    },
+    /// A used column has no value at all.
+    #[error(
+        "{file}: the column `{column}` holds no finite number; map another column, or leave the channel out with `-`"
+    )]
+    NoValues {
+        /// Its name.
+        file: String,
+        /// The column.
+        column: String,
+    },
+    /// Neither time nor rate.
+    #[error(
+        "{file}: no time column was recognised among: {columns}; map one (`time=…`), or state the sampling rate in Hz"
+    )]
+    NoTime {
+        /// Its name.
+        file: String,
+        /// All columns there are.
+        columns: String,
+    },
+    /// The clock stands still or goes back.
+    #[error(
+        "{file}: {place}: time goes from {before} s to {now} s, but must increase; if several runs stand in one file, make \
+         each a file of its own, if samples were written twice, delete the copies"
+    )]
+    Clock {
+        /// Its name.
+        file: String,
+        /// Line or sample.
+        place: String,
+        /// Time before \[s\].
+        before: f64,
+        /// Time there \[s\].
+        now: f64,
+    },
+    /// No stretch is long enough.
+    #[error("{file}: no stretch of {fewest} samples or more without missing values or gaps in time is left")]
+    NothingLeft {
+        /// Its name.
+        file: String,
+        /// How many samples a stretch needs.
+        fewest: usize,
+    },
+    /// Two files are of different arms.
+    #[error("{file}: its joints move otherwise than those of the first file ({what}); read the files apart")]
+    OtherJoints {
+        /// Its name.
+        file: String,
+        /// The difference.
+        what: String,
+    },
+    /// A recording of our own together with other files.
+    #[error("{file} is a whole recording of this program; read it alone")]
+    NotAlone {
+        /// Its name.
+        file: String,
+    },
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+fn and_passed_over(parts: &[String]) -> String {
+    if parts.is_empty() { String::new() } else { format!("; passed over: {}", parts.join("; ")) }
+}
+
+/// Reads one recording; several files become trajectories of one arm, all mapped like the first.
+///
+/// # Errors
+/// [`ReadError`] says which file, where in it, what is wrong and what to do. Nothing is returned then.
+pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Result<Import, ReadError> {
+    for (option, value) in [("the sampling rate", options.rate_hz), ("the cut-off", options.low_pass_hz)] {
+        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+            return Err(ReadError::Option { option, value });
+        }
+    }
+    let mut merge: Option<Merge> = None;
+    for (index, path) in paths.iter().enumerate() {
+        let file = file_name(path);
+        monitor.report(index as f32 / paths.len() as f32, &format!("reading {file}"))?;
+        match open(path, options, monitor)? {
+            Content::Recording(recording) if paths.len() == 1 => return Ok(own(*recording, options)),
+            Content::Recording(_) => return Err(ReadError::NotAlone { file }),
+            Content::Table(table) => {
+                let merge = match &mut merge {
+                    Some(merge) => merge,
+                    None => merge.insert(Merge::start(&table, &file, options)?),
+                };
+                merge.add(&table, &file, &stem(path), options, monitor)?;
+            }
+        }
+    }
+    merge.ok_or(ReadError::NoFile)?.finish(paths, options)
+}
+
+/// The names of the columns of a file, for a mapping to be made by hand; those of a recording of our own are empty.
+///
+/// # Errors
+/// [`ReadError`] as for [`read`].
+pub fn columns(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Vec<String>, ReadError> {
+    Ok(match open(path, options, monitor)? {
+        Content::Table(table) => table.names(),
+        Content::Recording(_) => Vec::new(),
+    })
+}
+
+fn open(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
+    let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
+    let about = std::fs::metadata(path).map_err(unreadable)?;
+    if !about.is_file() {
+        return Err(unreadable(std::io::Error::other("it is not a file; name the files themselves, not their folder")));
+    }
+    let (size, limit) = (about.len(), options.largest);
+    if size > limit {
+        return Err(ReadError::TooLarge { file: file_name(path), size: size >> 20, limit: limit >> 20 });
+    }
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let ending = path.extension().map_or_else(String::new, |ending| ending.to_string_lossy().into_owned());
+    decode(&bytes, &file_name(path), &ending, limit, monitor)
+}
+
+fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor) -> Result<Content, ReadError> {
+    let file = || file.to_owned();
+    match sniff(bytes, ending).map_err(|problem| ReadError::Format { file: file(), problem })? {
+        Format::Csv => match csv::read(bytes, monitor) {
+            Ok(table) => Ok(Content::Table(table)),
+            Err(CsvError::Stopped(stopped)) => Err(stopped.into()),
+            Err(problem) => Err(ReadError::Csv { file: file(), problem }),
+        },
+        Format::Npz => npz::read(bytes, limit, monitor).map_err(|problem| match problem {
+            NpzError::Stopped(stopped) => stopped.into(),
+            problem => ReadError::Npz { file: file(), problem },
+        }),
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// A recording of our own is complete; only the posture and the stated arm may be said anew.
+fn own(mut recording: Recording, options: &ReadOptions) -> Import {
+    recording.posture = options.zero.or(recording.posture);
+    recording.stated_arm = options.arm.clone().or(recording.stated_arm);
+    let names = |array: &str| (0..recording.joint_count()).map(|joint| format!("{array}[{joint}]")).collect();
+    let mapping = Mapping {
+        time: Some("time".to_owned()),
+        q: names("q"),
+        qd: Some(names("qd")),
+        qdd: Some(names("qdd")),
+        tau: names("tau"),
+        joints: recording.joints.iter().map(|joint| joint.name.clone()).collect(),
+        ..Mapping::default()
+    };
+    Import { findings: check(&recording), recording, mapping }
+}
+
+/// Files on their way to become one recording.
+struct Merge {
+    mapping: Mapping,
+    joints: Vec<Joint>,
+    trajectories: Vec<super::Trajectory>,
+    findings: Vec<Finding>,
+    cutoffs: Vec<f64>,
+}
+
+impl Merge {
+    fn start(table: &Table, file: &str, options: &ReadOptions) -> Result<Merge, ReadError> {
+        let spec = options.mapping.clone().unwrap_or_default();
+        let mapping = Mapping::find(&table.names(), &spec).map_err(|problem| ReadError::Mapping {
+            file: file.to_owned(),
+            problem,
+            passed_over: table.passed_over.clone(),
+        })?;
+        let findings = about_mapping(&mapping, file);
+        Ok(Merge { mapping, joints: Vec::new(), trajectories: Vec::new(), findings, cutoffs: Vec::new() })
+    }
+
+    fn add(
+        &mut self,
+        table: &Table,
+        file: &str,
+        stem: &str,
+        options: &ReadOptions,
+        monitor: &Monitor,
+    ) -> Result<(), ReadError> {
+        let mut name = stem.to_owned();
+        let taken = |name: &str| self.trajectories.iter().any(|t| t.name == name || t.name == format!("{name}#1"));
+        for number in 2.. {
+            if !taken(&name) {
+                break;
+            }
+            name = format!("{stem} ({number})");
+        }
+        let found = assemble::assemble(table, &self.mapping, file, &name, options, monitor)?;
+        let joints: Vec<Joint> = self
+            .mapping
+            .joints
+            .iter()
+            .zip(found.kinds)
+            .map(|(name, kind)| Joint { name: name.clone(), kind })
+            .collect();
+        if self.trajectories.is_empty() {
+            self.joints = joints;
+        } else if self.joints != joints {
+            let what = "some turn in one and slide in the other".to_owned();
+            return Err(ReadError::OtherJoints { file: file.to_owned(), what });
+        }
+        self.trajectories.extend(found.trajectories);
+        self.findings.extend(found.findings);
+        self.cutoffs.extend(found.cutoffs);
+        Ok(())
+    }
+
+    fn finish(mut self, paths: &[PathBuf], options: &ReadOptions) -> Result<Import, ReadError> {
+        let first = paths.first().map_or_else(String::new, |path| stem(path));
+        let name = if paths.len() > 1 { format!("{first} and {} more", paths.len() - 1) } else { first };
+        let lowest = self.cutoffs.iter().copied().fold(f64::INFINITY, f64::min);
+        let highest = self.cutoffs.iter().copied().fold(0.0, f64::max);
+        let origin = |column: &Option<Vec<String>>, of| match column {
+            Some(_) => Origin::Measured,
+            None => Origin::Derived(description(of, lowest..=highest)),
+        };
+        let provenance =
+            Provenance { velocity: origin(&self.mapping.qd, "q"), acceleration: origin(&self.mapping.qdd, "q̇") };
+        let recording = Recording {
+            name,
+            joints: self.joints,
+            trajectories: self.trajectories,
+            provenance,
+            posture: options.zero,
+            stated_arm: options.arm.clone(),
+            seal: None,
+        };
+        self.findings.extend(check(&recording));
+        Ok(Import { recording, findings: self.findings, mapping: self.mapping })
+    }
+}
+
+fn about_mapping(mapping: &Mapping, file: &str) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for channel in &mapping.commanded {
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::Commanded,
+            what: format!("{} is taken from commanded values; no measured ones were found.", channel.title()),
+            place: Place::file(file),
+            remedy: match channel {
+                Channel::Torque => {
+                    "What the motor was told is not what it did: expect errors of the drive in the residual."
+                }
+                _ => "Map the measured column, if there is one.",
+            }
+            .to_owned(),
+        });
+    }
+    if !mapping.alternatives.is_empty() {
+        findings.push(Finding {
+            severity: Severity::Info,
+            kind: FindingKind::Alternatives,
+            what: format!(
+                "of several columns that fit one was chosen; the file also has {}.",
+                mapping.alternatives.join(", ")
+            ),
+            place: Place::file(file),
+            remedy: "Give one of these as mapping to take it instead.".to_owned(),
+        });
+    }
+    findings
+}

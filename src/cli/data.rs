@@ -1,0 +1,191 @@
+//! Arguments that name data and a model, shared by the commands.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+
+use super::progress;
+use crate::arm::{Arm, Posture};
+use crate::model::Preset;
+use crate::recording::mapping::MappingSpec;
+use crate::recording::read::ReadOptions;
+use crate::session::{Command, Session};
+use crate::simulation::Scenario;
+
+/// Where the arm points at q = 0.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Zero {
+    /// Along −z: the arm hangs.
+    Down,
+    /// Along +x.
+    Right,
+    /// Along +z.
+    Up,
+}
+
+/// How files are read; what is not given is guessed or taken from the file.
+#[derive(Args, Debug, Clone)]
+pub struct Reading {
+    /// What to hold out, files or names of trajectories: the error is measured there, nothing is learned from it.
+    #[arg(long, value_name = "FILE|NAME", num_args = 1..)]
+    held_out: Vec<PathBuf>,
+    /// Which column is which channel, such as `q=pos_filt*,qd=vel_filt*,tau=tau_meas*,time=time` (`*` is the joint).
+    #[arg(long, value_name = "MAP")]
+    map: Option<MappingSpec>,
+    /// Where the arm points at q = 0, if the file does not say it.
+    #[arg(long)]
+    zero: Option<Zero>,
+    /// The arm's stated masses and lengths (JSON: links, gravity, posture).
+    #[arg(long, value_name = "ARM.json")]
+    arm: Option<PathBuf>,
+    /// Sampling rate [Hz] of files without a time column.
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+    /// Cut-off of the filter for velocity and acceleration that are derived [Hz].
+    #[arg(long, value_name = "HZ")]
+    low_pass: Option<f64>,
+}
+
+/// Files to read, and how.
+#[derive(Args, Debug, Clone)]
+pub struct Files {
+    /// Recordings (CSV or NPZ); several files are trajectories of one arm.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// Files that need not be given: without, the embedded recording is taken.
+#[derive(Args, Debug, Clone)]
+pub struct OptionalData {
+    /// Recordings (CSV or NPZ); several files are trajectories of one arm. Without any: an embedded arm with a hidden effect.
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+/// Files and the model to use on them.
+#[derive(Args, Debug, Clone)]
+pub struct Data {
+    #[command(flatten)]
+    files: Files,
+    /// The model: a preset (`rigid-body`, `stated-arm`), or a file saved by `train`.
+    #[arg(long, default_value = "rigid-body")]
+    model: String,
+    /// Add an effect to the model: its id, and its joints if not all, such as `coulomb-friction@1,2`. May be repeated.
+    #[arg(long, value_name = "EFFECT[@JOINTS]")]
+    add: Vec<String>,
+}
+
+impl Files {
+    /// A session with the recording, fitted with the default preset where one fits.
+    pub fn session(&self) -> anyhow::Result<Session> {
+        open(&self.files, &self.reading)
+    }
+}
+
+impl OptionalData {
+    /// A session with the files, or with the embedded recording.
+    pub fn session_or_embedded(&self) -> anyhow::Result<Session> {
+        if self.files.is_empty() {
+            return progress::run(Command::Simulate(Box::new(Scenario::embedded())), &Session::default());
+        }
+        open(&self.files, &self.reading)
+    }
+}
+
+impl Data {
+    /// A session with the recording only.
+    pub fn session(&self) -> anyhow::Result<Session> {
+        self.files.session()
+    }
+
+    /// The saved model, if one was named.
+    pub fn model_file(&self) -> Option<PathBuf> {
+        self.model.ends_with(".json").then(|| PathBuf::from(&self.model))
+    }
+
+    /// A session with the recording and the model, with all effects that were asked for.
+    pub fn session_with_model(&self) -> anyhow::Result<Session> {
+        let preset = Preset::ALL.into_iter().find(|preset| preset.id() == self.model).with_context(|| {
+            let known: Vec<&str> = Preset::ALL.iter().map(|preset| preset.id()).collect();
+            format!("there is no model `{}`; known models: {}", self.model, known.join(", "))
+        })?;
+        let mut session = self.session()?;
+        if session.current().is_none() || session.preset != preset {
+            session = progress::run(Command::ChoosePreset(preset), &session)?;
+        }
+        let joints = session.recording.as_ref().map_or(0, |recording| recording.joint_count());
+        for text in &self.add {
+            let (effect, joints) = parse_place(text, joints)?;
+            session = progress::run(Command::AddEffect { effect, joints }, &session)?;
+        }
+        Ok(session)
+    }
+}
+
+/// `coulomb-friction@1,3` → the effect and its joints counted from 0; all joints if none are named.
+pub fn parse_place(text: &str, joints: usize) -> anyhow::Result<(String, Vec<usize>)> {
+    let Some((effect, list)) = text.split_once('@') else { return Ok((text.to_owned(), (0..joints).collect())) };
+    let parse = |number: &str| -> anyhow::Result<usize> {
+        let joint: usize = number.trim().parse().with_context(|| format!("`{number}` in `{text}` is not a joint number"))?;
+        joint.checked_sub(1).with_context(|| format!("joints are counted from 1, `{text}` names joint 0"))
+    };
+    Ok((effect.to_owned(), list.split(',').map(parse).collect::<anyhow::Result<_>>()?))
+}
+
+/// Reads an arm file.
+pub fn read_arm(path: &Path) -> anyhow::Result<Arm> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("can't read the arm file {}", path.display()))?;
+    let arm: Arm = serde_json::from_str(&text).with_context(|| {
+        format!("{} is not an arm file (JSON with `links`, each with mass, length, com, inertia)", path.display())
+    })?;
+    arm.check().with_context(|| format!("{}", path.display()))?;
+    Ok(arm)
+}
+
+fn open(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Session> {
+    let zero = reading.zero.map(|zero| match zero {
+        Zero::Down => Posture::DOWN,
+        Zero::Right => Posture::RIGHT,
+        Zero::Up => Posture::UP,
+    });
+    let arm = reading.arm.as_deref().map(read_arm).transpose()?;
+    let options = ReadOptions {
+        mapping: reading.map.clone(),
+        zero,
+        arm,
+        rate_hz: reading.rate,
+        low_pass_hz: reading.low_pass,
+        ..ReadOptions::default()
+    };
+    let mut paths = files.to_vec();
+    let mut held_out = Vec::new();
+    for path in &reading.held_out {
+        // A trajectory is named like its file, or as `inspect` shows it.
+        if path.exists() {
+            held_out.push(path.file_stem().unwrap_or_default().to_string_lossy().into_owned());
+            if !paths.contains(path) {
+                paths.push(path.clone());
+            }
+        } else {
+            held_out.push(path.to_string_lossy().into_owned());
+        }
+    }
+    progress::run(Command::Open { paths, options, held_out }, &Session::default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_counted_from_one() {
+        assert_eq!(parse_place("coulomb-friction@1,3", 3).unwrap(), ("coulomb-friction".into(), vec![0, 2]));
+        assert_eq!(parse_place("tip-payload", 2).unwrap(), ("tip-payload".into(), vec![0, 1]));
+        assert!(parse_place("viscous-friction@0", 2).is_err());
+        assert!(parse_place("viscous-friction@x", 2).unwrap_err().to_string().contains("not a joint"));
+    }
+}

@@ -1,0 +1,87 @@
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+
+use super::diagnose::text;
+use super::table::{numbers, table};
+use super::{progress, write_file};
+use crate::app::{self, ScreenshotOptions};
+use crate::recording::write;
+use crate::session::{Command, Session, joints_text};
+use crate::simulation::Scenario;
+
+/// The whole story without a window: simulate an arm with a hidden effect, fit, diagnose, add, report, draw.
+#[derive(Args)]
+pub struct Demo {
+    /// Where the recording and the pictures go.
+    #[arg(short, long, default_value = "torquescope-demo")]
+    output: PathBuf,
+    /// Draw another mystery by its seed, instead of the embedded one.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Draw no pictures.
+    #[arg(long)]
+    no_pictures: bool,
+}
+
+impl Demo {
+    /// Runs the story.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let scenario = match self.seed {
+            Some(seed) => Scenario::mystery(seed)?,
+            None => Scenario::embedded(),
+        };
+        std::fs::create_dir_all(&self.output).with_context(|| format!("can't make the folder {}", self.output.display()))?;
+        let mut session = progress::run(Command::Simulate(Box::new(scenario)), &Session::default())?;
+        let recording = session.recording.clone().context("nothing was simulated")?;
+        println!("1. Simulated {}: {} joints, {} samples; what is hidden in it is sealed.", recording.name, recording.joint_count(), recording.sample_count());
+        write_file(&self.output.join("recording.npz"), &write::to_npz_bytes(&recording)?)?;
+        let first = session.current().context("no model was fitted")?.clone();
+        println!("2. Fitted {}: held-out nMSE by joint {}.", first.title, numbers(&first.evaluation.held_out_nmse()));
+        session = progress::run(Command::Diagnose, &session)?;
+        let diagnosed = session.clone();
+        let report = session.report.clone().context("there is no report")?;
+        println!("3. Diagnosed:\n");
+        println!("{}\n", indented(&text(&report)));
+        for effect in &report.effects {
+            let command = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+            session = progress::run(command, &session)?;
+        }
+        println!("4. Added what it named; the ladder of held-out errors:\n\n{}\n", indented(&ladder_table(&session)));
+        session = progress::run(Command::OpenSeal, &session)?;
+        let truth = session.truth.clone().context("the seal is empty")?;
+        println!("5. Opened the seal. It was:");
+        for hidden in &truth.effects {
+            let place = hidden.joint.map_or("the whole arm".to_owned(), |joint| joints_text(&[joint]));
+            println!("   {} on {place}: {}", hidden.effect, numbers(&hidden.parameters));
+        }
+        if !self.no_pictures {
+            let screens = [("data", &diagnosed), ("compare", &diagnosed), ("residuals", &diagnosed), ("diagnose", &diagnosed), ("ladder", &session)];
+            for (screen, session) in screens {
+                let options = ScreenshotOptions { screen: screen.to_owned(), ..ScreenshotOptions::default() };
+                let png = app::screenshot(session.clone(), &options)?;
+                write_file(&self.output.join(format!("{screen}.png")), &png)?;
+            }
+        }
+        println!("\nThe recording and the pictures are in {}.", self.output.display());
+        Ok(())
+    }
+}
+
+/// The ladder as text.
+fn ladder_table(session: &Session) -> String {
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    for step in &session.ladder {
+        let r2: Vec<String> = step.evaluation.held_out.iter().map(|joint| format!("{:.4}", joint.r2)).collect();
+        rows.push(vec![step.title.clone(), numbers(&step.evaluation.held_out_nmse()), r2.join(", ")]);
+    }
+    if let Some(floor) = session.current().and_then(|step| step.evaluation.noise_floor_nmse.clone()) {
+        rows.push(vec!["noise floor".to_owned(), numbers(&floor), String::new()]);
+    }
+    table(&["step", "held-out nMSE by joint", "R² by joint"], &rows)
+}
+
+fn indented(text: &str) -> String {
+    text.lines().map(|line| if line.is_empty() { String::new() } else { format!("   {line}") }).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,84 @@
+use clap::Args;
+
+use super::data::Data;
+use super::progress;
+use super::table::{number, numbers, table};
+use crate::diagnosis::{Report, Verdict};
+use crate::effect::registry;
+use crate::session::{Command, joints_text};
+
+/// Say which physical effect the model is missing.
+#[derive(Args)]
+pub struct Diagnose {
+    #[command(flatten)]
+    data: Data,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Diagnose {
+    /// Reads, fits, diagnoses, prints.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let session = progress::run(Command::Diagnose, &self.data.session_with_model()?)?;
+        let Some(report) = &session.report else { return Ok(()) };
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(report.as_ref())?);
+        } else {
+            println!("{}", text(report));
+        }
+        Ok(())
+    }
+}
+
+/// The report for people.
+pub fn text(report: &Report) -> String {
+    let headline = match report.verdict {
+        Verdict::Missing => "Something is missing, and these effects explain it:",
+        Verdict::Ambiguous => "Something is missing; these effects explain it, but not they alone:",
+        Verdict::NothingMissing => "Nothing is missing.",
+        Verdict::UnknownEffect => "Something is missing that is not in the catalogue.",
+    };
+    let mut lines = vec![headline.to_owned(), String::new()];
+    for (number_in_list, effect) in report.effects.iter().enumerate() {
+        let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |effect| effect.spec().name);
+        let confidence = 100.0 * effect.confidence;
+        lines.push(format!("{}. {name}, {} (confidence {confidence:.0} %)", number_in_list + 1, joints_text(&effect.joints)));
+        lines.push(format!("   held-out nMSE {} -> {}", numbers(&effect.nmse_before), numbers(&effect.nmse_after)));
+        for parameter in &effect.parameters {
+            let joint = parameter.joint.map_or(String::new(), |joint| format!(", joint {}", joint + 1));
+            let interval = parameter
+                .interval
+                .map_or(String::new(), |[low, high]| format!(" [{}, {}]", number(low), number(high)));
+            lines.push(format!("   {}{joint}: {}{interval} {}", parameter.name, number(parameter.value), parameter.unit));
+        }
+        if !effect.alternatives.is_empty() {
+            lines.push(format!("   explains nearly as much: {}", effect.alternatives.join(", ")));
+        }
+        lines.push(String::new());
+    }
+    let rows: Vec<Vec<String>> = report
+        .ranking
+        .iter()
+        .map(|candidate| {
+            vec![
+                candidate.effect.clone(),
+                candidate.joint.map_or("all".to_owned(), |joint| (joint + 1).to_string()),
+                format!("{:.1} %", 100.0 * candidate.error_drop),
+                if candidate.accepted { "yes" } else { "no" }.to_owned(),
+                candidate.reason.clone(),
+            ]
+        })
+        .collect();
+    if !rows.is_empty() {
+        lines.push(table(&["candidate", "joint", "error drop alone", "found", "why"], &rows));
+        lines.push(String::new());
+    }
+    lines.push(format!("held-out nMSE by joint: {}", numbers(&report.held_out_nmse)));
+    if let Some(floor) = &report.noise_floor_nmse {
+        lines.push(format!("noise floor by joint:   {}", numbers(floor)));
+    }
+    lines.push(String::new());
+    lines.push(report.advice.clone());
+    lines.join("\n")
+}

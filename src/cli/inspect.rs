@@ -1,0 +1,133 @@
+use clap::Args;
+use serde::Serialize;
+
+use super::data::Files;
+use super::table::{number, table};
+use crate::recording::check::Finding;
+use crate::recording::mapping::Mapping;
+use crate::recording::{Joint, PerJoint, Provenance, Recording};
+
+/// Show what a recording holds, and what is odd about it.
+#[derive(Args)]
+pub struct Inspect {
+    #[command(flatten)]
+    files: Files,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    name: &'a str,
+    joints: &'a [Joint],
+    samples: usize,
+    trajectories: Vec<TrajectoryAnswer<'a>>,
+    provenance: &'a Provenance,
+    posture: &'a Option<crate::arm::Posture>,
+    stated_arm: &'a Option<crate::arm::Arm>,
+    sealed: bool,
+    mapping: Option<&'a Mapping>,
+    findings: &'a [Finding],
+}
+
+#[derive(Serialize)]
+struct TrajectoryAnswer<'a> {
+    name: &'a str,
+    samples: usize,
+    duration_s: f64,
+    time_step_s: f64,
+    held_out: bool,
+}
+
+impl Inspect {
+    /// Reads and prints.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let session = self.files.session()?;
+        let Some(recording) = session.recording.as_deref() else { return Ok(()) };
+        let held_out = |index: usize| session.split.held_out.iter().any(|segment| segment.trajectory == index);
+        let trajectories: Vec<TrajectoryAnswer> = recording
+            .trajectories
+            .iter()
+            .enumerate()
+            .map(|(index, trajectory)| TrajectoryAnswer {
+                name: &trajectory.name,
+                samples: trajectory.len(),
+                duration_s: trajectory.time.last().unwrap_or(&0.0) - trajectory.time.first().unwrap_or(&0.0),
+                time_step_s: trajectory.time_step(),
+                held_out: held_out(index),
+            })
+            .collect();
+        if self.json {
+            let answer = Answer {
+                name: &recording.name,
+                joints: &recording.joints,
+                samples: recording.sample_count(),
+                trajectories,
+                provenance: &recording.provenance,
+                posture: &recording.posture,
+                stated_arm: &recording.stated_arm,
+                sealed: recording.seal.is_some(),
+                mapping: session.mapping.as_deref(),
+                findings: &session.findings,
+            };
+            println!("{}", serde_json::to_string_pretty(&answer)?);
+            return Ok(());
+        }
+        println!(
+            "{}: {} joints, {} samples, {} trajectories\n",
+            recording.name,
+            recording.joint_count(),
+            recording.sample_count(),
+            trajectories.len()
+        );
+        let rows: Vec<Vec<String>> = trajectories
+            .iter()
+            .map(|trajectory| {
+                vec![
+                    trajectory.name.to_owned(),
+                    trajectory.samples.to_string(),
+                    number(trajectory.duration_s),
+                    number(1.0 / trajectory.time_step_s),
+                    if trajectory.held_out { "held out (whole or in part)" } else { "training" }.to_owned(),
+                ]
+            })
+            .collect();
+        println!("{}\n", table(&["trajectory", "samples", "duration [s]", "rate [Hz]", "part"], &rows));
+        println!("{}\n", ranges(recording));
+        println!("velocity: {}", recording.provenance.velocity);
+        println!("acceleration: {}", recording.provenance.acceleration);
+        if let Some(mapping) = &session.mapping {
+            println!("mapping: {mapping}");
+        }
+        println!();
+        if session.findings.is_empty() {
+            println!("No findings: nothing odd was seen.");
+        }
+        for finding in session.findings.iter() {
+            println!("{finding}");
+        }
+        Ok(())
+    }
+}
+
+/// The range of each channel.
+fn ranges(recording: &Recording) -> String {
+    let range = |joint: usize, signal: &dyn Fn(&crate::recording::Trajectory) -> &PerJoint| {
+        let values = recording.trajectories.iter().flat_map(|trajectory| signal(trajectory)[joint].iter().copied());
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        format!("{} … {}", number(low), number(high))
+    };
+    let rows: Vec<Vec<String>> = (0..recording.joint_count())
+        .map(|joint| {
+            vec![
+                recording.joints[joint].name.clone(),
+                range(joint, &|trajectory| &trajectory.q),
+                range(joint, &|trajectory| &trajectory.qd),
+                range(joint, &|trajectory| &trajectory.qdd),
+                range(joint, &|trajectory| &trajectory.tau),
+            ]
+        })
+        .collect();
+    table(&["joint", "q [rad]", "qd [rad/s]", "qdd [rad/s²]", "tau [N m]"], &rows)
+}

@@ -1,0 +1,55 @@
+//! Numbers and tables as text.
+
+/// A table with aligned columns; the first column is text, the others are set flush right.
+pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
+        cells.chain([header[column].chars().count()]).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
+    let line = |cells: &[String]| {
+        let cells = cells.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| {
+            if column == 0 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+        });
+        cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    };
+    let header: Vec<String> = header.iter().map(|cell| (*cell).to_owned()).collect();
+    let mut lines = vec![line(&header)];
+    lines.extend(rows.iter().map(|row| line(row)));
+    lines.join("\n")
+}
+
+/// A number with four significant digits.
+pub fn number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let digits = 3 - value.abs().log10().floor() as i32;
+    if (-2..=6).contains(&digits) { format!("{value:.*}", digits.max(0) as usize) } else { format!("{value:.3e}") }
+}
+
+/// Numbers of all joints.
+pub fn numbers(values: &[f64]) -> String {
+    values.iter().map(|&value| number(value)).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_four_digits() {
+        assert_eq!(["0", "1.234", "123.5", "0.01235", "1.235e-5", "1234567"].map(String::from).to_vec(), {
+            [0.0, 1.234, 123.46, 0.012346, 1.2346e-5, 1234567.0].map(number).to_vec()
+        });
+    }
+
+    #[test]
+    fn columns_are_aligned() {
+        let text = table(&["joint", "R²"], &[vec!["1".into(), "0.5".into()], vec!["10".into(), "0.25".into()]]);
+        assert_eq!(text, "joint    R²\n1       0.5\n10     0.25");
+    }
+}

@@ -1,0 +1,76 @@
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+use serde::Serialize;
+
+use super::data::Data;
+use super::table::{number, table};
+use super::{evaluate, write_file};
+use crate::model::{JointError, Parameter};
+
+/// Identify a model from recordings and save it.
+#[derive(Args)]
+pub struct Train {
+    #[command(flatten)]
+    data: Data,
+    /// Where to save the model (JSON).
+    #[arg(short, long, value_name = "MODEL.json")]
+    output: Option<PathBuf>,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    terms: Vec<String>,
+    parameters: &'a [Parameter],
+    train: &'a [JointError],
+    held_out: &'a [JointError],
+    noise_floor_nmse: &'a Option<Vec<f64>>,
+}
+
+impl Train {
+    /// Reads, fits, saves, prints.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let session = self.data.session_with_model()?;
+        let step = session.current().context("no model was fitted")?;
+        if let Some(path) = &self.output {
+            write_file(path, step.fitted.to_json().as_bytes())?;
+        }
+        let evaluation = &step.evaluation;
+        if self.json {
+            let answer = Answer {
+                terms: step.fitted.model.terms.iter().map(crate::model::Term::label).collect(),
+                parameters: &step.fitted.parameters,
+                train: &evaluation.train,
+                held_out: &evaluation.held_out,
+                noise_floor_nmse: &evaluation.noise_floor_nmse,
+            };
+            println!("{}", serde_json::to_string_pretty(&answer)?);
+            return Ok(());
+        }
+        let rows: Vec<Vec<String>> = step
+            .fitted
+            .parameters
+            .iter()
+            .map(|parameter| {
+                let interval = match parameter.interval {
+                    Some([low, high]) => format!("[{}, {}]", number(low), number(high)),
+                    None => "not shown by these data".to_owned(),
+                };
+                let joint = parameter.joint.map_or("–".to_owned(), |joint| (joint + 1).to_string());
+                let term = step.fitted.model.terms[parameter.term].label();
+                vec![term, parameter.name.clone(), joint, number(parameter.value), interval, parameter.unit.clone()]
+            })
+            .collect();
+        println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", "unit"], &rows));
+        println!("training data:\n{}\n", evaluate::error_table(&evaluation.train));
+        println!("held-out data:\n{}", evaluate::error_table(&evaluation.held_out));
+        if let Some(path) = &self.output {
+            println!("\nsaved as {}", path.display());
+        }
+        Ok(())
+    }
+}

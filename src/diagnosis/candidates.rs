@@ -1,0 +1,146 @@
+//! What could be missing: each effect on each joint, for each start value of its shape, as columns beside the model's own.
+
+use std::ops::Range;
+
+use crate::effect::{Scope, Spec, registry};
+use crate::model::design::{Design, Equations, PreparedColumn};
+use crate::model::fit::{self, Fitted};
+use crate::model::{EffectTerm, Model, ModelError};
+use crate::progress::Monitor;
+use crate::recording::PerJoint;
+
+/// The model's columns and those of all candidates, with their normal equations.
+pub struct Library<'a> {
+    /// The prepared data.
+    pub design: &'a Design<'a>,
+    /// How many columns belong to the model itself.
+    pub base: usize,
+    /// The candidates.
+    pub groups: Vec<Group>,
+    /// Normal equations of all columns.
+    pub equations: Equations,
+    columns: Vec<PreparedColumn>,
+    torque: Vec<PerJoint>,
+}
+
+/// One candidate: an effect at a place with a shape. It enters or stays out as a whole.
+#[derive(Debug, Clone)]
+pub struct Group {
+    /// The effect.
+    pub spec: &'static Spec,
+    /// The joint, from 0; `None` for an effect of the whole arm.
+    pub joint: Option<usize>,
+    /// Shape parameters.
+    pub shape: Vec<f64>,
+    /// Its columns in the library.
+    pub columns: Range<usize>,
+}
+
+impl Group {
+    /// Price of the candidate in parameters: linear ones, and one more for each shape parameter that was searched.
+    pub fn parameter_count(&self) -> usize {
+        self.spec.parameters.len()
+    }
+
+    /// Whether the other one is the same effect at the same place, perhaps with another shape.
+    pub fn same_place_and_effect(&self, other: &Group) -> bool {
+        self.spec.id == other.spec.id && self.joint == other.joint
+    }
+
+    /// Whether this one has all that `other` has and more (Stribeck has Coulomb).
+    pub fn includes(&self, other: &Group) -> bool {
+        self.joint == other.joint && self.spec.includes.contains(&other.spec.id)
+    }
+
+    /// The model term that it stands for.
+    pub fn term(&self) -> EffectTerm {
+        EffectTerm { effect: self.spec.id.to_owned(), joint: self.joint }
+    }
+}
+
+impl<'a> Library<'a> {
+    /// Collects all candidates that the model does not have yet. Effects that can't be computed for these data are left
+    /// out; their reasons come back beside the library.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the model itself can't be computed, or the work was stopped.
+    pub fn new(
+        fitted: &Fitted,
+        design: &'a Design<'a>,
+        monitor: &Monitor,
+    ) -> Result<(Library<'a>, Vec<String>), ModelError> {
+        let model = &fitted.model;
+        let mut columns = fit::prepared_columns(model, design, fitted.shapes())?;
+        let base = columns.len();
+        let mut groups = Vec::new();
+        let mut impossible = Vec::new();
+        for (number, effect) in registry::ALL.iter().enumerate() {
+            let spec = effect.spec();
+            let places: Vec<Option<usize>> = match spec.scope {
+                Scope::Arm => vec![None],
+                Scope::Joint => (0..design.recording.joint_count()).map(Some).collect(),
+            };
+            for joint in places {
+                monitor
+                    .report(0.1 + 0.3 * number as f32 / registry::ALL.len() as f32, "computing candidate effects")?;
+                if is_covered(model, spec, joint) {
+                    continue;
+                }
+                let term = EffectTerm { effect: spec.id.to_owned(), joint };
+                for shape in start_shapes(spec) {
+                    match fit::effect_columns(&term, design, &shape) {
+                        Ok(prepared) => {
+                            let first = columns.len();
+                            columns.extend(prepared);
+                            groups.push(Group { spec, joint, shape, columns: first..columns.len() });
+                        }
+                        Err(ModelError::NotApplicable(reason)) => {
+                            impossible.push(reason.to_string());
+                            break;
+                        }
+                        Err(error) => return Err(error),
+                    }
+                }
+            }
+        }
+        monitor.report(0.4, "normal equations of all candidates")?;
+        let torque = fit::unexplained_torque(model, design);
+        let equations = design.equations(&columns, &torque);
+        Ok((Library { design, base, groups, equations, columns, torque }, impossible))
+    }
+
+    /// Gives a candidate another shape.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the effect can't be computed with it.
+    pub fn reshape(&mut self, group: usize, shape: Vec<f64>) -> Result<(), ModelError> {
+        let range = self.groups[group].columns.clone();
+        let prepared = fit::effect_columns(&self.groups[group].term(), self.design, &shape)?;
+        self.columns.splice(range.clone(), prepared);
+        self.design.update_equations(&mut self.equations, &self.columns, range, &self.torque);
+        self.groups[group].shape = shape;
+        Ok(())
+    }
+}
+
+/// Whether the model has the effect there, by itself or inside another one.
+fn is_covered(model: &Model, spec: &Spec, joint: Option<usize>) -> bool {
+    model.effects().any(|term| {
+        let inside = registry::find(&term.effect).is_ok_and(|effect| effect.spec().includes.contains(&spec.id));
+        term.joint == joint && (term.effect == spec.id || inside)
+    })
+}
+
+/// All combinations of the start values of the shape parameters; one empty combination for effects without shape.
+fn start_shapes(spec: &Spec) -> Vec<Vec<f64>> {
+    spec.shapes().fold(vec![Vec::new()], |shapes, (_, grid)| {
+        let extended = shapes.iter().flat_map(|shape| {
+            grid.iter().map(move |&value| {
+                let mut longer = shape.clone();
+                longer.push(value);
+                longer
+            })
+        });
+        extended.collect()
+    })
+}

@@ -1,0 +1,117 @@
+//! What a candidate must pass before it is named. Each gate answers with the reason of its refusal.
+
+use super::selection::{MARGIN, Search};
+
+/// Smallest share of the joint's torque (RMS) that is worth naming.
+const LEAST_SHARE: f64 = 0.0025;
+/// Left-out blocks must confirm at least this share of the gain.
+const CONFIRMED: f64 = 0.5;
+/// Least t of the paired gains over the blocks.
+const LEAST_T: f64 = 2.5;
+/// The faster third need not confirm if the slower part holds less than this share of the effect's gain.
+const LEAST_SLOW_SHARE: f64 = 0.12;
+
+/// Checks the candidate against the set found so far.
+///
+/// # Errors
+/// The reason, in plain words, of the first gate that it fails.
+pub fn check(search: &Search, group: usize) -> Result<(), String> {
+    let candidate = &search.library.groups[group];
+    let before = &search.active;
+    let after = search.with(group);
+    let gain = search.cost(before) - search.cost(&after);
+    let price = candidate.parameter_count() as f64 * search.price;
+    if gain < MARGIN * price {
+        return Err("it explains hardly more than chance would".to_owned());
+    }
+    let share = torque_share(search, &after, group);
+    if share < LEAST_SHARE {
+        return Err(format!("its torque is only {:.2} % of the measured torque", 100.0 * share));
+    }
+    if !is_physical(search, &after, group) {
+        return Err("its best parameters have the wrong sign".to_owned());
+    }
+    let gains = block_gains(search, before, &after);
+    let confirmed: f64 = gains.iter().sum();
+    if confirmed < CONFIRMED * gain {
+        return Err("blocks that were left out do not confirm it".to_owned());
+    }
+    if gains.len() >= 3 && paired_t(&gains) < LEAST_T {
+        return Err("only a few blocks of the recording speak for it".to_owned());
+    }
+    extrapolates(search, before, &after, gain)
+}
+
+/// Whether the linear parameters of the group lie within their bounds, but for rounding.
+pub fn is_physical(search: &Search, groups: &[usize], group: usize) -> bool {
+    let solution = search.solve(groups);
+    let Some(offset) = offset_of(search, groups, group) else { return false };
+    let parameters = search.library.groups[group].spec.linear();
+    parameters.zip(solution.factors.iter().skip(offset)).all(|(parameter, &value)| {
+        let tolerance = 1e-9 * value.abs();
+        value >= parameter.min - tolerance && value <= parameter.max + tolerance
+    })
+}
+
+/// Where the group's factors start in a solution of these groups.
+fn offset_of(search: &Search, groups: &[usize], group: usize) -> Option<usize> {
+    let position = groups.iter().position(|&other| other == group)?;
+    let before = groups[..position].iter().map(|&other| search.library.groups[other].columns.len());
+    Some(search.library.base + before.sum::<usize>())
+}
+
+/// RMS of the group's torque as a share of the RMS of the measured torque, on the joint where it is largest.
+fn torque_share(search: &Search, groups: &[usize], group: usize) -> f64 {
+    let Some(offset) = offset_of(search, groups, group) else { return 0.0 };
+    let solution = search.solve(groups);
+    let columns: Vec<usize> = search.library.groups[group].columns.clone().collect();
+    let factors = nalgebra::DVector::from_fn(columns.len(), |index, _| solution.factors[offset + index]);
+    let equations = &search.library.equations;
+    let share = |joint: usize| {
+        let energy: f64 = (0..equations.block_count())
+            .map(|block| {
+                let gram = &equations.part(block, joint).select(&columns).gram;
+                factors.dot(&(gram * &factors))
+            })
+            .sum();
+        (energy / search.library.design.energy(joint).max(f64::MIN_POSITIVE)).max(0.0).sqrt()
+    };
+    (0..search.weights.len()).map(share).fold(0.0, f64::max)
+}
+
+/// How much each block gains from the step from `before` to `after`, fitted on the other blocks.
+pub fn block_gains(search: &Search, before: &[usize], after: &[usize]) -> Vec<f64> {
+    let blocks = search.library.equations.block_count();
+    if blocks < 2 {
+        return vec![search.cost(before) - search.cost(after)];
+    }
+    (0..blocks).map(|block| search.error_when(before, block).1 - search.error_when(after, block).1).collect()
+}
+
+/// Mean over its standard error.
+pub fn paired_t(gains: &[f64]) -> f64 {
+    let count = gains.len() as f64;
+    let mean = gains.iter().sum::<f64>() / count;
+    let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    mean / (variance / count).sqrt().max(f64::MIN_POSITIVE)
+}
+
+/// A real effect, fitted on slow motion, helps on fast motion too.
+fn extrapolates(search: &Search, before: &[usize], after: &[usize], gain: f64) -> Result<(), String> {
+    let speeds = search.library.design.block_speeds();
+    let mut order: Vec<usize> = (0..speeds.len()).collect();
+    order.sort_by(|&a, &b| speeds[a].total_cmp(&speeds[b]));
+    let (slow, fast) = order.split_at(order.len() * 2 / 3);
+    if slow.len() < 2 || fast.is_empty() {
+        return Ok(());
+    }
+    let slow_gain = search.transfer_error(before, slow, slow) - search.transfer_error(after, slow, slow);
+    if slow_gain < LEAST_SLOW_SHARE * gain {
+        return Ok(());
+    }
+    if search.transfer_error(after, slow, fast) < search.transfer_error(before, slow, fast) {
+        Ok(())
+    } else {
+        Err("fitted on the slower two thirds of the blocks it does not help on the fastest third".to_owned())
+    }
+}

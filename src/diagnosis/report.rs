@@ -1,0 +1,102 @@
+//! What a diagnosis says.
+
+use serde::Serialize;
+
+use crate::effect::Axis;
+use crate::model::Parameter;
+
+/// The answer to "what is missing?".
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// The answer in a word.
+    pub verdict: Verdict,
+    /// What is missing, in the order in which it should be added.
+    pub effects: Vec<MissingEffect>,
+    /// Held-out nMSE of each joint with the model as it was.
+    pub held_out_nmse: Vec<f64>,
+    /// Held-out nMSE of each joint that noise alone would leave; `None` if that can't be told.
+    pub noise_floor_nmse: Option<Vec<f64>>,
+    /// Joints, counted from 0 (written counted from 1), whose held-out residual is more than noise even with all effects of
+    /// the report in the model.
+    #[serde(serialize_with = "counted_from_one")]
+    pub unexplained_joints: Vec<usize>,
+    /// What to do next, in plain words.
+    pub advice: String,
+    /// All candidates, best first, with what speaks for or against each.
+    pub ranking: Vec<Candidate>,
+}
+
+/// The answer in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Effects of the catalogue are missing.
+    Missing,
+    /// Nothing is missing that these data could show.
+    NothingMissing,
+    /// Something is missing that no effect of the catalogue explains.
+    UnknownEffect,
+    /// Something is missing, but two effects explain it equally well with these data.
+    Ambiguous,
+}
+
+/// One missing effect, on one joint or several.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MissingEffect {
+    /// Its id in the registry.
+    pub effect: String,
+    /// The joints, counted from 0; written counted from 1.
+    #[serde(serialize_with = "counted_from_one")]
+    pub joints: Vec<usize>,
+    /// Probability that it is this effect, 0 to 1.
+    pub confidence: f64,
+    /// Its parameters with all effects of the report in the model.
+    pub parameters: Vec<Parameter>,
+    /// Held-out nMSE of each joint before it is added (with those before it in the report).
+    pub nmse_before: Vec<f64>,
+    /// The same after.
+    pub nmse_after: Vec<f64>,
+    /// Effects that explain nearly as much.
+    pub alternatives: Vec<String>,
+    /// Residual without it and what it explains, for plots.
+    #[serde(skip)]
+    pub evidence: Vec<Evidence>,
+}
+
+/// The residual of one joint over the state where the effect shows best.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evidence {
+    /// The joint, counted from 0.
+    pub joint: usize,
+    /// The state on the horizontal axis.
+    pub axis: Axis,
+    /// Held-out residual without the effect: (state, torque \[N m\]).
+    pub residual: Vec<[f64; 2]>,
+    /// Torque of the effect at the same states.
+    pub explained: Vec<[f64; 2]>,
+}
+
+/// One candidate and what speaks for or against it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Candidate {
+    /// Its id in the registry.
+    pub effect: String,
+    /// The joint, counted from 0; written counted from 1; none for an effect of the whole arm.
+    #[serde(serialize_with = "number_from_one")]
+    pub joint: Option<usize>,
+    /// Cross-validated drop of the squared residual of its joint when it alone is added to the model, 0 to 1; negative if
+    /// it makes things worse.
+    pub error_drop: f64,
+    /// Whether it is part of the answer.
+    pub accepted: bool,
+    /// Why, or why not.
+    pub reason: String,
+}
+
+fn counted_from_one<S: serde::Serializer>(joints: &[usize], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(joints.iter().map(|joint| joint + 1))
+}
+
+fn number_from_one<S: serde::Serializer>(joint: &Option<usize>, serializer: S) -> Result<S::Ok, S::Error> {
+    joint.map(|joint| joint + 1).serialize(serializer)
+}

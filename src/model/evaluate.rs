@@ -1,0 +1,138 @@
+//! Predictions, errors on training and held-out data, and the noise floor.
+//!
+//! Errors are measured on the raw torque, not on the filtered one that models are fitted to.
+
+use serde::Serialize;
+
+use super::{Fitted, ModelError};
+use crate::recording::split::{Segment, Split};
+use crate::recording::{PerJoint, Recording};
+
+/// Torque of a model along one trajectory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// Sum of all terms \[N m\].
+    pub total: PerJoint,
+    /// Each term alone, in the order of the model \[N m\].
+    pub terms: Vec<PerJoint>,
+}
+
+/// A model held against a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// One for each trajectory of the recording.
+    pub predictions: Vec<Prediction>,
+    /// Error of each joint on the training part.
+    pub train: Vec<JointError>,
+    /// Error of each joint on the held-out part.
+    pub held_out: Vec<JointError>,
+    /// nMSE on the held-out part that would be left if only the white noise of the torque were left; `None` if there are
+    /// too few samples to tell.
+    pub noise_floor_nmse: Option<Vec<f64>>,
+}
+
+/// Error of one joint. All are NaN if the part has no samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct JointError {
+    /// Mean squared error \[(N m)²\].
+    pub mse: f64,
+    /// Σ(τ − τ̂)² / Στ².
+    pub nmse: f64,
+    /// 1 − Σ(τ − τ̂)² / Σ(τ − mean τ)².
+    pub r2: f64,
+}
+
+/// Fewest samples for a noise floor.
+const FEWEST_FOR_FLOOR: usize = 50;
+
+impl Prediction {
+    /// Adds up the terms; `zero` is the torque of no term.
+    pub(super) fn sum_of(terms: Vec<PerJoint>, zero: PerJoint) -> Self {
+        let mut total = zero;
+        for term in &terms {
+            for (sum, values) in total.iter_mut().zip(term) {
+                for (sum, value) in sum.iter_mut().zip(values) {
+                    *sum += value;
+                }
+            }
+        }
+        Prediction { total, terms }
+    }
+}
+
+impl Evaluation {
+    /// Predicts all trajectories and measures the error on both parts.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a term can't be computed for a trajectory.
+    pub fn of(fitted: &Fitted, recording: &Recording, split: &Split) -> Result<Self, ModelError> {
+        let predictions = recording
+            .trajectories
+            .iter()
+            .map(|trajectory| fitted.predict(trajectory))
+            .collect::<Result<Vec<_>, _>>()?;
+        let errors = |segments: &[Segment]| {
+            let of_joint = |joint| joint_error(recording, &predictions, segments, joint);
+            (0..recording.joint_count()).map(of_joint).collect()
+        };
+        let (train, held_out): (Vec<_>, Vec<JointError>) = (errors(&split.train), errors(&split.held_out));
+        let noise_floor_nmse = noise_floor(recording, &predictions, &split.held_out);
+        Ok(Evaluation { predictions, train, held_out, noise_floor_nmse })
+    }
+
+    /// Residual τ − τ̂ of one trajectory.
+    pub fn residual(&self, recording: &Recording, trajectory: usize) -> PerJoint {
+        let measured = &recording.trajectories[trajectory].tau;
+        let subtract =
+            |(tau, model): (&Vec<f64>, &Vec<f64>)| tau.iter().zip(model).map(|(tau, model)| tau - model).collect();
+        measured.iter().zip(&self.predictions[trajectory].total).map(subtract).collect()
+    }
+
+    /// Held-out nMSE of each joint.
+    pub fn held_out_nmse(&self) -> Vec<f64> {
+        self.held_out.iter().map(|error| error.nmse).collect()
+    }
+}
+
+fn joint_error(recording: &Recording, predictions: &[Prediction], segments: &[Segment], joint: usize) -> JointError {
+    let (mut count, mut sum, mut energy, mut squared_error) = (0.0, 0.0, 0.0, 0.0);
+    for segment in segments {
+        let tau = &recording.trajectories[segment.trajectory].tau[joint][segment.samples.clone()];
+        let model = &predictions[segment.trajectory].total[joint][segment.samples.clone()];
+        for (tau, model) in tau.iter().zip(model) {
+            count += 1.0;
+            sum += tau;
+            energy += tau * tau;
+            squared_error += (tau - model).powi(2);
+        }
+    }
+    let spread = energy - sum * sum / count;
+    JointError { mse: squared_error / count, nmse: squared_error / energy, r2: 1.0 - squared_error / spread }
+}
+
+/// White noise of the torque by the third differences of the residual, in which slow signals vanish: for white noise of
+/// variance σ² their variance is 20 σ². The median of their size is used, so that jumps (dry friction) do not count.
+fn noise_floor(recording: &Recording, predictions: &[Prediction], segments: &[Segment]) -> Option<Vec<f64>> {
+    let of_joint = |joint: usize| {
+        let mut sizes = Vec::new();
+        let mut energy = 0.0;
+        let mut count = 0.0;
+        for segment in segments {
+            let tau = &recording.trajectories[segment.trajectory].tau[joint][segment.samples.clone()];
+            let model = &predictions[segment.trajectory].total[joint][segment.samples.clone()];
+            let residual: Vec<f64> = tau.iter().zip(model).map(|(tau, model)| tau - model).collect();
+            sizes.extend(residual.windows(4).map(|r| (r[3] - 3.0 * r[2] + 3.0 * r[1] - r[0]).abs()));
+            energy += tau.iter().map(|tau| tau * tau).sum::<f64>();
+            count += tau.len() as f64;
+        }
+        if sizes.len() < FEWEST_FOR_FLOOR || energy == 0.0 {
+            return None;
+        }
+        let middle = sizes.len() / 2;
+        let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+        // For a Gaussian the median of the size is 0.6745 standard deviations.
+        let variance = (median / 0.6745).powi(2) / 20.0;
+        Some(variance * count / energy)
+    };
+    (0..recording.joint_count()).map(of_joint).collect()
+}

@@ -1,0 +1,438 @@
+//! Identification: all parameters of a model jointly, by least squares weighted by joint.
+//!
+//! Factors are linear; shape parameters (a Stribeck velocity) are searched over their grid, then refined by golden section,
+//! with the factors solved anew for each value. Standard errors come from the jackknife over blocks (each block left out in
+//! turn), so they hold for correlated residuals too; shape parameters take part in it by the derivative of their columns.
+//! Source: Efron and Stein, Ann. Stat. 9 (1981) 586 (delete-one jackknife).
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::design::{Design, Equations, PreparedColumn};
+use super::evaluate::Prediction;
+use super::terms::{Factor, Setting};
+use super::{EffectTerm, Model, ModelError, RigidBody, Term};
+use crate::progress::Monitor;
+use crate::recording::split::Split;
+use crate::recording::{PerJoint, Recording, Trajectory};
+
+/// A model with its parameters identified.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fitted {
+    /// The terms.
+    pub model: Model,
+    /// What was identified, in the order of the terms; within an effect in the order of its file.
+    pub parameters: Vec<Parameter>,
+    /// Linear factors in the order of the columns.
+    factors: Vec<f64>,
+    /// Shape parameters of each term; empty for most.
+    shapes: Vec<Vec<f64>>,
+    setting: Setting,
+}
+
+/// One identified parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parameter {
+    /// Name, such as `coulomb_torque`.
+    pub name: String,
+    /// Symbol for formulas.
+    pub symbol: String,
+    /// Index of its term in the model, counted from 0.
+    pub term: usize,
+    /// The joint it belongs to, counted from 0; written counted from 1.
+    #[serde(with = "joint_number")]
+    pub joint: Option<usize>,
+    /// Estimate, in [`Parameter::unit`]; 0 if the data can't show it.
+    pub value: f64,
+    /// Standard error; `None` if the data can't show it.
+    pub std_error: Option<f64>,
+    /// 95 % confidence interval; `None` if the data can't show it.
+    pub interval: Option<[f64; 2]>,
+    /// SI unit.
+    pub unit: String,
+    /// Whether the data can show it, beside the other parameters.
+    pub identified: bool,
+    /// Whether the value makes physical sense (a mass is not negative).
+    pub physical: bool,
+}
+
+/// Joints are counted from 0 inside and from 1 in files.
+mod joint_number {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(joint: &Option<usize>, serializer: S) -> Result<S::Ok, S::Error> {
+        joint.map(|joint| joint + 1).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<usize>, D::Error> {
+        let number = Option::<usize>::deserialize(deserializer)?;
+        number
+            .map(|number| number.checked_sub(1).ok_or_else(|| serde::de::Error::custom("joints are counted from 1")))
+            .transpose()
+    }
+}
+
+/// Relative step for derivatives by shape parameters.
+const SHAPE_STEP: f64 = 1e-3;
+/// Golden-section steps per shape parameter; each shrinks its bracket to 62 %.
+const SHAPE_STEPS: usize = 14;
+/// Rounds over all shape parameters, since they influence each other.
+const SHAPE_ROUNDS: usize = 2;
+/// The coverage of intervals.
+const COVERAGE: f64 = 0.95;
+
+/// Identifies all parameters of `model` from the training part of `recording`.
+///
+/// # Errors
+/// [`ModelError`] if the model does not fit the recording, or the data can't identify it, or it was stopped.
+pub fn fit(model: &Model, recording: &Recording, split: &Split, monitor: &Monitor) -> Result<Fitted, ModelError> {
+    let design = Design::new(recording, split)?;
+    fit_design(model, &design, monitor)
+}
+
+/// [`fit`] on data that are prepared already.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
+    let factors = model.factors(&design.setting)?;
+    let samples: usize = (0..design.recording.joint_count()).map(|joint| design.sample_count(joint)).sum();
+    if samples < 4 * factors.len() {
+        return Err(ModelError::TooFewSamples { samples, parameters: factors.len() });
+    }
+    let torque = unexplained_torque(model, design);
+    let mut search = ShapeSearch::new(model, design, &torque)?;
+    // The first weights take each joint's torque for its error; the second know the error.
+    let mut weights: Vec<f64> = (0..torque[0].len()).map(|joint| inverse(design.energy(joint))).collect();
+    for round in 0..2 {
+        monitor.report(0.2 + 0.4 * round as f32, "fitting all parameters")?;
+        search.refine(&weights, monitor)?;
+        weights = residual_weights(design, &search.equations, &search.solve(&weights));
+    }
+    let solution = search.equations.total(&weights, |_| true).solve();
+    monitor.report(0.8, "standard errors, block by block")?;
+    let parameters = search.parameters(&factors, &weights, &solution.factors, &solution.identified)?;
+    monitor.report(1.0, "fitted")?;
+    Ok(Fitted {
+        model: model.clone(),
+        parameters,
+        factors: solution.factors.iter().copied().collect(),
+        shapes: search.shapes,
+        setting: design.setting.clone(),
+    })
+}
+
+/// Prepared torque less what the model knows beforehand.
+pub(crate) fn unexplained_torque(model: &Model, design: &Design) -> Vec<PerJoint> {
+    let mut torque = design.torque.clone();
+    if let Some(known) = design.known_torque(model) {
+        for (left, known) in torque.iter_mut().flatten().flatten().zip(known.iter().flatten().flatten()) {
+            *left -= known;
+        }
+    }
+    torque
+}
+
+/// 1 / error variance of each joint.
+pub(crate) fn residual_weights(design: &Design, equations: &Equations, factors: &DVector<f64>) -> Vec<f64> {
+    let joints = design.recording.joint_count();
+    (0..joints)
+        .map(|joint| {
+            let energy: f64 =
+                (0..equations.block_count()).map(|block| equations.part(block, joint).residual_energy(factors)).sum();
+            let samples = design.sample_count(joint) as f64;
+            // An exact fit has no error to weigh by: rounding would decide.
+            let floor = 1e-20 * design.energy(joint);
+            if samples == 0.0 { 0.0 } else { inverse(energy.max(floor) / samples) }
+        })
+        .collect()
+}
+
+fn inverse(value: f64) -> f64 {
+    if value > 0.0 { 1.0 / value } else { 0.0 }
+}
+
+/// The columns of a model for given shape parameters, and the search for better ones.
+struct ShapeSearch<'a> {
+    model: &'a Model,
+    design: &'a Design<'a>,
+    torque: &'a [PerJoint],
+    shapes: Vec<Vec<f64>>,
+    columns: Vec<PreparedColumn>,
+    equations: Equations,
+}
+
+impl<'a> ShapeSearch<'a> {
+    fn new(model: &'a Model, design: &'a Design<'a>, torque: &'a [PerJoint]) -> Result<Self, ModelError> {
+        let mut shapes = Vec::new();
+        for term in &model.terms {
+            shapes.push(match term {
+                Term::Effect(effect) => effect.find()?.spec().shapes().map(|(_, grid)| grid[grid.len() / 2]).collect(),
+                Term::RigidBody(_) => Vec::new(),
+            });
+        }
+        let columns = prepared_columns(model, design, &shapes)?;
+        let equations = design.equations(&columns, torque);
+        Ok(ShapeSearch { model, design, torque, shapes, columns, equations })
+    }
+
+    fn solve(&self, weights: &[f64]) -> DVector<f64> {
+        self.equations.total(weights, |_| true).solve().factors
+    }
+
+    /// Sets the shape parameters to their best values for these weights.
+    fn refine(&mut self, weights: &[f64], monitor: &Monitor) -> Result<(), ModelError> {
+        for _ in 0..SHAPE_ROUNDS {
+            for term in 0..self.shapes.len() {
+                for number in 0..self.shapes[term].len() {
+                    monitor.check()?;
+                    self.refine_one(term, number, weights)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn refine_one(&mut self, term: usize, number: usize, weights: &[f64]) -> Result<(), ModelError> {
+        let Term::Effect(effect) = &self.model.terms[term] else { return Ok(()) };
+        let spec = effect.find()?.spec();
+        let Some((parameter, grid)) = spec.shapes().nth(number) else { return Ok(()) };
+        let mut cost = |value: f64| -> Result<f64, ModelError> {
+            self.shapes[term][number] = value;
+            self.update_columns(term)?;
+            Ok(self.equations.total(weights, |_| true).solve().residual_energy)
+        };
+        let mut best = 0;
+        let mut least = f64::INFINITY;
+        for (index, &value) in grid.iter().enumerate() {
+            let cost = cost(value)?;
+            if cost < least {
+                (best, least) = (index, cost);
+            }
+        }
+        // Golden section between the neighbours of the best grid value, on a logarithmic scale.
+        let mut low = if best == 0 { parameter.min.max(grid[0] / 4.0) } else { grid[best - 1] }.ln();
+        let mut high = grid.get(best + 1).copied().unwrap_or(parameter.max.min(grid[best] * 4.0)).ln();
+        let ratio = (5f64.sqrt() - 1.0) / 2.0;
+        let mut inner = [high - ratio * (high - low), low + ratio * (high - low)];
+        let mut costs = [cost(inner[0].exp())?, cost(inner[1].exp())?];
+        for _ in 0..SHAPE_STEPS {
+            if costs[0] < costs[1] {
+                high = inner[1];
+                inner = [high - ratio * (high - low), inner[0]];
+                costs = [cost(inner[0].exp())?, costs[0]];
+            } else {
+                low = inner[0];
+                inner = [inner[1], low + ratio * (high - low)];
+                costs = [costs[1], cost(inner[1].exp())?];
+            }
+        }
+        let refined = if costs[0] < costs[1] { inner[0] } else { inner[1] };
+        let value = if costs[0].min(costs[1]) < least { refined.exp() } else { grid[best] };
+        cost(value)?;
+        Ok(())
+    }
+
+    fn update_columns(&mut self, term: usize) -> Result<(), ModelError> {
+        let Term::Effect(effect) = &self.model.terms[term] else { return Ok(()) };
+        let first = first_column(self.model, self.design, term)?;
+        let columns = effect_columns(effect, self.design, &self.shapes[term])?;
+        let changed = first..first + columns.len();
+        self.columns.splice(changed.clone(), columns);
+        self.design.update_equations(&mut self.equations, &self.columns, changed, self.torque);
+        Ok(())
+    }
+
+    /// Estimates with their jackknife errors.
+    fn parameters(
+        &self,
+        factors: &[Factor],
+        weights: &[f64],
+        values: &DVector<f64>,
+        identified: &[bool],
+    ) -> Result<Vec<Parameter>, ModelError> {
+        // Column for each shape parameter: the derivative of the torque by it.
+        let mut columns = self.columns.clone();
+        let mut shape_parameters = Vec::new();
+        for (term, shape) in self.shapes.iter().enumerate() {
+            let Term::Effect(effect) = &self.model.terms[term] else { continue };
+            let first = first_column(self.model, self.design, term)?;
+            for number in 0..shape.len() {
+                let step = SHAPE_STEP * shape[number];
+                let mut shifted = [shape.clone(), shape.clone()];
+                shifted[0][number] -= step;
+                shifted[1][number] += step;
+                let [below, above] = [&shifted[0], &shifted[1]].map(|shape| effect_columns(effect, self.design, shape));
+                let count = effect.find()?.spec().linear().count();
+                let torque_factors: Vec<f64> = (first..first + count).map(|column| values[column]).collect();
+                columns.push(PreparedColumn::slope(&below?, &above?, &torque_factors, 2.0 * step));
+                shape_parameters.push((term, number));
+            }
+        }
+        let equations = if shape_parameters.is_empty() {
+            self.equations.clone()
+        } else {
+            self.design.equations(&columns, self.torque)
+        };
+        let errors = jackknife_errors(&equations, weights);
+        let linear = factors.len();
+        let quantile = interval_quantile(equations.block_count());
+        let mut parameters = Vec::new();
+        for (index, factor) in factors.iter().enumerate() {
+            parameters.push(parameter(factor, values[index], identified[index], errors[index], quantile));
+        }
+        for (index, &(term, number)) in shape_parameters.iter().enumerate() {
+            let Term::Effect(effect) = &self.model.terms[term] else { continue };
+            let spec = effect.find()?.spec();
+            let Some((shape, _)) = spec.shapes().nth(number) else { continue };
+            let kind = self.design.setting.kinds[effect.joint.unwrap_or(0)];
+            let factor = Factor {
+                term,
+                name: shape.name.to_owned(),
+                symbol: shape.symbol.to_owned(),
+                joint: effect.joint,
+                unit: shape.dimension.unit(kind),
+                bounds: [shape.min, shape.max],
+            };
+            parameters.push(parameter(&factor, self.shapes[term][number], true, errors[linear + index], quantile));
+        }
+        parameters.sort_by_key(|parameter| parameter.term);
+        Ok(parameters)
+    }
+}
+
+fn parameter(factor: &Factor, value: f64, identified: bool, std_error: Option<f64>, quantile: f64) -> Parameter {
+    let [min, max] = factor.bounds;
+    Parameter {
+        term: factor.term,
+        name: factor.name.clone(),
+        symbol: factor.symbol.clone(),
+        joint: factor.joint,
+        value,
+        std_error,
+        interval: std_error.map(|error| [value - quantile * error, value + quantile * error]),
+        unit: factor.unit.to_owned(),
+        identified,
+        physical: (min..=max).contains(&value),
+    }
+}
+
+/// Student's t for the interval, with one degree of freedom less than there are blocks.
+fn interval_quantile(blocks: usize) -> f64 {
+    let freedom = blocks.saturating_sub(1).max(1) as f64;
+    StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.5 + COVERAGE / 2.0))
+}
+
+/// Delete-one-block jackknife; `None` for factors that the data can't show, or with fewer than three blocks.
+fn jackknife_errors(equations: &Equations, weights: &[f64]) -> Vec<Option<f64>> {
+    let whole = equations.total(weights, |_| true);
+    let all = whole.solve();
+    let blocks = equations.block_count();
+    let count = all.factors.len();
+    if blocks < 3 {
+        return vec![None; count];
+    }
+    let kept: Vec<usize> = (0..count).filter(|&index| all.identified[index]).collect();
+    let mut deviations = DMatrix::<f64>::zeros(kept.len(), blocks);
+    for block in 0..blocks {
+        let mut rest = whole.clone();
+        for (joint, &weight) in weights.iter().enumerate() {
+            rest.add(equations.part(block, joint), -weight);
+        }
+        let solution = rest.select(&kept).solve();
+        for (row, &index) in kept.iter().enumerate() {
+            deviations[(row, block)] = solution.factors[row] - all.factors[index];
+        }
+    }
+    let mut errors = vec![None; count];
+    for (row, &index) in kept.iter().enumerate() {
+        let mean = deviations.row(row).mean();
+        let spread: f64 = deviations.row(row).iter().map(|deviation| (deviation - mean).powi(2)).sum();
+        errors[index] = Some((spread * (blocks - 1) as f64 / blocks as f64).sqrt());
+    }
+    errors
+}
+
+fn first_column(model: &Model, design: &Design, term: usize) -> Result<usize, ModelError> {
+    Ok(model.factors(&design.setting)?.iter().take_while(|factor| factor.term < term).count())
+}
+
+pub(crate) fn effect_columns(
+    effect: &EffectTerm,
+    design: &Design,
+    shape: &[f64],
+) -> Result<Vec<PreparedColumn>, ModelError> {
+    design.prepare(|trajectory| effect.columns(&design.setting, trajectory, shape))
+}
+
+/// Columns of all terms of a model, prepared.
+pub(crate) fn prepared_columns(
+    model: &Model,
+    design: &Design,
+    shapes: &[Vec<f64>],
+) -> Result<Vec<PreparedColumn>, ModelError> {
+    let mut columns = Vec::new();
+    for (term, shape) in model.terms.iter().zip(shapes) {
+        match term {
+            Term::RigidBody(RigidBody::Stated(_)) => {}
+            Term::RigidBody(body) => {
+                columns.extend(design.prepare(|trajectory| Ok(body.columns(&design.setting, trajectory)))?);
+            }
+            Term::Effect(effect) => columns.extend(effect_columns(effect, design, shape)?),
+        }
+    }
+    Ok(columns)
+}
+
+impl Fitted {
+    /// The torque of each term along a trajectory of the same arm.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a term can't be computed for it.
+    pub fn predict(&self, trajectory: &Trajectory) -> Result<Prediction, ModelError> {
+        let zero = vec![vec![0.0; trajectory.len()]; trajectory.joint_count()];
+        let mut terms = Vec::new();
+        let mut factors = self.factors.iter();
+        for (term, shape) in self.model.terms.iter().zip(&self.shapes) {
+            let (known, columns) = match term {
+                Term::RigidBody(body) => {
+                    (body.known_torque(&self.setting, trajectory), body.columns(&self.setting, trajectory))
+                }
+                Term::Effect(effect) => (None, effect.columns(&self.setting, trajectory, shape)?),
+            };
+            let mut torque = known.unwrap_or_else(|| zero.clone());
+            for (column, factor) in columns.iter().zip(factors.by_ref()) {
+                for (joint, values) in &column.parts {
+                    for (sum, value) in torque[*joint].iter_mut().zip(values) {
+                        *sum += factor * value;
+                    }
+                }
+            }
+            terms.push(torque);
+        }
+        Ok(Prediction::sum_of(terms, zero))
+    }
+
+    /// The parameters of one term.
+    pub fn parameters_of(&self, term: usize) -> impl Iterator<Item = &Parameter> {
+        self.parameters.iter().filter(move |parameter| parameter.term == term)
+    }
+
+    /// How many linear factors it has.
+    pub fn factor_count(&self) -> usize {
+        self.factors.len()
+    }
+
+    /// Shape parameters of each term; empty for terms without.
+    pub fn shapes(&self) -> &[Vec<f64>] {
+        &self.shapes
+    }
+
+    /// What the terms were told of the recording.
+    pub fn setting(&self) -> &Setting {
+        &self.setting
+    }
+}

@@ -1,0 +1,68 @@
+//! The same low-pass filter and decimation for the torque and for every column that is to explain it.
+//!
+//! Parameters are estimated on filtered data: what lies above the arm's own motion is noise of the torque and of the
+//! differentiated acceleration. A linear filter leaves the factors of a linear model unchanged if both sides pass it.
+
+use crate::effect::Column;
+use crate::recording::differentiate::low_pass;
+use crate::recording::{Origin, PerJoint, Recording};
+
+/// Cut-off where acceleration was measured or is exact \[Hz\].
+const CUTOFF: f64 = 25.0;
+/// Cut-off where acceleration was differentiated \[Hz\]: its noise grows with frequency.
+const CUTOFF_DERIVED: f64 = 12.5;
+
+/// How signals of one trajectory are filtered and thinned out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Preparation {
+    /// Time step before \[s\].
+    pub time_step: f64,
+    /// Cut-off of the zero-phase low-pass \[Hz\]; `None` where the sampling rate is too low to need one.
+    pub cutoff: Option<f64>,
+    /// Every how manieth sample is kept.
+    pub every: usize,
+}
+
+impl Preparation {
+    /// The preparation for one trajectory of a recording.
+    pub fn of(recording: &Recording, trajectory: usize) -> Preparation {
+        let time_step = recording.trajectories[trajectory].time_step();
+        let cutoff = match recording.provenance.acceleration {
+            Origin::Measured => CUTOFF,
+            Origin::Derived(_) => CUTOFF_DERIVED,
+        };
+        let rate = if time_step > 0.0 { 1.0 / time_step } else { 0.0 };
+        if rate <= 2.5 * cutoff {
+            return Preparation { time_step, cutoff: None, every: 1 };
+        }
+        Preparation { time_step, cutoff: Some(cutoff), every: ((rate / (2.0 * cutoff)).round() as usize).max(1) }
+    }
+
+    /// Filters and decimates one signal.
+    pub fn apply(&self, signal: &[f64]) -> Vec<f64> {
+        match self.cutoff {
+            Some(cutoff) => self.thin_out(&low_pass(signal, self.time_step, cutoff)),
+            None => self.thin_out(signal),
+        }
+    }
+
+    /// Decimates without filtering.
+    pub fn thin_out(&self, signal: &[f64]) -> Vec<f64> {
+        signal.iter().copied().step_by(self.every).collect()
+    }
+
+    /// The same for a column.
+    pub fn apply_column(&self, column: &Column) -> Column {
+        Column { parts: column.parts.iter().map(|(joint, values)| (*joint, self.apply(values))).collect() }
+    }
+
+    /// The same for a signal of all joints.
+    pub fn apply_all(&self, signal: &PerJoint) -> PerJoint {
+        signal.iter().map(|joint| self.apply(joint)).collect()
+    }
+
+    /// Which of the kept samples lie in this range of the original ones.
+    pub fn range(&self, samples: &std::ops::Range<usize>) -> std::ops::Range<usize> {
+        samples.start.div_ceil(self.every)..samples.end.div_ceil(self.every)
+    }
+}

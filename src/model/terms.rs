@@ -1,0 +1,193 @@
+//! What each term contributes: a torque that is known beforehand, and columns whose factors are to be identified.
+
+use serde::{Deserialize, Serialize};
+
+use super::{EffectTerm, Model, ModelError, RigidBody, Term};
+use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
+use crate::effect::{Column, Motion};
+use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
+
+/// What terms need to know of the recording beside the motion.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Setting {
+    /// What each joint does.
+    pub kinds: Vec<JointKind>,
+    /// Where q = 0 points; right if the recording does not say.
+    pub posture: Posture,
+    /// The stated arm.
+    pub arm: Option<Arm>,
+}
+
+impl Setting {
+    /// The setting of a recording.
+    ///
+    /// # Errors
+    /// [`ModelError`] if no planar rigid body fits the recording.
+    pub fn of(recording: &Recording) -> Result<Setting, ModelError> {
+        let joints = recording.joint_count();
+        let kinds: Vec<JointKind> = recording.joints.iter().map(|joint| joint.kind).collect();
+        if !(1..=MOST_JOINTS).contains(&joints) {
+            return Err(ModelError::JointCount { joints });
+        }
+        if joints > 1 && kinds.contains(&JointKind::Prismatic) {
+            return Err(ModelError::Prismatic { joints });
+        }
+        if let Some(arm) = &recording.stated_arm
+            && arm.joint_count() != joints
+        {
+            return Err(ModelError::OtherArm { arm: arm.joint_count(), recording: joints });
+        }
+        let posture = recording.posture.or(recording.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default();
+        Ok(Setting { kinds, posture, arm: recording.stated_arm.clone() })
+    }
+
+    /// Gravity \[m/s²\]: of the stated arm, or the standard.
+    pub fn gravity(&self) -> f64 {
+        self.arm.as_ref().map_or(GRAVITY, |arm| arm.gravity)
+    }
+
+    /// What an effect is told.
+    pub fn motion<'a>(&'a self, trajectory: &'a Trajectory) -> Motion<'a> {
+        Motion { trajectory, kinds: &self.kinds, posture: self.posture, arm: self.arm.as_ref() }
+    }
+}
+
+/// Name and unit of one identified factor, and the joint it belongs to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Factor {
+    /// Index of its term.
+    pub term: usize,
+    /// Name for files and tables.
+    pub name: String,
+    /// Symbol for formulas.
+    pub symbol: String,
+    /// The joint (from 0) it belongs to, if to one.
+    pub joint: Option<usize>,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Smallest and largest value that makes physical sense.
+    pub bounds: [f64; 2],
+}
+
+impl RigidBody {
+    /// Factors of the identified body; none for a stated one.
+    pub(super) fn factors(&self, term: usize, setting: &Setting) -> Vec<Factor> {
+        if matches!(self, RigidBody::Stated(_)) {
+            return Vec::new();
+        }
+        let free = [f64::NEG_INFINITY, f64::INFINITY];
+        if setting.kinds == [JointKind::Prismatic] {
+            let name = "M1".to_owned();
+            return vec![Factor { term, symbol: name.clone(), name, joint: None, unit: "kg", bounds: free }];
+        }
+        let joints = setting.kinds.len();
+        let named = regressor::parameter_names(joints).into_iter().enumerate();
+        named
+            .map(|(index, name)| {
+                let unit = regressor::parameter_unit(joints, index);
+                Factor { term, symbol: name.clone(), name, joint: None, unit, bounds: free }
+            })
+            .collect()
+    }
+
+    /// Columns of the identified body; none for a stated one.
+    pub(super) fn columns(&self, setting: &Setting, trajectory: &Trajectory) -> Vec<Column> {
+        match self {
+            RigidBody::Stated(_) => Vec::new(),
+            RigidBody::Identified if setting.kinds == [JointKind::Prismatic] => {
+                vec![Column::on_joint(0, trajectory.qdd[0].iter().copied())]
+            }
+            RigidBody::Identified => regressor_columns(setting, trajectory),
+        }
+    }
+
+    /// Torque that is known beforehand.
+    pub(super) fn known_torque(&self, setting: &Setting, trajectory: &Trajectory) -> Option<PerJoint> {
+        match self {
+            RigidBody::Identified => None,
+            RigidBody::Stated(arm) => {
+                let arm = Arm { posture: setting.posture, ..arm.clone() };
+                Some(arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd))
+            }
+        }
+    }
+}
+
+/// The regressor along a trajectory, one column per lumped parameter, without the rows that are zero by construction.
+fn regressor_columns(setting: &Setting, trajectory: &Trajectory) -> Vec<Column> {
+    let joints = trajectory.joint_count();
+    let samples = trajectory.len();
+    let width = regressor::parameter_count(joints);
+    let mut values = vec![vec![0.0; samples]; joints * width];
+    let mut rows = vec![0.0; joints * width];
+    let mut state = [[0.0; MOST_JOINTS]; 3];
+    for sample in 0..samples {
+        for joint in 0..joints {
+            state[0][joint] = trajectory.q[joint][sample];
+            state[1][joint] = trajectory.qd[joint][sample];
+            state[2][joint] = trajectory.qdd[joint][sample];
+        }
+        let [q, qd, qdd] = &state;
+        regressor::fill(setting.posture, setting.gravity(), &q[..joints], &qd[..joints], &qdd[..joints], &mut rows);
+        for (element, row) in values.iter_mut().zip(&rows) {
+            element[sample] = *row;
+        }
+    }
+    let mut columns: Vec<Column> = (0..width).map(|_| Column { parts: Vec::new() }).collect();
+    for (index, element) in values.into_iter().enumerate() {
+        if element.iter().any(|&value| value != 0.0) {
+            columns[index % width].parts.push((index / width, element));
+        }
+    }
+    columns
+}
+
+impl EffectTerm {
+    /// Factors of the effect: its linear parameters.
+    pub(super) fn factors(&self, term: usize, setting: &Setting) -> Result<Vec<Factor>, ModelError> {
+        let kind = setting.kinds[self.joint.unwrap_or(0)];
+        let factor = |parameter: &crate::effect::ParameterSpec| Factor {
+            term,
+            name: parameter.name.to_owned(),
+            symbol: parameter.symbol.to_owned(),
+            joint: self.joint,
+            unit: parameter.dimension.unit(kind),
+            bounds: [parameter.min, parameter.max],
+        };
+        Ok(self.find()?.spec().linear().map(factor).collect())
+    }
+
+    /// Columns of the effect for these shape parameters.
+    pub(super) fn columns(
+        &self,
+        setting: &Setting,
+        trajectory: &Trajectory,
+        shape: &[f64],
+    ) -> Result<Vec<Column>, ModelError> {
+        Ok(self.find()?.columns(&setting.motion(trajectory), self.joint.unwrap_or(0), shape)?)
+    }
+}
+
+impl Model {
+    /// Factors of all terms, in the order of their columns.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a term does not fit the recording.
+    pub fn factors(&self, setting: &Setting) -> Result<Vec<Factor>, ModelError> {
+        let mut factors = Vec::new();
+        for (index, term) in self.terms.iter().enumerate() {
+            match term {
+                Term::RigidBody(body) => factors.extend(body.factors(index, setting)),
+                Term::Effect(effect) => {
+                    let joints = setting.kinds.len();
+                    if let Some(joint) = effect.joint.filter(|&joint| joint >= joints) {
+                        let effect = effect.effect.clone();
+                        return Err(ModelError::NoSuchJoint { effect, joint: joint + 1, joints });
+                    }
+                    factors.extend(effect.factors(index, setting)?);
+                }
+            }
+        }
+        Ok(factors)
+    }
+}

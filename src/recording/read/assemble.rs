@@ -1,0 +1,253 @@
+//! From a table and a mapping to trajectories: convert units, cut at gaps and missing values, derive what is missing.
+//!
+//! Nothing is mended in silence. Rows that can't be used are left out by cutting the trajectory there, which a finding
+//! says with its count; a clock that stands still or goes back is an error, since no treatment of it would be honest.
+
+use std::ops::Range;
+
+use super::table::Table;
+use super::{ReadError, ReadOptions};
+use crate::progress::Monitor;
+use crate::recording::check::{Finding, FindingKind, GAP_STEPS, Place, Severity};
+use crate::recording::differentiate::{default_cutoff, derivative, median_step};
+use crate::recording::mapping::{Channel, Mapping, split_unit};
+use crate::recording::{JointKind, PerJoint, Trajectory};
+
+/// Shorter stretches between two cuts are left out.
+const SHORTEST_STRETCH: usize = 10;
+/// Fewer samples have no second derivative.
+const SHORTEST_RUN: usize = 3;
+
+/// What one file gives.
+pub(super) struct Assembled {
+    pub trajectories: Vec<Trajectory>,
+    pub findings: Vec<Finding>,
+    /// Cut-offs of the filter for derived channels \[Hz\].
+    pub cutoffs: Vec<f64>,
+    pub kinds: Vec<JointKind>,
+}
+
+/// The channels of a table in SI units, all rows.
+struct Channels {
+    time: Vec<f64>,
+    q: PerJoint,
+    qd: Option<PerJoint>,
+    qdd: Option<PerJoint>,
+    tau: PerJoint,
+}
+
+/// `file` is the name for messages, `stem` the one for trajectories.
+pub(super) fn assemble(
+    table: &Table,
+    mapping: &Mapping,
+    file: &str,
+    stem: &str,
+    options: &ReadOptions,
+    monitor: &Monitor,
+) -> Result<Assembled, ReadError> {
+    let mut findings = passed_over(table, file);
+    let channels = convert(table, mapping, file, options, &mut findings)?;
+    check_clock(table, &channels.time, file)?;
+
+    let usable = usable_rows(&channels);
+    let left_out = usable.iter().filter(|usable| !**usable).count();
+    if left_out > 0 {
+        let first = usable.iter().position(|usable| !usable).unwrap_or_default();
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::NonFinite,
+            what: format!(
+                "{left_out} of {} samples have no finite value in a used channel (first: {}) and were left out; \
+                 trajectories are cut there.",
+                usable.len(),
+                table.place(first)
+            ),
+            place: Place::file(file),
+            remedy: "Nothing was filled in; find out why the values are missing.".to_owned(),
+        });
+    }
+    let stretches = stretches(table, &channels.time, &usable, file, &mut findings);
+    if stretches.is_empty() {
+        return Err(ReadError::NothingLeft { file: file.to_owned(), fewest: SHORTEST_RUN });
+    }
+
+    let mut trajectories = Vec::new();
+    let mut cutoffs = Vec::new();
+    let several = stretches.len() > 1;
+    for (index, rows) in stretches.iter().enumerate() {
+        monitor.check()?;
+        let name = if several { format!("{stem}#{}", index + 1) } else { stem.to_owned() };
+        let (trajectory, cutoff) = derive(&channels, rows.clone(), name, options);
+        trajectories.push(trajectory);
+        cutoffs.push(cutoff);
+    }
+    let kinds =
+        mapping.q.iter().map(|name| split_unit(name).1.and_then(|unit| unit.kind).unwrap_or_default()).collect();
+    Ok(Assembled { trajectories, findings, cutoffs, kinds })
+}
+
+fn passed_over(table: &Table, file: &str) -> Vec<Finding> {
+    if table.passed_over.is_empty() {
+        return Vec::new();
+    }
+    vec![Finding {
+        severity: Severity::Info,
+        kind: FindingKind::PassedOver,
+        what: format!("passed over: {}.", table.passed_over.join("; ")),
+        place: Place::file(file),
+        remedy: String::new(),
+    }]
+}
+
+fn convert(
+    table: &Table,
+    mapping: &Mapping,
+    file: &str,
+    options: &ReadOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Channels, ReadError> {
+    let mut converted = Vec::new();
+    let mut column = |channel: Channel, name: &String| -> Result<Vec<f64>, ReadError> {
+        let file = || file.to_owned();
+        let found =
+            table.column(name).ok_or_else(|| ReadError::MissingColumn { file: file(), column: name.clone() })?;
+        if let Some(text) = &found.text {
+            let (line, column, cell) = (text.line, name.clone(), text.cell.chars().take(40).collect());
+            return Err(ReadError::Text { file: file(), line, column, cell });
+        }
+        if !found.values.iter().any(|value| value.is_finite()) {
+            return Err(ReadError::NoValues { file: file(), column: name.clone() });
+        }
+        match split_unit(name).1.filter(|unit| unit.factor != 1.0 && unit.channels.contains(&channel)) {
+            Some(unit) => {
+                converted.push(format!("`{name}` from {}", unit.text));
+                Ok(found.values.iter().map(|value| value * unit.factor).collect())
+            }
+            None => Ok(found.values.clone()),
+        }
+    };
+    let mut joints =
+        |channel, names: &Vec<String>| names.iter().map(|name| column(channel, name)).collect::<Result<PerJoint, _>>();
+    let q = joints(Channel::Position, &mapping.q)?;
+    let tau = joints(Channel::Torque, &mapping.tau)?;
+    let qd = mapping.qd.as_ref().map(|names| joints(Channel::Velocity, names)).transpose()?;
+    let qdd = mapping.qdd.as_ref().map(|names| joints(Channel::Acceleration, names)).transpose()?;
+    let time = match (&mapping.time, options.rate_hz.map(f64::recip).or(table.step)) {
+        (Some(name), _) => column(Channel::Time, name)?,
+        (None, Some(step)) => {
+            table.runs.iter().flat_map(|run| (0..run.len()).map(move |sample| sample as f64 * step)).collect()
+        }
+        (None, None) => return Err(ReadError::NoTime { file: file.to_owned(), columns: table.names().join(", ") }),
+    };
+    if !converted.is_empty() {
+        findings.push(Finding {
+            severity: Severity::Info,
+            kind: FindingKind::Converted,
+            what: format!("converted to SI units, as the names of the columns say: {}.", converted.join(", ")),
+            place: Place::file(file),
+            remedy: String::new(),
+        });
+    }
+    Ok(Channels { time, q, qd, qdd, tau })
+}
+
+fn check_clock(table: &Table, time: &[f64], file: &str) -> Result<(), ReadError> {
+    for run in &table.runs {
+        let mut before: Option<f64> = None;
+        for row in run.clone() {
+            let now = time[row];
+            if let Some(before) = before.filter(|before| now <= *before) {
+                return Err(ReadError::Clock { file: file.to_owned(), place: table.place(row), before, now });
+            }
+            before = if now.is_finite() { Some(now) } else { before };
+        }
+    }
+    Ok(())
+}
+
+/// For each row, whether all used channels have a finite value there.
+fn usable_rows(channels: &Channels) -> Vec<bool> {
+    let Channels { time, q, qd, qdd, tau } = channels;
+    let all = [Some(q), qd.as_ref(), qdd.as_ref(), Some(tau)];
+    let mut usable: Vec<bool> = time.iter().map(|value| value.is_finite()).collect();
+    for signal in all.into_iter().flatten().flatten() {
+        for (usable, value) in usable.iter_mut().zip(signal) {
+            *usable &= value.is_finite();
+        }
+    }
+    usable
+}
+
+/// The rows of each trajectory: runs, cut at rows that can't be used and where the clock jumps.
+fn stretches(
+    table: &Table,
+    time: &[f64],
+    usable: &[bool],
+    file: &str,
+    findings: &mut Vec<Finding>,
+) -> Vec<Range<usize>> {
+    let mut stretches = Vec::new();
+    let (mut gaps, mut first_gap, mut largest) = (0usize, None, 0.0f64);
+    let (mut short, mut short_samples) = (0usize, 0usize);
+    for run in &table.runs {
+        let clean: Vec<f64> = run.clone().filter(|row| usable[*row]).map(|row| time[row]).collect();
+        let longest_step = GAP_STEPS * median_step(&clean);
+        let mut pieces: Vec<Range<usize>> = Vec::new();
+        for row in run.clone().filter(|row| usable[*row]) {
+            match pieces.last_mut() {
+                Some(piece) if piece.end == row && time[row] - time[row - 1] <= longest_step => piece.end = row + 1,
+                last => {
+                    if last.is_some_and(|piece| piece.end == row) {
+                        gaps += 1;
+                        largest = largest.max(time[row] - time[row - 1]);
+                        first_gap.get_or_insert(row);
+                    }
+                    pieces.push(row..row + 1);
+                }
+            }
+        }
+        let fewest = if pieces.len() > 1 { SHORTEST_STRETCH } else { SHORTEST_RUN };
+        let (long, few): (Vec<_>, Vec<_>) = pieces.into_iter().partition(|piece| piece.len() >= fewest);
+        short += few.len();
+        short_samples += few.iter().map(Range::len).sum::<usize>();
+        stretches.extend(long);
+    }
+    if let Some(row) = first_gap {
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::TimeGap,
+            what: format!(
+                "the clock jumps {gaps} times by more than {GAP_STEPS} median steps (first: {}; largest: {largest:.4} s); \
+                 trajectories are cut there.",
+                table.place(row)
+            ),
+            place: Place::file(file),
+            remedy: "Nothing was filled in; check whether the recorder lost samples.".to_owned(),
+        });
+    }
+    if short > 0 {
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::FewSamples,
+            what: format!(
+                "{short} stretches with {short_samples} samples in all are too short to use and were left out."
+            ),
+            place: Place::file(file),
+            remedy: String::new(),
+        });
+    }
+    stretches
+}
+
+/// One trajectory, and the cut-off of its filter \[Hz\].
+fn derive(channels: &Channels, rows: Range<usize>, name: String, options: &ReadOptions) -> (Trajectory, f64) {
+    let cut = |signal: &PerJoint| -> PerJoint { signal.iter().map(|joint| joint[rows.clone()].to_vec()).collect() };
+    let time = channels.time[rows.clone()].to_vec();
+    let cutoff = options.low_pass_hz.unwrap_or_else(|| default_cutoff(median_step(&time)));
+    let slope =
+        |signal: &PerJoint| -> PerJoint { signal.iter().map(|joint| derivative(joint, &time, cutoff)).collect() };
+    let q = cut(&channels.q);
+    let qd = channels.qd.as_ref().map_or_else(|| slope(&q), cut);
+    let qdd = channels.qdd.as_ref().map_or_else(|| slope(&qd), cut);
+    (Trajectory { name, tau: cut(&channels.tau), q, qd, qdd, time }, cutoff)
+}

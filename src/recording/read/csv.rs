@@ -1,0 +1,329 @@
+//! Numbers as text: comma, semicolon, tab or blanks between them, with or without header, comments, quotes, decimal
+//! commas and a row of units.
+
+use super::table::{Column, Table, TextCell};
+use crate::progress::{Monitor, Stopped};
+use crate::recording::mapping::unit_named;
+
+/// The text is not a table of numbers.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum CsvError {
+    /// Nothing but blanks and comments.
+    #[error("it holds no line of data")]
+    Empty,
+    /// Column names, but no sample.
+    #[error("it has column names (line {line}), but no sample below them; perhaps the recording was broken off")]
+    HeaderOnly {
+        /// Where the names stand.
+        line: u64,
+    },
+    /// A row with too few or too many cells.
+    #[error(
+        "line {line} has {found} cells, but the lines before have {expected}; mend or delete this line \
+         (a log that was broken off often ends so)"
+    )]
+    Ragged {
+        /// Where it stands.
+        line: u64,
+        /// How many cells it has.
+        found: usize,
+        /// How many it should have.
+        expected: usize,
+    },
+    /// Words, not numbers.
+    #[error(
+        "it is text, but line {line} below the first holds no number; a log has one column a channel, one line a sample"
+    )]
+    NoNumbers {
+        /// The line.
+        line: u64,
+    },
+    /// A quote is not closed, or the like.
+    #[error("the text is broken: {0}")]
+    Syntax(String),
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+/// One line of cells, with its number in the file.
+#[derive(Clone)]
+struct Row {
+    line: u64,
+    cells: Vec<String>,
+}
+
+/// What stands between two cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Delimiter {
+    Byte(u8),
+    Blanks,
+}
+
+/// Reads a text. Columns without a header are named `c1`, `c2`, …
+pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let delimiter = sniff_delimiter(bytes);
+    let decimal_comma = delimiter != Delimiter::Byte(b',');
+    let number = |cell: &str| parse(cell, decimal_comma);
+
+    let mut rows = Rows::new(bytes, delimiter);
+    let first = rows.next()?.ok_or(CsvError::Empty)?;
+    let width = first.cells.len();
+    let is_header = first.cells.iter().any(|cell| number(cell).is_none());
+    let mut table = Table { lines: Some(Vec::new()), ..Table::default() };
+    let (names, mut next) = if is_header {
+        (first.cells.clone(), rows.next()?)
+    } else {
+        let names = commented_header(bytes, delimiter, width);
+        (names.unwrap_or_else(|| (1..=width).map(|number| format!("c{number}")).collect()), Some(first.clone()))
+    };
+    let column = |name: String| Column { name, values: Vec::new(), text: None };
+    table.columns = names.into_iter().map(column).collect();
+    if is_header && let Some(units) = next.as_ref().filter(|row| is_row_of_units(row, width)) {
+        for (column, unit) in table.columns.iter_mut().zip(&units.cells) {
+            if !unit.is_empty() {
+                column.name = format!("{}[{}]", column.name, unit.trim_matches(['[', ']', '(', ')']));
+            }
+        }
+        next = rows.next()?;
+    }
+
+    let mut lines = Vec::new();
+    while let Some(mut row) = next {
+        // A delimiter at the end of each row, but not of the header, is common and harmless.
+        if row.cells.len() == width + 1 && row.cells.last().is_some_and(String::is_empty) {
+            row.cells.pop();
+        }
+        if lines.is_empty() && row.cells.iter().all(|cell| number(cell).is_none()) {
+            return Err(CsvError::NoNumbers { line: row.line });
+        }
+        if row.cells.len() != width {
+            return Err(CsvError::Ragged { line: row.line, found: row.cells.len(), expected: width });
+        }
+        for (column, cell) in table.columns.iter_mut().zip(row.cells) {
+            column.values.push(number(&cell).unwrap_or(f64::NAN));
+            if column.text.is_none() && number(&cell).is_none() {
+                column.text = Some(TextCell { line: row.line, cell });
+            }
+        }
+        lines.push(row.line);
+        if lines.len() % 4096 == 0 {
+            monitor.check()?;
+        }
+        next = rows.next()?;
+    }
+    if lines.is_empty() {
+        return Err(CsvError::HeaderOnly { line: first.line });
+    }
+    table.runs = std::iter::once(0..lines.len()).collect();
+    table.lines = Some(lines);
+    Ok(table)
+}
+
+/// A cell as a number; an empty one, or one that says that there is no value, is NaN. `None` if it is text.
+fn parse(cell: &str, decimal_comma: bool) -> Option<f64> {
+    if let Ok(number) = cell.parse() {
+        return Some(number);
+    }
+    if cell.is_empty()
+        || ["na", "n/a", "null", "none", "-nan", "nan(ind)", "-nan(ind)"].contains(&cell.to_lowercase().as_str())
+    {
+        return Some(f64::NAN);
+    }
+    let one_comma = decimal_comma && !cell.contains('.') && cell.matches(',').count() == 1;
+    one_comma.then(|| cell.replace(',', ".").parse().ok()).flatten()
+}
+
+fn is_row_of_units(row: &Row, width: usize) -> bool {
+    let is_unit = |cell: &String| {
+        let bare = cell.trim_matches(['[', ']', '(', ')']);
+        ["", "-", "1", "a", "v", "bool"].contains(&bare.to_lowercase().as_str()) || unit_named(bare).is_some()
+    };
+    row.cells.len() == width
+        && row.cells.iter().all(is_unit)
+        && row.cells.iter().any(|cell| cell.parse::<f64>().is_err())
+        && row.cells.iter().any(|cell| !cell.is_empty())
+}
+
+/// Names in a comment right above the data, as `numpy.savetxt` writes them.
+fn commented_header(bytes: &[u8], delimiter: Delimiter, width: usize) -> Option<Vec<String>> {
+    let comments =
+        bytes.split(|byte| *byte == b'\n').take_while(|line| line.starts_with(b"#") || line.trim_ascii().is_empty());
+    let last = comments.filter(|line| line.starts_with(b"#")).last()?;
+    let text = String::from_utf8_lossy(last);
+    let text = text.trim_start_matches('#').trim();
+    let names: Vec<String> = match delimiter {
+        Delimiter::Byte(byte) => text.split(char::from(byte)).map(|name| name.trim().to_owned()).collect(),
+        Delimiter::Blanks => text.split_whitespace().map(str::to_owned).collect(),
+    };
+    let all_names = names.iter().all(|name| !name.is_empty() && name.parse::<f64>().is_err());
+    (names.len() == width && all_names).then_some(names)
+}
+
+/// The delimiter by which most of the first lines have the same number of cells, at least two.
+fn sniff_delimiter(bytes: &[u8]) -> Delimiter {
+    const LOOKED_AT: usize = 50;
+    let lines: Vec<&[u8]> = bytes
+        .split(|byte| *byte == b'\n')
+        .map(<[u8]>::trim_ascii)
+        .filter(|line| !line.is_empty() && !line.starts_with(b"#"))
+        .take(LOOKED_AT)
+        .collect();
+    let agreeing = |delimiter: u8| {
+        let counts: Vec<usize> =
+            lines.iter().map(|line| line.iter().filter(|byte| **byte == delimiter).count()).collect();
+        // The header may count otherwise (commas in names), so the lines below it decide where there are any.
+        let counts = if counts.len() > 2 { &counts[1..] } else { &counts[..] };
+        let usual = counts.iter().max_by_key(|count| counts.iter().filter(|other| other == count).count());
+        let usual = usual.copied().filter(|usual| *usual > 0);
+        usual.map_or(0, |usual| 10 * counts.iter().filter(|count| **count == usual).count() / counts.len())
+    };
+    // A semicolon or a tab is hardly ever anything else; a comma may be a decimal one.
+    let chosen = [b';', b'\t', b','].into_iter().find(|delimiter| agreeing(*delimiter) >= 8);
+    let chosen = chosen.or_else(|| [b';', b'\t', b','].into_iter().find(|delimiter| agreeing(*delimiter) > 0));
+    let blanks = |line: &&[u8]| line.iter().any(|byte| byte.is_ascii_whitespace());
+    match chosen {
+        // Decimal commas between blanks: cells that were cut at the commas would still hold two numbers.
+        Some(b',') if between_blanks_are_numbers(&lines) => Delimiter::Blanks,
+        Some(byte) => Delimiter::Byte(byte),
+        None if lines.iter().skip(1).any(blanks) || lines.len() == 1 && lines.iter().any(blanks) => Delimiter::Blanks,
+        None => Delimiter::Byte(b','),
+    }
+}
+
+/// Whether the last line is `0,1 0,2 0,3`: numbers between blanks, each with at most one comma inside.
+fn between_blanks_are_numbers(lines: &[&[u8]]) -> bool {
+    let Some(line) = lines.last().and_then(|line| std::str::from_utf8(line).ok()) else { return false };
+    let cells: Vec<&str> = line.split_whitespace().collect();
+    let inside = |cell: &str| !cell.starts_with(',') && !cell.ends_with(',') && parse(cell, true).is_some();
+    cells.len() > 1 && cells.iter().all(|cell| inside(cell))
+}
+
+/// The rows of a text without comments and empty lines.
+enum Rows<'a> {
+    Delimited(Box<csv::Reader<&'a [u8]>>, &'a [u8]),
+    Blanks(Box<dyn Iterator<Item = (usize, &'a [u8])> + 'a>),
+}
+
+impl<'a> Rows<'a> {
+    fn new(bytes: &'a [u8], delimiter: Delimiter) -> Self {
+        match delimiter {
+            Delimiter::Blanks => Rows::Blanks(Box::new(bytes.split(|byte| *byte == b'\n').enumerate())),
+            Delimiter::Byte(byte) => {
+                let mut reader = csv::ReaderBuilder::new();
+                reader.delimiter(byte).has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All);
+                Rows::Delimited(Box::new(reader.from_reader(bytes)), bytes)
+            }
+        }
+    }
+
+    fn next(&mut self) -> Result<Option<Row>, CsvError> {
+        loop {
+            let row = match self {
+                Rows::Delimited(reader, bytes) => {
+                    let mut record = csv::ByteRecord::new();
+                    let more = reader.read_byte_record(&mut record).map_err(|e| CsvError::Syntax(e.to_string()))?;
+                    if !more {
+                        return Ok(None);
+                    }
+                    let line = record.position().map_or(0, |start| first_line(bytes, start));
+                    Row { line, cells: record.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect() }
+                }
+                Rows::Blanks(lines) => {
+                    let Some((index, line)) = lines.next() else { return Ok(None) };
+                    if line.trim_ascii_start().starts_with(b"#") {
+                        continue;
+                    }
+                    let text = String::from_utf8_lossy(line);
+                    let cells = text.split_whitespace().map(|cell| cell.trim_matches('"').to_owned()).collect();
+                    Row { line: index as u64 + 1, cells }
+                }
+            };
+            if row.cells.iter().any(|cell| !cell.is_empty()) {
+                return Ok(Some(row));
+            }
+        }
+    }
+}
+
+/// The line on which a row stands. The reader says where it began to look, before comments and empty lines.
+fn first_line(bytes: &[u8], start: &csv::Position) -> u64 {
+    let rest = bytes.get(start.byte() as usize..).unwrap_or_default();
+    let skipped = |line: &&[u8]| line.starts_with(b"#") || line.trim_ascii().is_empty();
+    start.line() + rest.split(|byte| *byte == b'\n').take_while(skipped).count() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Table {
+        read(text.as_bytes(), &Monitor::new()).unwrap()
+    }
+
+    fn problem(text: &str) -> CsvError {
+        read(text.as_bytes(), &Monitor::new()).unwrap_err()
+    }
+
+    #[test]
+    fn reads_the_same_table_in_many_dialects() {
+        for text in [
+            "t,q1,q2\n0.5,-1.5,2e3\n1.5,4,5\n",
+            "\u{feff}t,q1,q2\r\n0.5,-1.5,2e3\r\n1.5,4,5\r\n",
+            "t;q1;q2\n0,5;-1,5;2e3\n1,5;4;5\n",
+            "t;q1;q2\n0.5;-1.5;2e3\n1.5;4;5\n",
+            "t\tq1\tq2\n0.5\t-1.5\t2e3\n1.5\t4\t5",
+            "t\tq1\tq2\n0,5\t-1,5\t2e3\n1,5\t4\t5",
+            "t q1 q2\n0.5 -1.5 2e3\n1.5 4 5\n",
+            "  t   q1  q2\n  0.5  -1.5  2e3\n  1.5   4    5\n",
+            "# a comment, with commas\nt,q1,q2\n0.5,-1.5,2e3\n# another\n\n1.5,4,5\n",
+            "# made by a rig\n# t,q1,q2\n0.5,-1.5,2e3\n1.5,4,5\n",
+            "# t q1 q2\n0.5 -1.5 2e3\n1.5 4 5\n",
+            "\"t\",\"q1\",\"q2\"\n\"0.5\",\"-1.5\",2e3\n 1.5 , 4 , 5 \n",
+            "t,q1,q2\n0.5,-1.5,2e3,\n1.5,4,5,\n",
+        ] {
+            let table = table(text);
+            assert_eq!(table.names(), ["t", "q1", "q2"], "{text}");
+            let values: Vec<_> = table.columns.iter().map(|column| column.values.clone()).collect();
+            assert_eq!(values, [[0.5, 1.5], [-1.5, 4.0], [2000.0, 5.0]], "{text}");
+        }
+    }
+
+    #[test]
+    fn names_may_be_missing_or_hold_commas_and_units_may_stand_below() {
+        assert_eq!(table("1,2\n3,4\n").names(), ["c1", "c2"]);
+        assert_eq!(table("\"t, in s\";q\n1;2\n3;4\n").names(), ["t, in s", "q"]);
+        assert_eq!(table("t,q1,tau1\ns,deg,Nm\n1,2,3\n").names(), ["t[s]", "q1[deg]", "tau1[Nm]"]);
+    }
+
+    #[test]
+    fn cells_without_a_number_are_nan_or_text_with_its_line() {
+        let table = table("# head\nt,q,label\n0,nan,a\n1,,b\n2,-inf,c\n3,x,d\n");
+        let q = table.column("q").unwrap();
+        assert!(q.values[0].is_nan() && q.values[1].is_nan() && q.values[2].is_infinite());
+        assert_eq!(q.text, Some(TextCell { line: 6, cell: "x".into() }));
+        assert_eq!(table.column("label").unwrap().text, Some(TextCell { line: 3, cell: "a".into() }));
+        assert_eq!(table.column("t").unwrap().text, None);
+        assert_eq!(table.place(2), "line 5");
+    }
+
+    #[test]
+    fn what_is_no_table_is_told_with_its_line() {
+        assert_eq!(problem("# only\n\n# comments\n"), CsvError::Empty);
+        assert_eq!(problem("\n\nt,q1\n"), CsvError::HeaderOnly { line: 3 });
+        assert_eq!(problem("t,q1\n0,1\n# note\n\n1\n2,3\n"), CsvError::Ragged { line: 5, found: 1, expected: 2 });
+        assert_eq!(problem("MIT License\nCopyright by me\n"), CsvError::NoNumbers { line: 2 });
+        assert_eq!(problem("t,q1\n0,1\n1\n2,3\n"), CsvError::Ragged { line: 3, found: 1, expected: 2 });
+        assert_eq!(problem("t q1\n0 1\n1 2 3\n"), CsvError::Ragged { line: 3, found: 3, expected: 2 });
+        assert_eq!(problem("t,q1\r\n0,1\r\n1,2,3\r\n"), CsvError::Ragged { line: 3, found: 3, expected: 2 });
+    }
+
+    #[test]
+    fn a_stop_is_heard() {
+        let monitor = Monitor::new();
+        monitor.stop("enough");
+        let long = "1,2\n".repeat(5000);
+        assert!(matches!(read(long.as_bytes(), &monitor), Err(CsvError::Stopped(_))));
+    }
+}

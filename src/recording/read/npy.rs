@@ -1,0 +1,230 @@
+//! One NPY array: a header that is a Python dict, then the elements.
+//!
+//! Read by hand, because a header may lie: every size is checked before anything is allocated, and nothing is evaluated.
+
+/// An array, its elements in C order.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Array {
+    pub shape: Vec<usize>,
+    pub values: Vec<f64>,
+}
+
+/// The array can't be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NpyError {
+    /// It is not an array of numbers, but a sound array: it may be passed over.
+    #[error("{0}")]
+    NotNumbers(String),
+    /// The bytes are damaged.
+    #[error("the array is damaged: {0}; write the file again")]
+    Damaged(String),
+}
+
+/// How the elements are stored.
+struct Header<'a> {
+    element: &'a str,
+    fortran_order: bool,
+    shape: Vec<usize>,
+}
+
+/// Decodes a whole NPY file.
+pub(super) fn decode(bytes: &[u8]) -> Result<Array, NpyError> {
+    let (header, data) = header(bytes)?;
+    let element = Element::parse(header.element)?;
+    let overflow = || NpyError::Damaged(format!("its header claims the shape {:?}", header.shape));
+    let count =
+        header.shape.iter().try_fold(1usize, |product, size| product.checked_mul(*size)).ok_or_else(overflow)?;
+    let needed = count.checked_mul(element.size).ok_or_else(overflow)?;
+    if needed != data.len() {
+        return Err(NpyError::Damaged(format!(
+            "its header claims the shape {:?}, which takes {needed} bytes, but {} follow",
+            header.shape,
+            data.len()
+        )));
+    }
+    let mut values: Vec<f64> = data.chunks_exact(element.size).map(|chunk| element.value(chunk)).collect();
+    if header.fortran_order && header.shape.len() > 1 {
+        values = to_c_order(&values, &header.shape);
+    }
+    Ok(Array { shape: header.shape, values })
+}
+
+fn header(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), NpyError> {
+    let damaged = |problem: &str| NpyError::Damaged(problem.to_owned());
+    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(|| damaged("it does not begin like an NPY array"))?;
+    let (length, rest) = match rest {
+        [1, _, a, b, rest @ ..] => (u32::from(u16::from_le_bytes([*a, *b])), rest),
+        [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]), rest),
+        _ => return Err(damaged("its NPY version is unknown, or it ends too early")),
+    };
+    let (text, data) = rest.split_at_checked(length as usize).ok_or_else(|| damaged("it ends within its header"))?;
+    let text = std::str::from_utf8(text).map_err(|_| damaged("its header is not text"))?;
+    let missing = || damaged("its header lacks the element type, the order or the shape");
+
+    let element = field(text, "descr").ok_or_else(missing)?;
+    let quote = element.chars().next().filter(|c| matches!(c, '\'' | '"'));
+    let Some(element) = quote.and_then(|quote| element[1..].split(quote).next()) else {
+        return Err(NpyError::NotNumbers("it is a structured array; save each of its fields as an array".to_owned()));
+    };
+    let order = field(text, "fortran_order").ok_or_else(missing)?;
+    let shape = field(text, "shape").and_then(|rest| rest.strip_prefix('(')?.split(')').next()).ok_or_else(missing)?;
+    let sizes = shape.split(',').map(|size| size.trim().trim_end_matches('L')).filter(|size| !size.is_empty());
+    let shape =
+        sizes.map(str::parse).collect::<Result<Vec<usize>, _>>().map_err(|_| damaged("its shape is no shape"))?;
+    Ok((Header { element, fortran_order: order.starts_with("True"), shape }, data))
+}
+
+/// The text after `'key':`.
+fn field<'a>(header: &'a str, key: &str) -> Option<&'a str> {
+    let rest = ['\'', '"'].iter().find_map(|quote| Some(header.split_once(&format!("{quote}{key}{quote}"))?.1))?;
+    Some(rest.trim_start().strip_prefix(':')?.trim_start())
+}
+
+/// The type of the elements.
+struct Element {
+    kind: Kind,
+    size: usize,
+    big_endian: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Float,
+    Signed,
+    Unsigned,
+}
+
+impl Element {
+    fn parse(text: &str) -> Result<Element, NpyError> {
+        let not_numbers = |problem: String| Err(NpyError::NotNumbers(problem));
+        let big_endian = text.starts_with('>');
+        let bare = text.trim_start_matches(['<', '>', '|', '=']);
+        if bare.starts_with('O') {
+            return not_numbers(
+                "it holds Python objects, which could run code when read; if it is a list of runs of unequal length, \
+                 save each run as a file of its own, or pad them with NaN to one float array (run, sample, joint)"
+                    .to_owned(),
+            );
+        }
+        let Some((kind, size)) = bare.split_at_checked(1) else {
+            return not_numbers("it has no element type".to_owned());
+        };
+        let (kind, size) = match (kind, size) {
+            ("f", "4" | "8") => (Kind::Float, size),
+            ("i", "1" | "2" | "4" | "8") => (Kind::Signed, size),
+            ("u", "1" | "2" | "4" | "8") | ("b", "1") => (Kind::Unsigned, size),
+            _ => return not_numbers(format!("its elements are of type `{text}`; save it with .astype(float)")),
+        };
+        Ok(Element { kind, size: usize::from(size.as_bytes()[0] - b'0'), big_endian })
+    }
+
+    fn value(&self, bytes: &[u8]) -> f64 {
+        // The bytes as one little-endian number, its sign carried up.
+        let mut word = [0; 8];
+        for (place, byte) in word.iter_mut().zip(bytes) {
+            *place = *byte;
+        }
+        if self.big_endian {
+            word[..self.size].reverse();
+        }
+        let raw = u64::from_le_bytes(word);
+        let unused = 64 - 8 * self.size as u32;
+        match self.kind {
+            Kind::Float if self.size == 4 => f64::from(f32::from_bits(raw as u32)),
+            Kind::Float => f64::from_bits(raw),
+            Kind::Signed => ((raw << unused) as i64 >> unused) as f64,
+            Kind::Unsigned => raw as f64,
+        }
+    }
+}
+
+/// From first-index-fastest to last-index-fastest.
+fn to_c_order(values: &[f64], shape: &[usize]) -> Vec<f64> {
+    let mut index = vec![0; shape.len()];
+    let mut ordered = Vec::with_capacity(values.len());
+    for _ in 0..values.len() {
+        let at = index.iter().zip(shape).rev().fold(0, |at, (index, size)| at * size + index);
+        ordered.push(values[at]);
+        for (place, size) in index.iter_mut().zip(shape).rev() {
+            *place += 1;
+            if *place < *size {
+                break;
+            }
+            *place = 0;
+        }
+    }
+    ordered
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn npy(element: &str, order: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+        let header = format!("{{'descr': '{element}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.bytes());
+        bytes.extend(data);
+        bytes
+    }
+
+    #[test]
+    fn reads_any_number_type_in_both_byte_orders() {
+        for (element, data) in [
+            ("<f8", (-2.0f64).to_le_bytes().to_vec()),
+            (">f8", (-2.0f64).to_be_bytes().to_vec()),
+            ("<f4", (-2.0f32).to_le_bytes().to_vec()),
+            (">f4", (-2.0f32).to_be_bytes().to_vec()),
+            ("|i1", (-2i8).to_le_bytes().to_vec()),
+            (">i2", (-2i16).to_be_bytes().to_vec()),
+            ("<i4", (-2i32).to_le_bytes().to_vec()),
+            (">i8", (-2i64).to_be_bytes().to_vec()),
+        ] {
+            assert_eq!(decode(&npy(element, "False", "(1,)", &data)).unwrap().values, [-2.0], "{element}");
+        }
+        assert_eq!(decode(&npy(">u2", "False", "()", &[0xff, 0xfe])).unwrap().values, [65534.0]);
+        assert_eq!(decode(&npy("|b1", "False", "(2,)", &[0, 1])).unwrap().values, [0.0, 1.0]);
+    }
+
+    #[test]
+    fn fortran_order_becomes_c_order() {
+        // [[0, 1, 2], [3, 4, 5]] is stored by columns.
+        let array = decode(&npy("|u1", "True", "(2, 3)", &[0, 3, 1, 4, 2, 5])).unwrap();
+        assert_eq!(array, Array { shape: vec![2, 3], values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0] });
+        let cube: Vec<u8> =
+            (0..2).flat_map(|c| (0..3).flat_map(move |b| (0..2).map(move |a| 6 * a + 2 * b + c))).collect();
+        let ordered: Vec<f64> = (0..12).map(f64::from).collect();
+        assert_eq!(decode(&npy("|u1", "True", "(2, 3, 2)", &cube)).unwrap().values, ordered);
+    }
+
+    #[test]
+    fn lying_and_broken_headers_are_errors_without_allocation() {
+        for shape in
+            ["(1000000000000,)", "(18446744073709551615, 9)", "(4294967296, 4294967296)", "(2,)", "(-1,)", "(x,)", "()"]
+        {
+            let error = decode(&npy("<f8", "False", shape, &[0; 24])).unwrap_err();
+            assert!(matches!(error, NpyError::Damaged(_)), "{shape}: {error}");
+        }
+        let whole = npy("<f8", "False", "(1,)", &[0; 8]);
+        for end in 0..whole.len() {
+            assert!(decode(&whole[..end]).is_err());
+        }
+        assert!(decode(b"\x93NUMPY\x02\x00\xff\xff\xff\xff{").is_err());
+        assert!(decode(&npy("<f8", "False", &"(".repeat(30_000), &[])).is_err());
+    }
+
+    #[test]
+    fn objects_texts_and_records_are_no_numbers() {
+        for element in ["|O", "<U3", "<c16", "<f2", "", "<M8[ns]"] {
+            let error = decode(&npy(element, "False", "(1,)", &[0; 8])).unwrap_err();
+            assert!(matches!(error, NpyError::NotNumbers(_)), "{element}");
+        }
+        let mut record = npy("x", "False", "(1,)", &[]);
+        let at = record.windows(3).position(|w| w == b"'x'").unwrap();
+        record.splice(at..at + 3, b"[('a', '<f8')]".iter().copied());
+        let length = (record.len() - 10) as u16;
+        record[8..10].copy_from_slice(&length.to_le_bytes());
+        assert!(matches!(decode(&record).unwrap_err(), NpyError::NotNumbers(_)));
+    }
+}

@@ -1,0 +1,254 @@
+//! NPZ: a ZIP archive of numpy arrays, anybody's or in our own [`crate::recording::layout`].
+
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+
+use zip::ZipArchive;
+
+use super::npy::{self, Array, NpyError};
+use super::table::{Column, Table};
+use crate::progress::{Monitor, Stopped};
+use crate::recording::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION, Version};
+use crate::recording::seal::Seal;
+use crate::recording::{PerJoint, Recording, RecordingError, Trajectory};
+
+/// The archive can't be read.
+#[derive(Debug, thiserror::Error)]
+pub enum NpzError {
+    /// It is no sound ZIP archive.
+    #[error("the archive is damaged ({0}); copy or export it again")]
+    Archive(#[from] zip::result::ZipError),
+    /// One of its files can't be unpacked.
+    #[error("`{entry}` in the archive is damaged ({problem}); copy or export the file again")]
+    Entry {
+        /// Name of the entry.
+        entry: String,
+        /// What went wrong.
+        problem: String,
+    },
+    /// It would take too much memory.
+    #[error("unpacked it takes more than {limit} MB; cut the log into several files, or raise the limit")]
+    TooLarge {
+        /// What is allowed \[MB\].
+        limit: u64,
+    },
+    /// An array can't be read.
+    #[error("array `{array}`: {problem}")]
+    Array {
+        /// Its name.
+        array: String,
+        /// What is wrong.
+        problem: NpyError,
+    },
+    /// It holds other things.
+    #[error("the archive holds no array of samples{}; save the log with numpy.savez('log.npz', time=time, q=q, tau=tau)", also(.0))]
+    NoArrays(Vec<String>),
+    /// A newer program wrote it.
+    #[error(
+        "it is in version {found} of our layout, but this program knows versions up to {VERSION}; use a newer program"
+    )]
+    FutureVersion {
+        /// The version of the file.
+        found: u32,
+    },
+    /// Our own layout, but something in it is wrong.
+    #[error(
+        "it is a recording of this program, but {0}; write it again, or delete its `{MANIFEST}` to read it as plain arrays"
+    )]
+    Layout(String),
+    /// Our own layout, but the recording does not keep its promises.
+    #[error("it is a recording of this program, but: {0}")]
+    Recording(#[from] RecordingError),
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+fn also(passed_over: &[String]) -> String {
+    if passed_over.is_empty() { String::new() } else { format!(" (passed over: {})", passed_over.join("; ")) }
+}
+
+/// What an archive holds.
+#[derive(Debug)]
+pub(super) enum Content {
+    /// Arrays of somebody else.
+    Table(Table),
+    /// A recording in our own layout.
+    Recording(Box<Recording>),
+}
+
+/// Reads an archive; unpacked it may take `limit` bytes.
+pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Content, NpzError> {
+    let Unpacked { arrays, passed_over, manifest, truth } = unpack(bytes, limit, monitor)?;
+    match manifest {
+        Some(manifest) => Ok(Content::Recording(Box::new(recording(arrays, &manifest, truth)?))),
+        None => Ok(Content::Table(table(arrays, passed_over)?)),
+    }
+}
+
+#[derive(Default)]
+struct Unpacked {
+    arrays: Vec<(String, Array)>,
+    passed_over: Vec<String>,
+    manifest: Option<Vec<u8>>,
+    truth: Option<Vec<u8>>,
+}
+
+fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzError> {
+    let mut archive = ZipArchive::new(Cursor::new(bytes))?;
+    let mut unpacked = Unpacked::default();
+    let mut left = limit;
+    for index in 0..archive.len() {
+        monitor.check()?;
+        let entry = archive.by_index(index)?;
+        let name = String::from_utf8_lossy(entry.name_raw()).into_owned();
+        let array = name.strip_suffix(".npy").map(str::to_owned);
+        if array.is_none() && name != MANIFEST && name != TRUTH {
+            unpacked.passed_over.push(format!("`{name}` (no array)"));
+            continue;
+        }
+        if entry.size() > left {
+            return Err(NpzError::TooLarge { limit: limit >> 20 });
+        }
+        let damaged = |problem: String| NpzError::Entry { entry: name.clone(), problem };
+        // What the archive claims is checked as it is unpacked, so that a false claim does not take memory either.
+        let claimed = entry.size();
+        let mut content = Vec::new();
+        entry.take(claimed + 1).read_to_end(&mut content).map_err(|error| damaged(error.to_string()))?;
+        if content.len() as u64 != claimed {
+            return Err(damaged(format!("{} bytes instead of {claimed}", content.len())));
+        }
+        left -= claimed;
+        match array {
+            Some(array) => match npy::decode(&content) {
+                Ok(values) => unpacked.arrays.push((array, values)),
+                Err(NpyError::NotNumbers(reason)) => unpacked.passed_over.push(format!("`{array}` ({reason})")),
+                Err(problem) => return Err(NpzError::Array { array, problem }),
+            },
+            None if name == TRUTH => unpacked.truth = Some(content),
+            None => unpacked.manifest = Some(content),
+        }
+    }
+    Ok(unpacked)
+}
+
+/// How many runs, and how many samples in each.
+type Extent = (usize, usize);
+
+/// How an array may be read: (samples), (samples, joints) or (runs, samples, joints).
+fn extent(shape: &[usize]) -> Option<Extent> {
+    match *shape {
+        [samples] | [samples, _] => Some((1, samples)),
+        [runs, samples, _] => Some((runs, samples)),
+        _ => None,
+    }
+}
+
+/// Columns of the arrays that share the extent which most of them have; the others are passed over.
+fn table(arrays: Vec<(String, Array)>, mut passed_over: Vec<String>) -> Result<Table, NpzError> {
+    let step = arrays.iter().find_map(|(name, array)| stated_step(name, array));
+    let mut votes: BTreeMap<Extent, usize> = BTreeMap::new();
+    for extent in
+        arrays.iter().filter_map(|(_, array)| extent(&array.shape)).filter(|(runs, samples)| runs * samples > 1)
+    {
+        *votes.entry(extent).or_default() += 1;
+    }
+    let winner = votes.into_iter().max_by_key(|&((runs, samples), votes)| (votes, runs.saturating_mul(samples)));
+    let Some(((runs, samples), _)) = winner else {
+        return Err(NpzError::NoArrays(passed_over));
+    };
+    let rows = runs * samples;
+    let mut table =
+        Table { runs: (0..runs).map(|run| run * samples..(run + 1) * samples).collect(), step, ..Table::default() };
+    for (name, Array { shape, values }) in arrays {
+        let column = |name, values| Column { name, values, text: None };
+        match *shape.as_slice() {
+            [own] if own == samples => {
+                // One clock for all runs.
+                let repeated = values.iter().copied().cycle().take(rows).collect();
+                table.columns.push(column(name, repeated));
+            }
+            [first, second] if runs > 1 && (first, second) == (runs, samples) => {
+                table.columns.push(column(name, values))
+            }
+            [.., width] if shape.len() > 1 && extent(&shape) == Some((runs, samples)) => {
+                for joint in 0..width {
+                    let values = values.iter().copied().skip(joint).step_by(width).collect();
+                    table.columns.push(column(format!("{name}[{joint}]"), values));
+                }
+            }
+            _ if stated_step(&name, &Array { shape: shape.clone(), values }).is_some() => {}
+            _ => passed_over.push(format!("`{name}` (its shape is {shape:?})")),
+        }
+    }
+    table.passed_over = passed_over;
+    Ok(table)
+}
+
+/// The time step \[s\] that an array of one number states.
+fn stated_step(name: &str, array: &Array) -> Option<f64> {
+    let [value] = array.values[..] else { return None };
+    let step = match name.to_lowercase().as_str() {
+        "dt" | "time_step" | "timestep" | "step" | "sampling_time" | "sample_time" => value,
+        "fs" | "rate" | "sample_rate" | "sampling_rate" | "frequency" => 1.0 / value,
+        _ => return None,
+    };
+    (step.is_finite() && step > 0.0).then_some(step)
+}
+
+/// Our own layout.
+fn recording(arrays: Vec<(String, Array)>, manifest: &[u8], truth: Option<Vec<u8>>) -> Result<Recording, NpzError> {
+    let unreadable = |error: serde_json::Error| NpzError::Layout(format!("its `{MANIFEST}` is damaged ({error})"));
+    let version: Version = serde_json::from_slice(manifest).map_err(unreadable)?;
+    if version.format > VERSION {
+        return Err(NpzError::FutureVersion { found: version.format });
+    }
+    let manifest: Manifest = serde_json::from_slice(manifest).map_err(unreadable)?;
+    let wrong = |problem: String| Err(NpzError::Layout(problem));
+
+    let mut arrays: BTreeMap<String, Array> = arrays.into_iter().collect();
+    let mut take = |name: &str, columns: Option<usize>| -> Result<Array, NpzError> {
+        let lacking = || NpzError::Layout(format!("its array `{name}` is missing"));
+        let array = arrays.remove(name).ok_or_else(lacking)?;
+        match (columns, array.shape.as_slice()) {
+            (None, [_]) => Ok(array),
+            (Some(columns), [_, own]) if columns == *own => Ok(array),
+            (_, shape) => Err(NpzError::Layout(format!("its array `{name}` has the shape {shape:?}"))),
+        }
+    };
+    let time = take(TIME, None)?.values;
+    let numbers = take(TRAJECTORY, None)?.values;
+    if numbers.len() != time.len() {
+        return wrong(format!("`{TIME}` has {} samples and `{TRAJECTORY}` {}", time.len(), numbers.len()));
+    }
+    let joints = manifest.joints.len();
+    let mut channels = Vec::new();
+    for name in CHANNELS {
+        let array = take(name, Some(joints))?;
+        if array.shape[0] != time.len() {
+            return wrong(format!("`{TIME}` has {} samples and `{name}` {}", time.len(), array.shape[0]));
+        }
+        channels.push(array.values);
+    }
+
+    let mut trajectories = Vec::new();
+    let mut start = 0;
+    for (number, name) in manifest.trajectories.iter().enumerate() {
+        let end = start + numbers[start..].iter().take_while(|own| **own == number as f64).count();
+        let channel = |index: usize| -> PerJoint {
+            let rows = &channels[index][start * joints..end * joints];
+            (0..joints).map(|joint| rows.iter().copied().skip(joint).step_by(joints).collect()).collect()
+        };
+        let (q, qd, qdd, tau) = (channel(0), channel(1), channel(2), channel(3));
+        trajectories.push(Trajectory { name: name.clone(), time: time[start..end].to_vec(), q, qd, qdd, tau });
+        start = end;
+    }
+    if start != time.len() {
+        return wrong(format!("`{TRAJECTORY}` does not count 0, 1, … in order at sample {start}"));
+    }
+    let Manifest { name, joints, provenance, posture, stated_arm, .. } = manifest;
+    let seal = truth.map(Seal::from_bytes);
+    let recording = Recording { name, joints, trajectories, provenance, posture, stated_arm, seal };
+    recording.verify()?;
+    Ok(recording)
+}

@@ -1,0 +1,181 @@
+//! What a file is, told from its bytes, and whether its name says so.
+
+/// What we can read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Numbers as text, in columns.
+    Csv,
+    /// A ZIP archive, which we hope holds numpy arrays.
+    Npz,
+}
+
+/// The file is not one that we read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum FormatError {
+    /// No byte at all, or blanks only.
+    #[error("the file is empty; perhaps the recording or the copy was broken off")]
+    Empty,
+    /// Something we know, but do not read.
+    #[error("it is {is}, which is not read; {remedy}")]
+    Unsupported {
+        /// What it is.
+        is: &'static str,
+        /// How to get something readable.
+        remedy: &'static str,
+    },
+    /// Bytes that look like nothing we know.
+    #[error("it is neither text with columns of numbers nor a numpy archive (NPZ); export the log as CSV or NPZ")]
+    Unknown,
+    /// It is readable, but its name promises something else.
+    #[error("its name ends in .{ending}, but it holds {is}; rename it if that is what you want to read")]
+    Misnamed {
+        /// The ending.
+        ending: String,
+        /// What it holds.
+        is: &'static str,
+    },
+}
+
+const TO_CSV: &str = "export the log as CSV or NPZ";
+const UNPACK: &str = "unpack it and read the file inside";
+const PICKLE: &str = "reading a pickle runs the code that stands in it. Convert it where you trust it, in Python: \
+    d = pickle.load(open('log.pickle', 'rb')); numpy.savez('log.npz', time=d['t'], q=d['q'], qd=d['qd'], tau=d['tau'])";
+const FROM_MATLAB: &str = "convert it, in MATLAB: writetable(table(time, q, qd, tau), 'log.csv'); or in Python: \
+    d = scipy.io.loadmat('log.mat'); numpy.savez('log.npz', time=d['t'].ravel(), q=d['q'], qd=d['qd'], tau=d['tau'])";
+const FROM_HDF5: &str = "convert it, in Python: f = h5py.File('log.h5'); \
+    numpy.savez('log.npz', time=f['time'], q=f['q'], qd=f['qd'], tau=f['tau'])";
+const FROM_NPY: &str =
+    "put the arrays into one archive, in Python: numpy.savez('log.npz', time=time, q=q, qd=qd, tau=tau)";
+
+/// First bytes, what they tell, and what to do.
+const SIGNATURES: &[(&[u8], &str, &str)] = &[
+    (b"\x93NUMPY", "a single numpy array (NPY)", FROM_NPY),
+    (b"MATLAB 7.3", "a MATLAB 7.3 file", FROM_MATLAB),
+    (b"MATLAB 5.0", "a MATLAB file", FROM_MATLAB),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file", FROM_HDF5),
+    (b"SQLite format 3\0", "an SQLite database (perhaps a ROS 2 bag)", TO_CSV),
+    (b"\x89MCAP0\r\n", "an MCAP log", TO_CSV),
+    (b"#ROSBAG", "a ROS bag", TO_CSV),
+    (b"ULog\x01", "a ULog file", TO_CSV),
+    (b"PAR1", "a Parquet file", TO_CSV),
+    (b"\x89PNG\r\n\x1a\n", "a PNG image", "choose the log itself"),
+    (b"\xff\xd8\xff", "a JPEG image", "choose the log itself"),
+    (b"%PDF", "a PDF document", "choose the log itself"),
+    (b"\x7fELF", "a program", "choose the log itself"),
+    (b"\x1f\x8b", "compressed with gzip", UNPACK),
+    (b"BZh", "compressed with bzip2", UNPACK),
+    (b"\xfd7zXZ\0", "compressed with xz", UNPACK),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", UNPACK),
+    (b"\xff\xfe", "text in UTF-16", "save it as UTF-8"),
+    (b"\xfe\xff", "text in UTF-16", "save it as UTF-8"),
+    (b"version https://git-lfs", "a Git LFS pointer, not the data", "fetch the data with `git lfs pull`"),
+    (b"ccopy_reg", "a Python pickle", PICKLE),
+    (b"(dp", "a Python pickle", PICKLE),
+    (b"(lp", "a Python pickle", PICKLE),
+];
+
+/// Endings that promise a format.
+const PROMISES: &[(&str, Option<Format>)] = &[
+    ("csv", Some(Format::Csv)),
+    ("tsv", Some(Format::Csv)),
+    ("txt", Some(Format::Csv)),
+    ("npz", Some(Format::Npz)),
+    ("npy", None),
+    ("mat", None),
+    ("h5", None),
+    ("hdf5", None),
+    ("pickle", None),
+    ("pkl", None),
+    ("parquet", None),
+    ("mcap", None),
+    ("bag", None),
+    ("db3", None),
+    ("xlsx", None),
+    ("png", None),
+];
+
+/// Tells the format from the bytes, and compares it with the ending of the name (without dot, any case, may be empty).
+///
+/// # Errors
+/// [`FormatError`] says what it seems to be instead, and what to do.
+pub fn sniff(bytes: &[u8], ending: &str) -> Result<Format, FormatError> {
+    let format = by_bytes(bytes)?;
+    let ending = ending.to_lowercase();
+    match PROMISES.iter().find(|(known, _)| *known == ending) {
+        Some((_, promised)) if *promised != Some(format) => {
+            let is = match format {
+                Format::Csv => "text",
+                Format::Npz => "a ZIP archive",
+            };
+            Err(FormatError::Misnamed { ending, is })
+        }
+        _ => Ok(format),
+    }
+}
+
+fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
+    /// How much of a file has to look like text.
+    const LOOKED_AT: usize = 1 << 16;
+    let head = &bytes[..bytes.len().min(LOOKED_AT)];
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let Some(first) = text.iter().find(|byte| !byte.is_ascii_whitespace()) else {
+        // A file that begins with many blanks is no log either.
+        return Err(FormatError::Empty);
+    };
+    let unsupported = |is, remedy| Err(FormatError::Unsupported { is, remedy });
+    if let Some((_, is, remedy)) = SIGNATURES.iter().find(|(signature, ..)| bytes.starts_with(signature)) {
+        return unsupported(is, remedy);
+    }
+    if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
+        return Ok(Format::Npz);
+    }
+    if let [0x80, 2..=5, ..] = bytes {
+        return unsupported("a Python pickle", PICKLE);
+    }
+    if head.iter().any(|byte| byte.is_ascii_control() && !byte.is_ascii_whitespace()) {
+        return Err(FormatError::Unknown);
+    }
+    match first {
+        b'{' | b'[' => unsupported("JSON", TO_CSV),
+        b'<' => unsupported("XML or a web page", "download the file itself, as CSV or NPZ"),
+        _ => Ok(Format::Csv),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tells_files_apart_by_their_bytes() {
+        assert_eq!(sniff(b"time,q1\n0,1\n", "csv"), Ok(Format::Csv));
+        assert_eq!(sniff(b"\xef\xbb\xbftime,q1\n0,1\n", ""), Ok(Format::Csv));
+        assert_eq!(sniff(b"PK\x03\x04...", "NPZ"), Ok(Format::Npz));
+        for (bytes, word) in [
+            (&b""[..], "empty"),
+            (b" \n\t\r\n", "empty"),
+            (b"\x80\x03}q\x00.", "pickle"),
+            (b"(dp0\n.", "pickle"),
+            (b"MATLAB 5.0 MAT-file, Platform", "MATLAB"),
+            (b"\x89HDF\r\n\x1a\n", "HDF5"),
+            (b"SQLite format 3\0", "SQLite"),
+            (b"\x89PNG\r\n\x1a\n", "PNG"),
+            (b"\xff\xfet\0i\0", "UTF-16"),
+            (b"{\"q\": 1}", "JSON"),
+            (b"<!doctype html>", "web page"),
+            (b"\x93NUMPY\x01\0", "savez"),
+            (b"\0\x01\x02\x03", "neither"),
+        ] {
+            let message = sniff(bytes, "csv").unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_name_that_promises_something_else_is_an_error() {
+        assert!(sniff(b"time,q1\n", "npz").unwrap_err().to_string().contains(".npz, but it holds text"));
+        assert!(sniff(b"PK\x03\x04", "csv").unwrap_err().to_string().contains("ZIP"));
+        assert!(sniff(b"time,q1\n", "mat").is_err());
+        assert!(sniff(b"time,q1\n", "log").is_ok());
+    }
+}

@@ -1,0 +1,53 @@
+//! What every reader makes of its file: columns with names, one number a sample.
+
+use std::ops::Range;
+
+/// Columns of equal length, one row a sample.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Table {
+    pub columns: Vec<Column>,
+    /// Rows of each run; most files hold one.
+    pub runs: Vec<Range<usize>>,
+    /// Line of the file that each row stands on, for text files.
+    pub lines: Option<Vec<u64>>,
+    /// Time between rows \[s\], where the file states it apart from a time column.
+    pub step: Option<f64>,
+    /// Parts of the file that no column was made of, each with the reason.
+    pub passed_over: Vec<String>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Column {
+    pub name: String,
+    /// NaN where the file has no number.
+    pub values: Vec<f64>,
+    /// The first cell that holds text instead of a number.
+    pub text: Option<TextCell>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct TextCell {
+    pub line: u64,
+    pub cell: String,
+}
+
+impl Table {
+    pub fn names(&self) -> Vec<String> {
+        self.columns.iter().map(|column| column.name.clone()).collect()
+    }
+
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// Where a row stands, in words.
+    pub fn place(&self, row: usize) -> String {
+        if let Some(line) = self.lines.as_ref().and_then(|lines| lines.get(row)) {
+            return format!("line {line}");
+        }
+        match self.runs.iter().position(|run| run.contains(&row)) {
+            Some(run) if self.runs.len() > 1 => format!("sample {} of run {}", row - self.runs[run].start, run + 1),
+            _ => format!("sample {row}"),
+        }
+    }
+}

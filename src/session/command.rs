@@ -1,0 +1,266 @@
+//! Everything that changes a session, as values: the window and the command line send the same ones.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::{Session, Step, joints_text};
+use crate::diagnosis;
+use crate::effect::{Scope, registry};
+use crate::model::{self, Evaluation, Model, ModelError, Preset, Term};
+use crate::progress::{Monitor, Stopped};
+use crate::recording::read::{self, ReadError, ReadOptions};
+use crate::recording::seal::SealError;
+use crate::recording::split::{Split, SplitError};
+use crate::simulation::{self, Scenario, SimulationError};
+
+/// A change of the session.
+#[derive(Debug, Clone)]
+pub enum Command {
+    /// Reads files as one recording and fits the preset.
+    Open {
+        /// One or more files; each is a trajectory, or holds several.
+        paths: Vec<PathBuf>,
+        /// How to read them.
+        options: ReadOptions,
+        /// Names of trajectories to hold out; with none, the split is automatic.
+        held_out: Vec<String>,
+    },
+    /// Simulates a recording and fits the preset.
+    Simulate(Box<Scenario>),
+    /// Starts the ladder anew from another preset.
+    ChoosePreset(Preset),
+    /// Asks what the current model lacks.
+    Diagnose,
+    /// Adds an effect and identifies all parameters anew.
+    AddEffect {
+        /// Its id in the registry.
+        effect: String,
+        /// The joints, counted from 0; ignored by effects of the whole arm.
+        joints: Vec<usize>,
+    },
+    /// Goes back to a step of the ladder; the later ones are dropped (undo brings them back).
+    GoTo {
+        /// Index into [`Session::ladder`].
+        step: usize,
+    },
+    /// Shows the hidden truth.
+    OpenSeal,
+}
+
+/// A command could not be carried out; the session stays as it was.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// Nothing is loaded.
+    #[error("there is no recording: open a file or simulate one first")]
+    NoRecording,
+    /// Nothing was fitted.
+    #[error("there is no model yet: choose a preset first")]
+    NoModel,
+    /// The recording has no seal.
+    #[error("this recording has no sealed truth: only simulated recordings have one")]
+    NoSeal,
+    /// The ladder has no such step.
+    #[error("the ladder has {count} steps, there is no step {step}")]
+    NoSuchStep {
+        /// Counted from 1.
+        step: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The current model has the effect already.
+    #[error("the model has {0} already")]
+    AlreadyThere(String),
+    /// The base parameters or other terms can take the effect's place.
+    #[error(
+        "{0} can't be told apart from the rest of the model with these data: state the arm's masses and lengths, or record \
+         motion that separates them"
+    )]
+    Absorbed(String),
+    /// A joint effect without a joint.
+    #[error("name at least one joint for {0}")]
+    NoJoint(String),
+    /// A file can't be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The recording can't be split as asked.
+    #[error(transparent)]
+    Split(#[from] SplitError),
+    /// The scenario can't be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The model does not fit the recording.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The seal is damaged.
+    #[error(transparent)]
+    Seal(#[from] SealError),
+    /// Stopped by the user.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl Command {
+    /// The session after this command. The old one is untouched, also if it fails.
+    ///
+    /// # Errors
+    /// [`SessionError`] says what can't be done and how to mend it.
+    pub fn run(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
+        match self {
+            Command::Open { paths, options, held_out } => {
+                let import = read::read(paths, options, monitor)?;
+                let split = match held_out.as_slice() {
+                    [] => Split::automatic(&import.recording),
+                    names => Split::holding_out(&import.recording, names)?,
+                };
+                let loaded = Session {
+                    recording: Some(Arc::new(import.recording)),
+                    findings: Arc::new(import.findings),
+                    mapping: Some(Arc::new(import.mapping)),
+                    split,
+                    preset: session.preset,
+                    ..Session::default()
+                };
+                fitted_if_possible(loaded, monitor)
+            }
+            Command::Simulate(scenario) => {
+                let recording = simulation::simulate(scenario, monitor)?;
+                let split = Split::automatic(&recording);
+                let preset = session.preset;
+                let loaded = Session { recording: Some(Arc::new(recording)), split, preset, ..Session::default() };
+                fitted_if_possible(loaded, monitor)
+            }
+            Command::ChoosePreset(preset) => {
+                let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
+                let step = step(preset.description().to_owned(), preset.model(recording)?, session, monitor)?;
+                Ok(Session { preset: *preset, ladder: vec![step], report: None, ..session.clone() })
+            }
+            Command::Diagnose => {
+                let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
+                let current = session.current().ok_or(SessionError::NoModel)?;
+                let report = diagnosis::diagnose(&current.fitted, recording, &session.split, monitor)?;
+                Ok(Session { report: Some(Arc::new(report)), ..session.clone() })
+            }
+            Command::AddEffect { effect, joints } => add_effect(session, effect, joints, monitor),
+            Command::GoTo { step } => {
+                let count = session.ladder.len();
+                if *step >= count {
+                    return Err(SessionError::NoSuchStep { step: step + 1, count });
+                }
+                Ok(Session { ladder: session.ladder[..=*step].to_vec(), report: None, ..session.clone() })
+            }
+            Command::OpenSeal => {
+                let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
+                let truth = recording.seal.as_ref().ok_or(SessionError::NoSeal)?.open()?;
+                Ok(Session { truth: Some(Arc::new(truth)), ..session.clone() })
+            }
+        }
+    }
+
+    /// What it does, for undo and for the status line.
+    pub fn title(&self) -> String {
+        match self {
+            Command::Open { paths, .. } => {
+                let name = paths.first().and_then(|path| path.file_name()).unwrap_or_default().to_string_lossy();
+                if paths.len() > 1 {
+                    format!("open {name} and {} more", paths.len() - 1)
+                } else {
+                    format!("open {name}")
+                }
+            }
+            Command::Simulate(_) => "simulate a recording".to_owned(),
+            Command::ChoosePreset(preset) => format!("start from {}", preset.id()),
+            Command::Diagnose => "diagnose".to_owned(),
+            Command::AddEffect { effect, joints } => format!("add {}", effect_text(effect, joints)),
+            Command::GoTo { step } => format!("go back to step {}", step + 1),
+            Command::OpenSeal => "open the seal".to_owned(),
+        }
+    }
+
+    /// Whether it takes less than a few milliseconds, so that no job is needed.
+    pub fn is_quick(&self) -> bool {
+        matches!(self, Command::GoTo { .. } | Command::OpenSeal)
+    }
+}
+
+/// Fits the preset right after loading. A recording that no preset fits (eight joints, say) is still worth looking at, so
+/// the session then has no ladder; choosing a preset tells why.
+fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session, SessionError> {
+    if session.recording.as_ref().is_some_and(|recording| recording.stated_arm.is_none()) {
+        session.preset = Preset::RigidBody;
+    }
+    match Command::ChoosePreset(session.preset).run(&session, monitor) {
+        Err(SessionError::Model(ModelError::Stopped(stopped))) => Err(stopped.into()),
+        Err(SessionError::Model(_)) => Ok(session),
+        other => other,
+    }
+}
+
+fn step(title: String, model: Model, session: &Session, monitor: &Monitor) -> Result<Arc<Step>, SessionError> {
+    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+    let fitted = model::fit(&model, recording, &session.split, monitor)?;
+    let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
+    Ok(Arc::new(Step { title, fitted, evaluation }))
+}
+
+fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {
+    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+    let current = session.current().ok_or(SessionError::NoModel)?;
+    let spec = registry::find(id).map_err(ModelError::from)?.spec();
+    if spec.scope == Scope::Joint && joints.is_empty() {
+        return Err(SessionError::NoJoint(spec.name.to_owned()));
+    }
+    let old = &current.fitted.model;
+    let model = old.with_effect(id, joints)?;
+    if model == *old {
+        return Err(SessionError::AlreadyThere(effect_text(id, joints)));
+    }
+    let title = format!("+ {}", effect_text(id, joints));
+    let mut ladder = session.ladder.clone();
+    let added = step(title.clone(), model.clone(), session, monitor)?;
+    let absorbed = added
+        .fitted
+        .parameters
+        .iter()
+        .any(|parameter| !parameter.identified && is_of(&model.terms[parameter.term], id));
+    if !absorbed {
+        ladder.push(added);
+        return Ok(Session { ladder, report: None, ..session.clone() });
+    }
+    // Beside free base parameters the effect can't be seen, so the rigid body is held at the stated arm first, as a step of
+    // its own: what the effect gains is then the difference between the last two steps.
+    let arm = match &recording.stated_arm {
+        Some(arm) if !old.is_pinned() => arm,
+        _ => return Err(SessionError::Absorbed(effect_text(id, joints))),
+    };
+    ladder.push(step("rigid body held at the stated arm".to_owned(), old.pinned_to(arm), session, monitor)?);
+    ladder.push(step(title, model.pinned_to(arm), session, monitor)?);
+    Ok(Session { ladder, report: None, ..session.clone() })
+}
+
+/// `Coulomb friction on joints 1, 2`.
+fn effect_text(id: &str, joints: &[usize]) -> String {
+    match registry::find(id).map(|effect| effect.spec()) {
+        Ok(spec) if spec.scope == Scope::Arm => spec.name.to_owned(),
+        Ok(spec) => format!("{} on {}", spec.name, joints_text(joints)),
+        Err(_) => id.to_owned(),
+    }
+}
+
+fn is_of(term: &Term, id: &str) -> bool {
+    matches!(term, Term::Effect(effect) if effect.effect == id)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_on_an_empty_session_say_what_to_do_first() {
+        let monitor = Monitor::new();
+        let empty = Session::default();
+        for command in [Command::Diagnose, Command::OpenSeal, Command::ChoosePreset(Preset::RigidBody)] {
+            let message = command.run(&empty, &monitor).unwrap_err().to_string();
+            assert!(message.contains("open a file or simulate"), "{message}");
+        }
+    }
+}

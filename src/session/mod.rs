@@ -1,0 +1,66 @@
+//! The document: a recording, a model that grows by steps, and what the diagnosis says of it.
+//!
+//! A [`Session`] is a value. A [`Command`] takes one and gives a new one; [`History`] keeps the old ones for undo. Large
+//! parts are shared, so a session costs little to keep. The window and the command line run the same commands.
+
+mod command;
+mod history;
+
+use std::sync::Arc;
+
+pub use command::{Command, SessionError};
+pub use history::History;
+
+use crate::diagnosis::Report;
+use crate::model::{Evaluation, Fitted, Preset};
+use crate::recording::Recording;
+use crate::recording::check::Finding;
+use crate::recording::mapping::Mapping;
+use crate::recording::seal::Truth;
+use crate::recording::split::Split;
+
+/// The document.
+#[derive(Debug, Clone, Default)]
+pub struct Session {
+    /// What was measured; `None` in an empty session.
+    pub recording: Option<Arc<Recording>>,
+    /// What was found at import.
+    pub findings: Arc<Vec<Finding>>,
+    /// Which columns of the file are which channels; `None` for simulated recordings.
+    pub mapping: Option<Arc<Mapping>>,
+    /// Which part trains and which is held out.
+    pub split: Split,
+    /// What the ladder starts from.
+    pub preset: Preset,
+    /// The models, each with one effect more than the one before. The first is the bare preset, the last is the current
+    /// model. Empty until the first fit.
+    pub ladder: Vec<Arc<Step>>,
+    /// What the diagnosis says of the current model.
+    pub report: Option<Arc<Report>>,
+    /// The truth, once the user opened the seal.
+    pub truth: Option<Arc<Truth>>,
+}
+
+/// One step of the ladder.
+#[derive(Debug, Clone)]
+pub struct Step {
+    /// What was added, such as `+ Coulomb friction on joints 1, 2`, or the preset.
+    pub title: String,
+    /// The model with all parameters identified anew.
+    pub fitted: Fitted,
+    /// Its errors and predictions.
+    pub evaluation: Evaluation,
+}
+
+impl Session {
+    /// The current model.
+    pub fn current(&self) -> Option<&Arc<Step>> {
+        self.ladder.last()
+    }
+}
+
+/// Joints for people: `joint 2`, `joints 1, 3`; counted from 1.
+pub fn joints_text(joints: &[usize]) -> String {
+    let numbers: Vec<String> = joints.iter().map(|joint| (joint + 1).to_string()).collect();
+    format!("joint{} {}", if joints.len() == 1 { "" } else { "s" }, numbers.join(", "))
+}

@@ -1,0 +1,341 @@
+//! How the arm is moved: smooth paths of every joint, with exact derivatives.
+
+use std::f64::consts::{PI, TAU};
+
+use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
+
+use super::{SimulationError, demand};
+
+/// Most samples that a recording may have in all, so that a slip of the keyboard does not fill the memory.
+const MOST_SAMPLES: f64 = 2e7;
+
+/// How the arm is moved.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", rename_all_fields = "snake_case", deny_unknown_fields)]
+pub enum Excitation {
+    /// The paper's motion (Li, Wu, Chen, Sun, Mathematics 12 (2024) 2527, section 4.2.1): every joint goes from q₀ to q_f,
+    /// both drawn uniformly from ±`range`, in the time T:
+    ///
+    /// ```text
+    /// q(t) = q₀ + (q_f − q₀)/T · (t − T/(2π) sin(2π t/T))
+    /// ```
+    PaperPointToPoint {
+        /// How many runs.
+        trajectories: usize,
+        /// T \[s\]. The paper prints 8 s; its table 2 fits 4 s.
+        duration: f64,
+        /// Samples of each run, at k T / `samples`.
+        samples: usize,
+        /// Largest |q₀| and |q_f| \[rad\].
+        range: f64,
+    },
+    /// A sum of sines with random frequencies and phases about a random place; it starts from rest.
+    MultiSine {
+        /// How many runs.
+        trajectories: usize,
+        /// How long each lasts \[s\].
+        duration: f64,
+        /// Samples per second \[Hz\].
+        rate: f64,
+        /// How many sines are added in each joint.
+        harmonics: usize,
+        /// Lowest frequency that is drawn \[Hz\].
+        lowest_frequency: f64,
+        /// Highest frequency that is drawn \[Hz\], at most half the rate.
+        highest_frequency: f64,
+        /// No joint goes further than this from 0 \[rad\].
+        max_position: f64,
+        /// No joint turns faster than this \[rad/s\] (at speed scale 1).
+        max_velocity: f64,
+    },
+}
+
+/// The way of one joint over time, twice differentiable.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Path {
+    PointToPoint { from: f64, travel: f64, duration: f64 },
+    MultiSine { centre: f64, rise: f64, sines: Vec<Sine> },
+}
+
+/// a sin(ω t + φ)
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sine {
+    amplitude: f64,
+    angular_frequency: f64,
+    phase: f64,
+}
+
+impl Excitation {
+    /// The training set of the paper's simulation, at the speed that fits its table 2: 200 runs of 4 s, ±3 rad.
+    pub fn paper() -> Self {
+        Excitation::PaperPointToPoint { trajectories: 200, duration: 4.0, samples: 400, range: 3.0 }
+    }
+
+    /// Checks that it can be carried out.
+    ///
+    /// # Errors
+    /// [`SimulationError::Value`] or [`SimulationError::TooLarge`] says which number can't be.
+    pub fn check(&self) -> Result<(), SimulationError> {
+        let counted = |what, count: usize| demand(what, count as f64, count > 0, "1 or more");
+        let positive = |what, value: f64| demand(what, value, value > 0.0, "a finite number above 0");
+        match *self {
+            Excitation::PaperPointToPoint { trajectories, duration, samples, range } => {
+                counted("number of trajectories", trajectories)?;
+                counted("number of samples", samples)?;
+                positive("duration", duration)?;
+                positive("range", range)?;
+            }
+            Excitation::MultiSine {
+                trajectories,
+                duration,
+                rate,
+                harmonics,
+                lowest_frequency,
+                highest_frequency,
+                max_position,
+                max_velocity,
+            } => {
+                counted("number of trajectories", trajectories)?;
+                counted("number of harmonics", harmonics)?;
+                positive("duration", duration)?;
+                positive("rate", rate)?;
+                positive("lowest frequency", lowest_frequency)?;
+                let ordered = (lowest_frequency..=0.5 * rate).contains(&highest_frequency);
+                demand(
+                    "highest frequency",
+                    highest_frequency,
+                    ordered,
+                    "between the lowest frequency and half the sampling rate",
+                )?;
+                positive("largest position", max_position)?;
+                positive("largest velocity", max_velocity)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// How many runs it has.
+    pub fn trajectory_count(&self) -> usize {
+        match self {
+            Excitation::PaperPointToPoint { trajectories, .. } | Excitation::MultiSine { trajectories, .. } => {
+                *trajectories
+            }
+        }
+    }
+
+    /// Time stamps of every run \[s\] when the paths are travelled `speed` times as fast.
+    ///
+    /// The number of samples is kept where the excitation states it; so is the sampling rate.
+    pub(super) fn time(&self, speed: f64) -> Result<Vec<f64>, SimulationError> {
+        let (count, step) = match *self {
+            Excitation::PaperPointToPoint { duration, samples, .. } => {
+                (samples as f64, duration / speed / samples as f64)
+            }
+            Excitation::MultiSine { duration, rate, .. } => ((duration / speed * rate).round().max(1.0), 1.0 / rate),
+        };
+        let samples = count * self.trajectory_count() as f64;
+        if samples > MOST_SAMPLES {
+            return Err(SimulationError::TooLarge { samples, most: MOST_SAMPLES });
+        }
+        Ok((0..count as usize).map(|sample| sample as f64 * step).collect())
+    }
+
+    /// Draws the way of each joint for one run.
+    pub(super) fn draw(&self, joints: usize, random: &mut impl Rng) -> Vec<Path> {
+        (0..joints).map(|_| self.draw_path(random)).collect()
+    }
+
+    fn draw_path(&self, random: &mut impl Rng) -> Path {
+        match *self {
+            Excitation::PaperPointToPoint { duration, range, .. } => {
+                let from = random.random_range(-range..=range);
+                let to = random.random_range(-range..=range);
+                Path::PointToPoint { from, travel: to - from, duration }
+            }
+            Excitation::MultiSine {
+                duration,
+                harmonics,
+                lowest_frequency,
+                highest_frequency,
+                max_position,
+                max_velocity,
+                ..
+            } => {
+                let centre = 0.4 * max_position * random.random_range(-1.0..=1.0);
+                let draw_sine = |_| {
+                    let frequency = random.random_range(lowest_frequency..=highest_frequency);
+                    // Amplitudes as 1/f give every sine about the same part of the velocity.
+                    let amplitude = random.random_range(0.5..=1.0) / frequency;
+                    Sine { amplitude, angular_frequency: TAU * frequency, phase: random.random_range(-PI..=PI) }
+                };
+                let mut sines: Vec<Sine> = (0..harmonics).map(draw_sine).collect();
+                let rise = (0.25 * duration).min(2.0);
+                let (reach, speed) = Path::MultiSine { centre: 0.0, rise, sines: sines.clone() }
+                    .extremes(duration, (duration * highest_frequency * 40.0).ceil().max(100.0));
+                // Between the points that `extremes` looks at there may be 0.3 % more.
+                let scale = 0.99 * ((max_position - centre.abs()) / reach).min(max_velocity / speed);
+                for sine in &mut sines {
+                    sine.amplitude *= scale;
+                }
+                Path::MultiSine { centre, rise, sines }
+            }
+        }
+    }
+}
+
+impl Path {
+    /// q \[rad\], q̇ \[rad/s\] and q̈ \[rad/s²\] at time t \[s\].
+    pub(super) fn at(&self, t: f64) -> [f64; 3] {
+        match self {
+            Path::PointToPoint { from, travel, duration } => {
+                let (sin, cos) = (TAU * t / duration).sin_cos();
+                [
+                    from + travel * (t / duration - sin / TAU),
+                    travel / duration * (1.0 - cos),
+                    travel * TAU / duration.powi(2) * sin,
+                ]
+            }
+            Path::MultiSine { centre, rise, sines } => {
+                let [mut x, mut xd, mut xdd] = [0.0; 3];
+                for Sine { amplitude, angular_frequency, phase } in sines {
+                    let (sin, cos) = (angular_frequency * t + phase).sin_cos();
+                    x += amplitude * sin;
+                    xd += amplitude * angular_frequency * cos;
+                    xdd -= amplitude * angular_frequency.powi(2) * sin;
+                }
+                let [w, wd, wdd] = smooth_step(t, *rise);
+                [centre + w * x, wd * x + w * xd, wdd * x + 2.0 * wd * xd + w * xdd]
+            }
+        }
+    }
+
+    /// Largest |q| and |q̇| among `points` points of time.
+    fn extremes(&self, duration: f64, points: f64) -> (f64, f64) {
+        (0..=points as usize)
+            .map(|point| self.at(duration * point as f64 / points))
+            .fold((0.0, 0.0), |(reach, speed), [q, qd, _]| (f64::max(reach, q.abs()), f64::max(speed, qd.abs())))
+    }
+}
+
+/// Rises from 0 to 1 within `rise` with velocity and acceleration 0 at both ends; value and two derivatives.
+fn smooth_step(t: f64, rise: f64) -> [f64; 3] {
+    if t >= rise {
+        return [1.0, 0.0, 0.0];
+    }
+    let x = t / rise;
+    [
+        x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x),
+        30.0 * (x * (1.0 - x)).powi(2) / rise,
+        60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / rise.powi(2),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    fn multi_sine() -> Excitation {
+        Excitation::MultiSine {
+            trajectories: 2,
+            duration: 6.0,
+            rate: 100.0,
+            harmonics: 4,
+            lowest_frequency: 0.1,
+            highest_frequency: 1.5,
+            max_position: 2.0,
+            max_velocity: 3.0,
+        }
+    }
+
+    fn paths(excitation: &Excitation, count: usize) -> Vec<Path> {
+        excitation.draw(count, &mut ChaCha8Rng::seed_from_u64(5))
+    }
+
+    #[test]
+    fn velocity_and_acceleration_are_the_derivatives_of_position() {
+        for excitation in [Excitation::paper(), multi_sine()] {
+            for path in paths(&excitation, 20) {
+                for t in [0.01, 0.3, 0.99, 1.7, 3.2] {
+                    let h = 1e-4;
+                    let [before, now, after] = [path.at(t - h), path.at(t), path.at(t + h)];
+                    for order in [0, 1] {
+                        let slope = (after[order] - before[order]) / (2.0 * h);
+                        assert!((slope - now[order + 1]).abs() < 1e-4, "{slope} is not {} at {t}", now[order + 1]);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_paper_path_goes_from_rest_to_rest() {
+        for path in paths(&Excitation::paper(), 10) {
+            let Path::PointToPoint { from, travel, duration } = path else { panic!("{path:?}") };
+            assert!(from.abs() <= 3.0 && (from + travel).abs() <= 3.0);
+            for (t, q) in [(0.0, from), (duration, from + travel)] {
+                let state = path.at(t);
+                assert!((state[0] - q).abs() < 1e-12 && state[1].abs() < 1e-12 && state[2].abs() < 1e-12, "{state:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_multi_sine_starts_from_rest_and_keeps_its_limits_and_uses_them() {
+        let mut fullest = 0.0_f64;
+        for path in paths(&multi_sine(), 50) {
+            assert_eq!(path.at(0.0)[1..], [0.0, 0.0]);
+            let (reach, speed) = path.extremes(6.0, 50_000.0);
+            assert!(reach <= 2.0 && speed <= 3.0, "{reach} rad, {speed} rad/s");
+            fullest = fullest.max((reach / 2.0).min(1.0)).max(speed / 3.0);
+        }
+        assert!(fullest > 0.95);
+    }
+
+    #[test]
+    fn what_can_not_be_carried_out_is_named() {
+        let message = |excitation: Excitation| excitation.check().unwrap_err().to_string();
+        let paper = |trajectories, duration, samples| {
+            message(Excitation::PaperPointToPoint { trajectories, duration, samples, range: 3.0 })
+        };
+        assert_eq!(paper(0, 4.0, 400), "the scenario's number of trajectories is 0, but must be 1 or more");
+        assert!(paper(1, -4.0, 400).contains("duration is -4"));
+        assert!(paper(1, 4.0, 0).contains("number of samples is 0"));
+        let Excitation::MultiSine { .. } = multi_sine() else { panic!() };
+        let fast = match multi_sine() {
+            Excitation::MultiSine { trajectories, duration, rate, harmonics, max_position, max_velocity, .. } => {
+                Excitation::MultiSine {
+                    trajectories,
+                    duration,
+                    rate,
+                    harmonics,
+                    lowest_frequency: 1.0,
+                    highest_frequency: 51.0,
+                    max_position,
+                    max_velocity,
+                }
+            }
+            other => other,
+        };
+        assert!(message(fast).contains("highest frequency is 51, but must be between the lowest"));
+    }
+
+    #[test]
+    fn a_huge_recording_is_refused() {
+        let huge =
+            Excitation::PaperPointToPoint { trajectories: usize::MAX, duration: 1.0, samples: usize::MAX, range: 1.0 };
+        assert!(matches!(huge.time(1.0), Err(SimulationError::TooLarge { .. })));
+    }
+
+    #[test]
+    fn faster_keeps_what_the_excitation_states() {
+        let paper = Excitation::paper().time(2.5).unwrap();
+        assert_eq!(paper.len(), 400);
+        assert!((paper[1] - 0.004).abs() < 1e-15);
+        let sines = multi_sine().time(2.0).unwrap();
+        assert_eq!((sines.len(), sines[1]), (300, 0.01));
+    }
+}

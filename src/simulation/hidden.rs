@@ -1,0 +1,249 @@
+//! The effects that a scenario hides: checked, computed, and drawn so that they have a wanted strength.
+
+use rand::seq::{SliceRandom, index};
+use rand::{Rng, RngExt};
+
+use super::{Draw, Scenario, SimulationError, demand, random};
+use crate::arm::Arm;
+use crate::effect::{self, Effect, Motion, ParameterSpec, Scope, registry};
+use crate::progress::Monitor;
+use crate::recording::seal::HiddenEffect;
+use crate::recording::{JointKind, PerJoint, Trajectory};
+
+/// A hidden effect that was found to make sense for an arm of a number of joints.
+pub(super) struct Hidden<'a> {
+    effect: &'static dyn Effect,
+    /// 0 for an effect of the whole arm, which ignores it.
+    joint: usize,
+    parameters: &'a [f64],
+}
+
+impl<'a> Hidden<'a> {
+    pub(super) fn resolve(hidden: &'a HiddenEffect, joints: usize) -> Result<Self, SimulationError> {
+        let effect = registry::find(&hidden.effect)?;
+        let spec = effect.spec();
+        spec.check_parameters(&hidden.parameters)?;
+        let joint = match (spec.scope, hidden.joint) {
+            (Scope::Joint, Some(joint)) if joint < joints => joint,
+            (Scope::Joint, Some(joint)) => {
+                return Err(SimulationError::NoSuchJoint { effect: spec.name, joint: joint + 1, joints });
+            }
+            (Scope::Joint, None) => return Err(SimulationError::JointMissing(spec.name)),
+            (Scope::Arm, None) => 0,
+            (Scope::Arm, Some(_)) => return Err(SimulationError::JointOnWholeArm(spec.name)),
+        };
+        Ok(Hidden { effect, joint, parameters: &hidden.parameters })
+    }
+
+    /// Its torque \[N m\] along the true motion of the arm.
+    pub(super) fn torque(&self, arm: &Arm, trajectory: &Trajectory) -> Result<PerJoint, SimulationError> {
+        let kinds = vec![JointKind::Revolute; arm.joint_count()];
+        let motion = Motion { trajectory, kinds: &kinds, posture: arm.posture, arm: Some(arm) };
+        Ok(effect::torque(self.effect, &motion, self.joint, self.parameters)?)
+    }
+}
+
+impl Scenario {
+    /// An effect with parameters such that the RMS of its torque on this scenario's motion is `strength` times the RMS of
+    /// the torque that the bare arm needs: of each joint in `joints` (counted from 0) for itself, or of all joints together
+    /// for an effect of the whole arm, which ignores `joints`.
+    ///
+    /// Shape parameters and the proportions of the linear ones are drawn, by the scenario's seed.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if the scenario, the effect or a joint does not exist, or if the effect makes no torque here.
+    pub fn hide_by_strength(
+        &self,
+        effect: &str,
+        joints: &[usize],
+        strength: f64,
+    ) -> Result<Vec<HiddenEffect>, SimulationError> {
+        demand("strength of the hidden effect", strength, strength > 0.0, "a finite number above 0")?;
+        let spec = registry::find(effect)?.spec();
+        let places = match spec.scope {
+            Scope::Joint if joints.is_empty() => return Err(SimulationError::JointMissing(spec.name)),
+            Scope::Joint => joints.iter().copied().map(Some).collect(),
+            Scope::Arm => vec![None],
+        };
+        let runs = self.exact_runs(&Monitor::new())?;
+        let mut random = random(self.seed, Draw::Effects);
+        places.into_iter().map(|joint| self.scaled(effect, joint, strength, &runs, &mut random)).collect()
+    }
+
+    /// [`Scenario::embedded`] with another motion and something else hidden: one effect of the registry, on one or two
+    /// joints or the whole arm, of 3 to 20 % of the torque. All of it is drawn by the seed.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if no effect of the registry can be drawn, which no known registry brings about.
+    pub fn mystery(seed: u64) -> Result<Scenario, SimulationError> {
+        let mut scenario =
+            Scenario { name: format!("mystery {seed}"), seed, effects: Vec::new(), ..Scenario::embedded() };
+        let mut random = random(seed, Draw::Mystery);
+        let mut effects = registry::ALL.to_vec();
+        effects.shuffle(&mut random);
+        let strength = random.random_range(0.03..=0.2);
+        let count = random.random_range(1..=2);
+        let mut joints = index::sample(&mut random, scenario.arm.joint_count(), count).into_vec();
+        joints.sort_unstable();
+        let mut failure = SimulationError::EmptyRegistry;
+        for effect in effects {
+            match scenario.hide_by_strength(effect.spec().id, &joints, strength) {
+                Ok(hidden) => {
+                    scenario.effects = hidden;
+                    return Ok(scenario);
+                }
+                Err(error) => failure = error,
+            }
+        }
+        Err(failure)
+    }
+
+    fn scaled(
+        &self,
+        id: &str,
+        joint: Option<usize>,
+        strength: f64,
+        runs: &[Trajectory],
+        random: &mut impl Rng,
+    ) -> Result<HiddenEffect, SimulationError> {
+        let spec = registry::find(id)?.spec();
+        let shape: Vec<f64> = spec.shapes().map(|(_, grid)| draw_shape(grid, random)).collect();
+        let with = |linear: Vec<f64>| HiddenEffect {
+            effect: id.to_owned(),
+            joint,
+            parameters: linear.into_iter().chain(shape.iter().copied()).collect(),
+        };
+        let norm_with = |linear: Vec<f64>| -> Result<f64, SimulationError> {
+            let hidden = with(linear);
+            let hidden = Hidden::resolve(&hidden, self.arm.joint_count())?;
+            let torque = runs.iter().map(|run| hidden.torque(&self.arm, run)).collect::<Result<Vec<_>, _>>()?;
+            Ok(norm(torque.iter().flatten().flatten()))
+        };
+
+        let count = spec.linear().count();
+        let alone = |index| (0..count).map(|other| if other == index { 1.0 } else { 0.0 }).collect();
+        let sizes = (0..count).map(|index| norm_with(alone(index))).collect::<Result<Vec<_>, _>>()?;
+        if sizes.contains(&0.0) {
+            return Err(SimulationError::NoTorque { effect: spec.name, joint });
+        }
+        // How much is a lot differs for a torque and a stiffness, but not for two torques: what is drawn is measured by the
+        // column of the first parameter that has the same dimension.
+        let size_of = |dimension| {
+            let alike = spec.linear().zip(&sizes).find(|(parameter, _)| parameter.dimension == dimension);
+            alike.map_or(1.0, |(_, size)| *size)
+        };
+        let drawn: Vec<f64> =
+            spec.linear().map(|parameter| draw_share(parameter, random) / size_of(parameter.dimension)).collect();
+        let wanted = strength
+            * match joint {
+                Some(joint) => norm(runs.iter().flat_map(|run| &run.tau[joint])),
+                None => norm(runs.iter().flat_map(|run| run.tau.iter().flatten())),
+            };
+        let factor = wanted / norm_with(drawn.clone())?;
+        if !(factor.is_finite() && factor > 0.0) {
+            return Err(SimulationError::NoTorque { effect: spec.name, joint });
+        }
+        let hidden = with(drawn.into_iter().map(|parameter| factor * parameter).collect());
+        spec.check_parameters(&hidden.parameters)?;
+        Ok(hidden)
+    }
+}
+
+/// Between the values that a search would try first, evenly in their logarithm where they are positive.
+fn draw_shape(grid: &[f64], random: &mut impl Rng) -> f64 {
+    let (first, last) = (grid.first().copied().unwrap_or(1.0), grid.last().copied().unwrap_or(1.0));
+    let place: f64 = random.random_range(0.0..=1.0);
+    if first > 0.0 { first * (last / first).powf(place) } else { first + (last - first) * place }
+}
+
+/// A third to the whole of a typical size, of either sign where the parameter may be negative.
+fn draw_share(parameter: &ParameterSpec, random: &mut impl Rng) -> f64 {
+    let share = random.random_range(0.3..=1.0);
+    if parameter.min < 0.0 && random.random_bool(0.5) { -share } else { share }
+}
+
+fn norm<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
+    values.into_iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::Role;
+
+    fn rms_ratio(scenario: &Scenario, hidden: &HiddenEffect) -> f64 {
+        let runs = scenario.exact_runs(&Monitor::new()).unwrap();
+        let effect = Hidden::resolve(hidden, scenario.arm.joint_count()).unwrap();
+        let (mut of_effect, mut of_arm) = (0.0, 0.0);
+        for run in &runs {
+            let torque = effect.torque(&scenario.arm, run).unwrap();
+            for joint in 0..run.joint_count() {
+                if hidden.joint.is_none_or(|only| only == joint) {
+                    of_effect += torque[joint].iter().map(|x| x * x).sum::<f64>();
+                    of_arm += run.tau[joint].iter().map(|x| x * x).sum::<f64>();
+                }
+            }
+        }
+        (of_effect / of_arm).sqrt()
+    }
+
+    #[test]
+    fn every_effect_can_be_hidden_at_a_wanted_strength() {
+        let scenario = Scenario { effects: Vec::new(), ..Scenario::embedded() };
+        for effect in registry::ALL {
+            let spec = effect.spec();
+            for hidden in scenario.hide_by_strength(spec.id, &[0, 2], 0.07).unwrap() {
+                assert_eq!(hidden.joint.is_none(), spec.scope == Scope::Arm);
+                let ratio = rms_ratio(&scenario, &hidden);
+                assert!((ratio - 0.07).abs() < 1e-9, "{}: {ratio}", spec.id);
+                for (parameter, value) in spec.parameters.iter().zip(&hidden.parameters) {
+                    if let Role::Shape { grid } = parameter.role {
+                        assert!((grid[0]..=grid[grid.len() - 1]).contains(value), "{} {value}", parameter.name);
+                    }
+                    assert!(*value != 0.0, "{} is 0", parameter.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_can_not_be_hidden_is_named() {
+        let scenario = Scenario::embedded();
+        let message = |effect, joints: &[usize], strength| {
+            scenario.hide_by_strength(effect, joints, strength).unwrap_err().to_string()
+        };
+        assert!(message("magic", &[0], 0.1).contains("there is no effect `magic`; known effects: viscous-friction"));
+        assert_eq!(
+            message("viscous-friction", &[3], 0.1),
+            "viscous friction is to act on joint 4, but the arm has 3: choose a joint from 1 to 3"
+        );
+        assert!(message("viscous-friction", &[], 0.1).contains("say on which joint"));
+        assert!(message("viscous-friction", &[0], 0.0).contains("strength of the hidden effect is 0"));
+
+        let mut weightless = scenario.clone();
+        weightless.arm.gravity = 0.0;
+        for link in &mut weightless.arm.links {
+            link.mass = 1e-200;
+            link.inertia = 0.0;
+        }
+        let message = weightless.hide_by_strength("viscous-friction", &[0], 0.1).unwrap_err().to_string();
+        assert!(message.contains("can't be given a strength on joint 1"), "{message}");
+    }
+
+    #[test]
+    fn mysteries_differ_and_repeat() {
+        let drawn: Vec<Scenario> = (0..30).map(|seed| Scenario::mystery(seed).unwrap()).collect();
+        for (seed, scenario) in drawn.iter().enumerate() {
+            assert_eq!(scenario, &Scenario::mystery(seed as u64).unwrap());
+            assert!((1..=2).contains(&scenario.effects.len()));
+            for hidden in &scenario.effects {
+                let ratio = rms_ratio(scenario, hidden);
+                assert!((0.03..=0.2).contains(&ratio), "seed {seed}: {ratio}");
+            }
+        }
+        for effect in registry::ALL {
+            let id = effect.spec().id;
+            assert!(drawn.iter().any(|scenario| scenario.effects[0].effect == id), "{id} was never drawn");
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Keeps the house's rules by reading the sources: who may import whom, and who may do what.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Rooms by floor; a room may import only from floors below its own.
+const FLOORS: &[&[&str]] = &[
+    &["arm", "network", "progress"],
+    &["recording"],
+    &["effect"],
+    &["model"],
+    &["simulation", "training", "diagnosis"],
+    &["session", "work"],
+    &["cli", "app"],
+];
+
+/// Where threads may be started: the jobs, and the parallel kernels of learning.
+const THREADS: &[&str] = &["work", "network", "training"];
+/// Where files may be opened: the front door of the readers, what is saved, and the edges.
+const FILES: &[&str] = &["recording/read/mod.rs", "session", "cli", "app"];
+/// Who may open a seal: the user's own command, the seal's tests, and the scoring of simulated draws.
+const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "cli/bench", "simulation"];
+
+/// A source file: its path below `src`, and its code without comments and unit tests.
+struct Source {
+    path: String,
+    code: String,
+}
+
+fn sources() -> Vec<Source> {
+    fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                collect(&path, files);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    collect(&root, &mut files);
+    assert!(files.len() > 20, "the sources were not found");
+    let source = |file: &PathBuf| {
+        let text = fs::read_to_string(file).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        let code = code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
+        let path = file.strip_prefix(&root).unwrap().to_string_lossy().replace('\\', "/");
+        Source { path, code }
+    };
+    files.iter().map(source).collect()
+}
+
+fn room(path: &str) -> &str {
+    path.split(['/', '.']).next().unwrap_or_default()
+}
+
+fn floor(room: &str) -> Option<usize> {
+    FLOORS.iter().position(|rooms| rooms.contains(&room))
+}
+
+/// Names that follow `crate::`, also inside `use crate::{…}`.
+fn imports(code: &str) -> Vec<String> {
+    let name = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let mut names = Vec::new();
+    for part in code.split("crate::").skip(1) {
+        match part.strip_prefix('{') {
+            Some(list) => {
+                let mut depth = 0;
+                let mut start = true;
+                for (index, letter) in list.char_indices() {
+                    match letter {
+                        '{' => depth += 1,
+                        '}' if depth == 0 => break,
+                        '}' => depth -= 1,
+                        ',' if depth == 0 => start = true,
+                        letter if start && depth == 0 && letter.is_alphabetic() => {
+                            names.push(name(&list[index..]));
+                            start = false;
+                        }
+                        _ => {}
+                    }
+                }
+            }
+            None => names.push(name(part)),
+        }
+    }
+    names
+}
+
+#[test]
+fn nothing_imports_upward_or_sideways() {
+    for source in sources() {
+        let own = room(&source.path);
+        let Some(own_floor) = floor(own) else {
+            assert!(["main", "lib"].contains(&own), "{} is in no room of FLOORS", source.path);
+            continue;
+        };
+        for import in imports(&source.code) {
+            if import == own {
+                continue;
+            }
+            let Some(other_floor) = floor(&import) else { continue };
+            assert!(
+                other_floor < own_floor,
+                "{} (floor {own_floor}) imports {import} (floor {other_floor})",
+                source.path
+            );
+        }
+    }
+}
+
+#[test]
+fn every_room_exists() {
+    let sources = sources();
+    for room_name in FLOORS.iter().copied().flatten() {
+        assert!(sources.iter().any(|source| room(&source.path) == *room_name), "there is no room `{room_name}`");
+    }
+}
+
+fn only_in(what: &[&str], places: &[&str]) {
+    for source in sources() {
+        for word in what {
+            let allowed = places.iter().any(|place| source.path.starts_with(place));
+            assert!(
+                allowed || !source.code.contains(word),
+                "{} uses `{word}`, which belongs to {places:?}",
+                source.path
+            );
+        }
+    }
+}
+
+#[test]
+fn egui_is_drawn_with_only_in_the_window() {
+    only_in(&["egui::", "egui_plot::", "eframe::"], &["app"]);
+}
+
+#[test]
+fn threads_are_started_only_in_jobs_and_kernels() {
+    only_in(&["thread::spawn", "thread::Builder", "thread::scope"], THREADS);
+}
+
+#[test]
+fn files_are_opened_only_at_the_doors() {
+    only_in(&["fs::", "File::"], FILES);
+}
+
+#[test]
+fn a_seal_is_opened_only_on_the_users_order() {
+    only_in(&["Truth", ".open()", "seal"], &[SEALS, &["recording", "session", "app", "cli"]].concat());
+    for source in sources() {
+        let opens = source.code.contains("seal.open()") || source.code.contains("Seal::open");
+        assert!(!opens || SEALS.iter().any(|place| source.path.starts_with(place)), "{} opens a seal", source.path);
+    }
+}
