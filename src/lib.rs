@@ -16,6 +16,7 @@
 //! The way of the data: bytes → [`recording::Recording`] → split → [`model::Model`] → torques by term → screen, file or
 //! [`diagnosis`], which names what the model lacks; adding it is one undoable [`session`] command.
 
+pub mod app;
 pub mod arm;
 pub mod diagnosis;
 pub mod effect;
@@ -26,3 +27,4 @@ pub mod recording;
 pub mod session;
 pub mod simulation;
 pub mod training;
+pub mod work;

@@ -78,13 +78,7 @@ impl Raster {
     }
 
     /// Paints on `background`. `scale` is pixels per point.
-    pub fn paint(
-        &self,
-        primitives: &[ClippedPrimitive],
-        size: [usize; 2],
-        scale: f32,
-        background: Color32,
-    ) -> Picture {
+    pub fn paint(&self, primitives: &[ClippedPrimitive], size: [usize; 2], scale: f32, background: Color32) -> Picture {
         let [width, height] = size;
         let mut picture = Picture { width, height, rgba: background.to_array().repeat(width * height) };
         for ClippedPrimitive { clip_rect, primitive } in primitives {
@@ -135,7 +129,8 @@ fn fill(picture: &mut Picture, clip: &Clip, texture: &Texture, mut corners: [Ver
         return;
     }
     let Some(ink) = Ink::new(texture, &corners) else { return };
-    let crossing = |a: &Vertex, b: &Vertex, y: f32| a.pos.x + (b.pos.x - a.pos.x) * ((y - a.pos.y) / (b.pos.y - a.pos.y));
+    let crossing =
+        |a: &Vertex, b: &Vertex, y: f32| a.pos.x + (b.pos.x - a.pos.x) * ((y - a.pos.y) / (b.pos.y - a.pos.y));
     for row in rows {
         let y = row as f32 + 0.5;
         let short = if y < middle.pos.y { crossing(&top, &middle, y) } else { crossing(&middle, &bottom, y) };

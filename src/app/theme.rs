@@ -69,15 +69,8 @@ pub struct Palette {
 /// How a line is broken: lengths of ink and gap \[points\]. Empty for an unbroken line.
 pub type Dash = &'static [f32];
 
-const DASHES: [Dash; 7] = [
-    &[],
-    &[7.0, 3.0],
-    &[2.0, 2.5],
-    &[9.0, 3.0, 2.0, 3.0],
-    &[4.0, 2.0],
-    &[12.0, 3.0],
-    &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0],
-];
+const DASHES: [Dash; 7] =
+    [&[], &[7.0, 3.0], &[2.0, 2.5], &[9.0, 3.0, 2.0, 3.0], &[4.0, 2.0], &[12.0, 3.0], &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0]];
 
 /// Dash of measured signals.
 pub const MEASURED_DASH: Dash = &[];
@@ -219,7 +212,8 @@ fn visuals(theme: Theme) -> Visuals {
     visuals.window_stroke = Stroke::new(1.0, palette.border);
     visuals.window_corner_radius = CornerRadius::same(RADIUS + 2);
     visuals.menu_corner_radius = CornerRadius::same(RADIUS);
-    let shadow = Shadow { offset: [0, 4], blur: 16, spread: 0, color: Color32::from_black_alpha(if dark { 110 } else { 40 }) };
+    let shadow =
+        Shadow { offset: [0, 4], blur: 16, spread: 0, color: Color32::from_black_alpha(if dark { 110 } else { 40 }) };
     visuals.window_shadow = shadow;
     visuals.popup_shadow = shadow;
     visuals.extreme_bg_color = palette.canvas;

@@ -146,10 +146,14 @@ mod tests {
 
     #[test]
     fn a_stop_answers_at_once_even_if_the_work_does_not() {
-        let mut job = Job::spawn("sleeping", || (), |_| {
-            thread::sleep(Duration::from_secs(2));
-            Ok::<_, String>(())
-        });
+        let mut job = Job::spawn(
+            "sleeping",
+            || (),
+            |_| {
+                thread::sleep(Duration::from_secs(2));
+                Ok::<_, String>(())
+            },
+        );
         let begin = Instant::now();
         job.stop("the user pressed Stop");
         assert_eq!(job.poll(), Some(Outcome::Stopped("the user pressed Stop".into())));
@@ -160,13 +164,17 @@ mod tests {
     fn stopped_work_hears_of_it() {
         let ended = Arc::new(AtomicUsize::new(0));
         let flag = Arc::clone(&ended);
-        let mut job = Job::spawn("looping", || (), move |monitor| {
-            while monitor.check().is_ok() {
-                thread::sleep(Duration::from_millis(1));
-            }
-            flag.store(1, Ordering::SeqCst);
-            Ok::<_, String>(())
-        });
+        let mut job = Job::spawn(
+            "looping",
+            || (),
+            move |monitor| {
+                while monitor.check().is_ok() {
+                    thread::sleep(Duration::from_millis(1));
+                }
+                flag.store(1, Ordering::SeqCst);
+                Ok::<_, String>(())
+            },
+        );
         job.stop("enough");
         let begin = Instant::now();
         while ended.load(Ordering::SeqCst) == 0 {
