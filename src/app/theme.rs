@@ -178,7 +178,8 @@ pub fn install(ctx: &egui::Context) {
             style.spacing.menu_margin = Margin::same(6);
             style.spacing.window_margin = Margin::same(12);
             style.spacing.scroll.floating = false;
-            style.spacing.scroll.bar_width = 7.0;
+            style.spacing.scroll.foreground_color = false;
+            style.spacing.scroll.bar_width = 6.0;
             style.spacing.scroll.bar_inner_margin = 6.0;
             style.interaction.selectable_labels = false;
             style.animation_time = 0.08;

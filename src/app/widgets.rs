@@ -56,25 +56,62 @@ pub fn chip(ui: &mut Ui, text: &str, color: Color32) -> Response {
     frame.show(ui, |ui| ui.label(RichText::new(text).size(SMALL).color(color))).response
 }
 
-/// A table: header, then rows; the first column is text, the others are aligned as numbers.
+/// A table: header, then rows. Numbers are aligned at their right, texts at their left.
 pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
     let palette = Palette::in_ui(ui);
-    let grid = egui::Grid::new(id).striped(true).num_columns(header.len()).spacing([18.0, 6.0]);
+    let header: Vec<WidgetText> =
+        header.iter().map(|title| RichText::new(*title).size(SMALL).color(palette.weak).into()).collect();
+    let width = |cell: &WidgetText| {
+        let galley = cell.clone().into_galley(ui, None, f32::INFINITY, egui::TextStyle::Body);
+        galley.size().x.ceil()
+    };
+    let widths: Vec<f32> = (0..header.len())
+        .map(|column| {
+            rows.iter().filter_map(|row| row.get(column)).chain([&header[column]]).map(width).fold(0.0, f32::max)
+        })
+        .collect();
+    let is_number = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells
+            .map(WidgetText::text)
+            .all(|text| text.starts_with(|first: char| first.is_ascii_digit() || "−—".contains(first)))
+    };
+    let layouts: Vec<Layout> = (0..header.len())
+        .map(|column| match is_number(column) {
+            true => Layout::right_to_left(Align::Center),
+            false => Layout::left_to_right(Align::Center),
+        })
+        .collect();
+    let spacing =
+        16.0f32.min((ui.available_width() - widths.iter().sum::<f32>()) / header.len().max(1) as f32).max(4.0);
+    let grid = egui::Grid::new(id).striped(true).num_columns(header.len()).spacing([spacing, 6.0]);
     grid.show(ui, |ui| {
-        for title in header {
-            ui.label(RichText::new(*title).size(SMALL).color(palette.weak));
-        }
-        ui.end_row();
-        for row in rows {
-            for (column, cell) in row.iter().enumerate() {
-                if column == 0 {
-                    ui.label(cell.clone());
-                } else {
-                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(cell.clone()));
-                }
+        for row in std::iter::once(&header).chain(rows) {
+            for (column, cell) in row.iter().enumerate().take(widths.len()) {
+                let size = egui::vec2(widths[column], 18.0);
+                ui.allocate_ui_with_layout(size, layouts[column], |ui| {
+                    ui.set_min_width(size.x);
+                    ui.add(egui::Label::new(cell.clone()).extend());
+                });
             }
             ui.end_row();
         }
+    });
+}
+
+/// The main part of a screen and a column of this width at its right.
+pub fn beside(ui: &Ui, side: f32) -> [egui::Rect; 2] {
+    let whole = ui.available_rect_before_wrap();
+    let middle = whole.right() - side;
+    let main = egui::Rect::from_min_max(whole.min, egui::pos2(middle - GAP, whole.bottom()));
+    [main, egui::Rect::from_min_max(egui::pos2(middle, whole.top()), whole.max)]
+}
+
+/// Content that scrolls within a part of the screen.
+pub fn scrolling(ui: &mut Ui, id: &str, rect: egui::Rect, content: impl FnOnce(&mut Ui)) {
+    let builder = egui::UiBuilder::new().max_rect(rect).layout(Layout::top_down(Align::Min));
+    ui.scope_builder(builder, |ui| {
+        egui::ScrollArea::vertical().id_salt(id).auto_shrink(false).show(ui, content);
     });
 }
 

@@ -40,6 +40,7 @@ struct Line<'a> {
     color: Color32,
     dash: Dash,
     width: f32,
+    gaps: bool,
 }
 
 /// Points in no order.
@@ -106,13 +107,19 @@ impl<'a> Chart<'a> {
 
     /// Adds a line.
     pub fn line(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
-        self.lines.push(Line { name, x, y, color, dash, width: 1.4 });
+        self.lines.push(Line { name, x, y, color, dash, width: 1.4, gaps: true });
         self
     }
 
     /// Adds a thick line.
     pub fn strong_line(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
-        self.lines.push(Line { name, x, y, color, dash, width: 2.6 });
+        self.lines.push(Line { name, x, y, color, dash, width: 2.6, gaps: true });
+        self
+    }
+
+    /// Adds a thick line whose points may lie at any distance from each other.
+    pub fn curve(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
+        self.lines.push(Line { name, x, y, color, dash, width: 2.6, gaps: false });
         self
     }
 
@@ -155,7 +162,8 @@ impl<'a> Chart<'a> {
         self.navigate(ui, &response, plot, window);
         let x_range = window.range.unwrap_or(self.extent);
         let columns = plot.width() as usize;
-        let pieces: Vec<_> = self.lines.iter().map(|line| decimator.pieces(line.x, line.y, x_range, columns)).collect();
+        let pieces: Vec<_> =
+            self.lines.iter().map(|line| decimator.pieces(line.x, line.y, x_range, columns, line.gaps)).collect();
         let y_range = self.y_range(&pieces, x_range);
         let place = Place { plot, x_range, y_range };
 
@@ -285,7 +293,7 @@ impl<'a> Chart<'a> {
         let font = FontId::proportional(SMALL - 0.5);
         let plot = place.plot;
         let line = Stroke::new(1.0, palette.grid);
-        let y_ticks = ticks::linear(place.y_range, (plot.height() / 30.0).clamp(2.0, 8.0) as usize);
+        let y_ticks = ticks::linear(place.y_range, (plot.height() / 20.0).clamp(3.0, 8.0) as usize);
         for (tick, text) in y_ticks.iter().zip(ticks::labels(&y_ticks)) {
             let y = place.y(*tick).round() + 0.5;
             painter.hline(plot.x_range(), y, if *tick == 0.0 { Stroke::new(1.0, palette.border) } else { line });

@@ -29,6 +29,7 @@ struct Key {
     len: usize,
     range: [u64; 2],
     columns: usize,
+    gaps: bool,
 }
 
 impl Decimator {
@@ -37,19 +38,19 @@ impl Decimator {
         self.kept.clear();
     }
 
-    /// The line `y` over ascending `x` within `range`, for so many pixel columns.
-    pub fn pieces(&mut self, x: &[f64], y: &[f64], range: [f64; 2], columns: usize) -> Pieces {
+    /// The line `y` over ascending `x` within `range`, for so many pixel columns; with `gaps` it is split where x jumps.
+    pub fn pieces(&mut self, x: &[f64], y: &[f64], range: [f64; 2], columns: usize, gaps: bool) -> Pieces {
         let (x_at, y_at) = (x.as_ptr() as usize, y.as_ptr() as usize);
-        let key = Key { x: x_at, y: y_at, len: x.len(), range: range.map(f64::to_bits), columns };
+        let key = Key { x: x_at, y: y_at, len: x.len(), range: range.map(f64::to_bits), columns, gaps };
         if self.kept.len() > MOST_KEPT {
             self.kept.clear();
         }
-        Arc::clone(self.kept.entry(key).or_insert_with(|| Arc::new(decimate(x, y, range, columns))))
+        Arc::clone(self.kept.entry(key).or_insert_with(|| Arc::new(decimate(x, y, range, columns, gaps))))
     }
 }
 
 /// The pieces of the line within `range`, and one sample more on either side.
-fn decimate(x: &[f64], y: &[f64], range: [f64; 2], columns: usize) -> Vec<Vec<[f64; 2]>> {
+fn decimate(x: &[f64], y: &[f64], range: [f64; 2], columns: usize, gaps: bool) -> Vec<Vec<[f64; 2]>> {
     let len = x.len().min(y.len());
     let from = x[..len].partition_point(|x| *x < range[0]).saturating_sub(1);
     let to = (x[..len].partition_point(|x| *x <= range[1]) + 1).min(len);
@@ -58,7 +59,7 @@ fn decimate(x: &[f64], y: &[f64], range: [f64; 2], columns: usize) -> Vec<Vec<[f
     let mut pieces = vec![Vec::new()];
     let mut column = Column::default();
     for sample in from..to {
-        let gap = sample > from && x[sample] - x[sample - 1] > GAP_STEPS * step.max(1e-12);
+        let gap = gaps && sample > from && x[sample] - x[sample - 1] > GAP_STEPS * step.max(1e-12);
         if gap || !y[sample].is_finite() {
             column.flush(&mut pieces);
             pieces.push(Vec::new());
@@ -120,7 +121,7 @@ mod tests {
         let x: Vec<f64> = (0..500_000).map(|n| n as f64 * 1e-3).collect();
         let mut y = vec![0.0; x.len()];
         y[123_456] = 7.0;
-        let pieces = Decimator::default().pieces(&x, &y, [0.0, 500.0], 1000);
+        let pieces = Decimator::default().pieces(&x, &y, [0.0, 500.0], 1000, true);
         let points: Vec<_> = pieces.iter().flatten().collect();
         assert!(points.len() <= 4 * 1001);
         assert!(points.iter().any(|point| point[1] == 7.0));
@@ -130,12 +131,12 @@ mod tests {
     fn gaps_and_holes_split_the_line() {
         let x = [0.0, 1.0, 2.0, 30.0, 31.0, 32.0, 33.0];
         let y = [0.0, 0.0, 0.0, 1.0, f64::NAN, 1.0, 1.0];
-        let pieces = decimate(&x, &y, [0.0, 40.0], 400);
+        let pieces = decimate(&x, &y, [0.0, 40.0], 400, true);
         assert_eq!(pieces.iter().map(Vec::len).collect::<Vec<_>>(), [3, 1, 2]);
     }
 
     #[test]
     fn empty_signals_have_no_pieces() {
-        assert!(decimate(&[], &[], [0.0, 1.0], 10).is_empty());
+        assert!(decimate(&[], &[], [0.0, 1.0], 10, true).is_empty());
     }
 }

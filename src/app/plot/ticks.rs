@@ -44,6 +44,15 @@ pub fn number(value: f64) -> String {
     minus(&text)
 }
 
+/// A number for reading, without zeros that say nothing: for given, not for estimated values.
+pub fn short(value: f64) -> String {
+    let text = number(value);
+    if !text.contains('.') || text.contains('e') {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 /// A fraction as a percentage with two significant digits.
 pub fn percent(fraction: f64) -> String {
     if !fraction.is_finite() {

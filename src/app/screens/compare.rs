@@ -1,15 +1,18 @@
 //! Compare: measured against predicted torque of every joint, the residual under it, and the arm at the cursor.
 
-use egui::{Align, Layout, RichText, ScrollArea, Slider, Ui, WidgetText, vec2};
+use egui::{RichText, Slider, Ui, WidgetText};
 
 use super::{data::units, held_out_times, time_extent, trajectory_chooser};
 use crate::app::plot::{Chart, arm, ticks};
 use crate::app::state::Desk;
-use crate::app::theme::{GAP, GROUP, MEASURED_DASH, PREDICTED_DASH, Palette, SIDE, SMALL};
+use crate::app::theme::{GAP, MEASURED_DASH, PREDICTED_DASH, Palette, SIDE, SMALL};
 use crate::app::widgets;
 use crate::arm::Arm;
 use crate::model::Term;
 use crate::recording::{JointKind, Recording};
+
+/// Where the cursor stands at first, as a part of the trajectory.
+const START: f64 = 0.35;
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
@@ -27,22 +30,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         }
     });
     ui.add_space(4.0);
-    ui.horizontal_top(|ui| {
-        let size = vec2(ui.available_width() - SIDE - GROUP, ui.available_height());
-        ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical()
-                .id_salt("torques")
-                .auto_shrink(false)
-                .show(ui, |ui| torques(ui, desk, &recording, &step));
-        });
-        ui.add_space(GROUP - GAP);
-        ui.allocate_ui_with_layout(vec2(SIDE, ui.available_height()), Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical()
-                .id_salt("at the cursor")
-                .auto_shrink(false)
-                .show(ui, |ui| at_cursor(ui, desk, &recording, &step));
-        });
-    });
+    let extent = time_extent(&recording.trajectories[desk.state.trajectory].time);
+    desk.state.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
+    let [main, side] = widgets::beside(ui, SIDE + GAP);
+    widgets::scrolling(ui, "torques", main, |ui| torques(ui, desk, &recording, &step));
+    widgets::scrolling(ui, "at the cursor", side, |ui| at_cursor(ui, desk, &recording, &step));
 }
 
 fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::session::Step) {

@@ -1,6 +1,6 @@
 //! Data: what was measured, where it came from, what is odd about it; and the panel that simulates.
 
-use egui::{Button, DragValue, RichText, ScrollArea, Slider, TextEdit, Ui};
+use egui::{Button, DragValue, RichText, Slider, TextEdit, Ui};
 
 use super::{held_out_times, time_extent, trajectory_chooser};
 use crate::app::plot::{Chart, ticks};
@@ -15,19 +15,9 @@ use crate::session::Command;
 use crate::simulation::{Scenario, SimulationError};
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let side = SIDE + 10.0;
-    ui.horizontal_top(|ui| {
-        let width = ui.available_width();
-        let height = ui.available_height();
-        let column = egui::vec2(width - side - GROUP, height);
-        ui.allocate_ui_with_layout(column, egui::Layout::top_down(egui::Align::Min), |ui| {
-            ScrollArea::vertical().id_salt("data").auto_shrink(false).show(ui, |ui| measured(ui, desk));
-        });
-        ui.add_space(GROUP - GAP);
-        ui.allocate_ui_with_layout(egui::vec2(side, height), egui::Layout::top_down(egui::Align::Min), |ui| {
-            ScrollArea::vertical().id_salt("sources").auto_shrink(false).show(ui, |ui| sources(ui, desk));
-        });
-    });
+    let [main, side] = widgets::beside(ui, SIDE);
+    widgets::scrolling(ui, "data", main, |ui| measured(ui, desk));
+    widgets::scrolling(ui, "sources", side, |ui| sources(ui, desk));
 }
 
 fn measured(ui: &mut Ui, desk: &mut Desk) {
@@ -48,7 +38,7 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
         recording.trajectories.len(),
         if recording.trajectories.len() == 1 { "y" } else { "ies" },
         thousands(recording.sample_count()),
-        ticks::number(duration)
+        ticks::short(duration)
     );
     widgets::headline(ui, &recording.name, &summary);
     findings(ui, desk, &recording);
@@ -158,7 +148,7 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                     desk.state.cursor = None;
                 }
                 ui.label(thousands(run.len()));
-                ui.label(format!("{} ms", ticks::number(1e3 * run.time_step())));
+                ui.label(format!("{} ms", ticks::short((1e6 * run.time_step()).round() / 1e3)));
                 ui.horizontal(|ui| {
                     let held_out = held_out_times(desk.session, index);
                     split_line(ui, time_extent(&run.time), &held_out);
@@ -226,15 +216,17 @@ fn sources(ui: &mut Ui, desk: &mut Desk) {
 fn simulate(ui: &mut Ui, desk: &mut Desk) {
     let wish = &mut desk.state.wish;
     let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].spec().name);
-    egui::ComboBox::new("hidden effect", "Hidden effect").selected_text(name(wish.effect)).width(180.0).show_ui(
-        ui,
-        |ui| {
+    ui.horizontal(|ui| {
+        let label = ui.label("Hidden effect");
+        let chooser = egui::ComboBox::from_id_salt("hidden effect").selected_text(name(wish.effect)).width(170.0);
+        let chooser = chooser.show_ui(ui, |ui| {
             ui.selectable_value(&mut wish.effect, None, name(None));
             for index in 0..registry::ALL.len() {
                 ui.selectable_value(&mut wish.effect, Some(index), name(Some(index)));
             }
-        },
-    );
+        });
+        chooser.response.labelled_by(label.id);
+    });
     let spec = wish.effect.map(|index| registry::ALL[index].spec());
     if spec.is_some_and(|spec| spec.scope == Scope::Joint) {
         ui.horizontal(|ui| {

@@ -1,13 +1,13 @@
 //! What is missing: the verdict in plain words, the evidence for each effect, and the button that adds it.
 
-use egui::{Align, Layout, RichText, ScrollArea, Ui, WidgetText, vec2};
+use egui::{Align, Layout, RichText, Ui, WidgetText};
 
 use super::Screen;
 use super::data::units;
 use super::residuals::{axis_text, point_color};
-use crate::app::plot::{Chart, Window, ticks};
+use crate::app::plot::{Chart, Decimator, Window, ticks};
 use crate::app::state::{Desk, Order};
-use crate::app::theme::{GAP, GROUP, Palette, SMALL};
+use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
 use crate::effect::{Scope, Spec, registry};
@@ -30,26 +30,18 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         return;
     };
     headline(ui, &report, &recording);
-    ui.horizontal_top(|ui| {
-        let size = vec2(ui.available_width() - LIST - GROUP, ui.available_height());
-        ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical().id_salt("verdict").auto_shrink(false).show(ui, |ui| {
-                if report.effects.is_empty() {
-                    without_effect(ui, desk, &report, &recording);
-                } else {
-                    chooser(ui, desk, &report);
-                    let chosen = desk.state.chosen_effect.min(report.effects.len() - 1);
-                    effect(ui, desk, &report.effects[chosen], &recording);
-                }
-            });
-        });
-        ui.add_space(GROUP - GAP);
-        ui.allocate_ui_with_layout(vec2(LIST, ui.available_height()), Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical().id_salt("candidates").auto_shrink(false).show(ui, |ui| {
-                widgets::card(ui, "What to do", |ui| ui.label(&report.advice));
-                candidates(ui, &report);
-            });
-        });
+    let [main, side] = widgets::beside(ui, LIST);
+    widgets::scrolling(ui, "verdict", main, |ui| {
+        if report.effects.is_empty() {
+            return without_effect(ui, desk, &report, &recording);
+        }
+        chooser(ui, desk, &report);
+        let chosen = desk.state.chosen_effect.min(report.effects.len() - 1);
+        effect(ui, desk, &report.effects[chosen], &recording);
+    });
+    widgets::scrolling(ui, "candidates", side, |ui| {
+        widgets::card(ui, "What to do", |ui| ui.label(&report.advice));
+        candidates(ui, &report);
     });
 }
 
@@ -129,7 +121,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
                 .zip(&effect.nmse_after)
                 .map(|(before, after)| before / after)
                 .fold(1.0, f64::max);
-            ui.label(format!("held-out error falls up to {}×", ticks::number(best)));
+            ui.label(format!("held-out error falls up to {best:.*}×", usize::from(best < 10.0)));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let name = spec(&effect.effect).map_or(effect.effect.as_str(), |spec| spec.name);
                 if widgets::primary(ui, desk.busy.is_none(), &format!("Add {name}")).clicked() {
@@ -146,7 +138,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
         for row in effect.evidence.chunks(columns) {
             ui.columns(columns, |columns| {
                 for (ui, evidence) in columns.iter_mut().zip(row) {
-                    evidence_plot(ui, desk, evidence, recording, height);
+                    evidence_plot(ui, evidence, recording, height);
                 }
             });
         }
@@ -181,44 +173,36 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
     }
 }
 
-fn evidence_plot(ui: &mut Ui, desk: &mut Desk, evidence: &Evidence, recording: &Recording, height: f32) {
+fn evidence_plot(ui: &mut Ui, evidence: &Evidence, recording: &Recording, height: f32) {
     let palette = Palette::in_ui(ui);
     let unit = units(recording.joints[evidence.joint].kind);
     let (name, label, x_unit) = axis_text(evidence.axis, unit);
     let (x, y): (Vec<f64>, Vec<f64>) = evidence.explained.iter().map(|point| (point[0], point[1])).unzip();
     let extent = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0)];
     let title = format!("{}: torque left against {name}", recording.joints[evidence.joint].name);
-    // An effect that is no function of one state (a payload) would be a scribble as a line.
-    let is_curve = evidence.explained.windows(2).filter(|pair| pair[0][1] > pair[1][1]).count() * 4
-        < 3 * x.len().max(1)
-        && roughness(&y) < 0.2;
     let chart = Chart::new(title, unit[3], extent).x_axis(label, x_unit).height(height).points(
         &evidence.residual,
         point_color(palette.residual),
         1.3,
     );
     // The line lives for this frame only, so its decimation is not to be kept.
-    let mut decimator = crate::app::plot::Decimator::default();
-    let _ = &mut desk.state;
-    if is_curve {
-        chart.strong_line("explained", &x, &y, (palette.predicted, &[])).show(
-            ui,
-            &mut Window::default(),
-            &mut decimator,
-        );
-    } else {
-        chart.points(&evidence.explained, palette.predicted, 1.3).show(ui, &mut Window::default(), &mut decimator);
-    }
+    let mut decimator = Decimator::default();
+    let explained = match is_curve(&y) {
+        true => chart.curve("explained", &x, &y, (palette.predicted, &[])),
+        false => chart.points(&evidence.explained, palette.predicted, 1.3),
+    };
+    explained.show(ui, &mut Window::default(), &mut decimator);
 }
 
-/// How much neighbours along the axis differ, beside the range of all: 0 for a curve, about 0.3 for a cloud.
-fn roughness(values: &[f64]) -> f64 {
+/// Whether the values, sorted along the axis, are a function of it. A payload's torque, say, is none of one state: as a line
+/// it would be a scribble.
+fn is_curve(values: &[f64]) -> bool {
     let (low, high) = values
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
     let steps: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
-    let mean = steps / values.len().max(2) as f64;
-    if high > low { mean / (high - low) } else { 0.0 }
+    // A curve goes up and down a few times; a cloud jumps about a third of its height at every sample.
+    steps < 8.0 * (high - low)
 }
 
 /// Name, joint, value, interval and unit.

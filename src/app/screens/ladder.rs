@@ -24,7 +24,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         widgets::card(ui, "Held-out error by step (nMSE, logarithmic)", |ui| bars(ui, desk.session, &recording));
         steps(ui, desk, &recording);
         ui.columns(2, |columns| {
-            found(&mut columns[0], desk, &recording);
+            found(&mut columns[0], desk);
             seal(&mut columns[1], desk, &recording);
         });
     });
@@ -84,7 +84,7 @@ fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
         for (joint, error) in errors.iter().enumerate() {
             let left = middle + (joint as f32 - joints as f32 / 2.0) * width;
             let bar = Rect::from_min_max(pos2(left + 2.0, y(*error)), pos2(left + width - 2.0, plot.bottom()));
-            let (color, dash) = palette.nth(joint);
+            let (color, _) = palette.nth(joint);
             painter.rect_filled(bar, 2, color.gamma_multiply(0.35));
             painter.rect_stroke(bar, 2, Stroke::new(1.2, color), StrokeKind::Inside);
             painter.text(
@@ -109,7 +109,6 @@ fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
                 let stroke = Stroke::new(2.0, palette.text);
                 painter.extend(Shape::dashed_line(&line, stroke, 4.0, 2.0));
             }
-            let _ = dash;
         }
         let title = session.ladder[step].title.as_str();
         let galley = painter.layout(title.to_owned(), font.clone(), palette.text, group - 8.0);
@@ -173,7 +172,7 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 }
 
 /// The parameters of the effects in the current model.
-fn found(ui: &mut Ui, desk: &mut Desk, _recording: &Recording) {
+fn found(ui: &mut Ui, desk: &mut Desk) {
     let Some(step) = desk.session.current() else { return };
     widgets::card(ui, "What was found", |ui| {
         let of_effects = |term: usize| matches!(step.fitted.model.terms.get(term), Some(Term::Effect(_)));

@@ -70,6 +70,10 @@ impl Screen {
     /// The screen to go to next from `from`; `None` where the session lacks what it needs.
     pub fn next(session: &Session, from: Screen) -> Option<Screen> {
         session.current()?;
+        if from == Screen::Diagnose && session.report.as_ref().is_none_or(|report| !report.effects.is_empty()) {
+            // First diagnose, then add: both are buttons of this screen, and lead on by themselves.
+            return None;
+        }
         let number = Screen::ALL.iter().position(|screen| *screen == from)?;
         Screen::ALL.get(number + 1).copied()
     }
@@ -124,11 +128,14 @@ fn trajectory_chooser(ui: &mut Ui, desk: &mut Desk) {
         format!("{} ({part})", recording.trajectories[index].name)
     };
     let mut chosen = desk.state.trajectory;
-    egui::ComboBox::new("trajectory", "Trajectory").selected_text(name(chosen)).width(190.0).show_ui(ui, |ui| {
-        for index in 0..count {
-            ui.selectable_value(&mut chosen, index, name(index));
-        }
-    });
+    let label = ui.label("Trajectory");
+    let chooser =
+        egui::ComboBox::from_id_salt("trajectory").selected_text(name(chosen)).width(190.0).show_ui(ui, |ui| {
+            for index in 0..count {
+                ui.selectable_value(&mut chosen, index, name(index));
+            }
+        });
+    chooser.response.labelled_by(label.id);
     if chosen != desk.state.trajectory {
         desk.state.trajectory = chosen;
         desk.state.window = super::plot::Window::default();

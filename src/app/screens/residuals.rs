@@ -93,7 +93,7 @@ fn view(ui: &mut Ui, desk: &mut Desk, recording: &Recording, axis: Axis, height:
         let chart =
             Chart::new(format!("{}: residual against {name}", recording.joints[joint].name), unit[3], scatter.extent)
                 .x_axis(label, x_unit)
-                .height((height - 92.0).max(170.0))
+                .height((height - 74.0).max(170.0))
                 .band(&scatter.band, color.gamma_multiply(0.22))
                 .points(&scatter.points, color.gamma_multiply(0.42), 1.1)
                 .strong_line("mean", &scatter.mean_at, &scatter.mean, (palette.text, &[]));
@@ -132,7 +132,10 @@ fn fingerprints(axis: Axis) -> String {
 
 /// The part of a fingerprint after the name of the view, which is this view.
 fn look(fingerprint: &str) -> &str {
-    fingerprint.split_once(": ").map_or(fingerprint, |(_, look)| look)
+    match fingerprint.split_once(": ") {
+        Some((view, look)) if view.starts_with("Residual against") => look,
+        _ => fingerprint,
+    }
 }
 
 fn sentence_case(text: &str) -> String {
