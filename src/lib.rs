@@ -5,7 +5,8 @@
 //!
 //! | floor | module | what lives there |
 //! |---|---|---|
-//! | 6 | [`cli`], [`app`] | commands without a window; the window |
+//! | 7 | [`cli`] | the command line; opens the window |
+//! | 6 | [`app`] | the window |
 //! | 5 | [`session`], [`work`] | the document and its commands; background jobs |
 //! | 4 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
 //! | 3 | [`model`] | a model is a sum of torque terms; identification by least squares |
@@ -18,6 +19,7 @@
 
 pub mod app;
 pub mod arm;
+pub mod cli;
 pub mod diagnosis;
 pub mod effect;
 pub mod model;

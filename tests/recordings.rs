@@ -3,6 +3,8 @@
 //! The real logs are not part of the repository: they are looked for in `TORQUESCOPE_REAL_DATA`, else in `../shared/real`,
 //! and the tests that need them say so where they are absent.
 
+#![allow(clippy::unwrap_used)] // a test that can't go on should say so by failing
+
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
@@ -228,6 +230,9 @@ fn missing_values_and_gaps_cut_the_trajectory_and_are_told() {
     assert_eq!(kinds(&import), [FindingKind::NonFinite, FindingKind::TimeGap]);
     assert!(import.findings[0].what.contains("5 of 400") && import.findings[0].what.contains("line 102"));
     assert!(import.findings[1].what.contains("line 202"), "{}", import.findings[1]);
+    let sparse =
+        log(400, |sample, row| if sample % 4 > 0 { format!("{},", row.rsplit_once(',').unwrap().0) } else { row });
+    assert!(problem("log.csv", &sparse).contains("one clock"));
 }
 
 #[test]
@@ -244,7 +249,7 @@ fn faults_that_can_not_be_read_around_are_errors_with_place_and_remedy() {
         ),
         (log(50, |s, row| if s == 20 { row + ",7" } else { row }), &["line 22", "5 cells"]),
         (log(50, |_, row| format!("{},nan", row.rsplit_once(',').unwrap().0)), &["`tau1`", "no finite number"]),
-        (log(2, |_, row| row), &["no stretch of 3 samples"]),
+        (log(2, |_, row| row), &["a run needs 3 samples"]),
         (log(0, |_, row| row), &["no sample"]),
         (Vec::new(), &["empty"]),
     ];
@@ -284,6 +289,11 @@ fn what_is_missing_is_derived_and_its_provenance_says_how() {
     let import = read_bytes("log.csv", &bytes, &slow).unwrap();
     assert_eq!(import.recording.provenance.velocity, Origin::Measured);
     assert!(matches!(&import.recording.provenance.acceleration, Origin::Derived(how) if how.ends_with("3.5 Hz")));
+    let by_rate = ReadOptions { rate_hz: Some(50.0), ..options("time=-") };
+    let import = read_bytes("log.csv", &bytes, &by_rate).unwrap();
+    assert!((import.recording.trajectories[0].time[999] - 999.0 / 50.0).abs() < 1e-12);
+    let unused = ReadOptions { rate_hz: Some(50.0), ..ReadOptions::default() };
+    assert_eq!(kinds(&read_bytes("log.csv", &bytes, &unused).unwrap()), [FindingKind::PassedOver]);
     let wrong = ReadOptions { low_pass_hz: Some(-1.0), ..ReadOptions::default() };
     assert!(read_bytes("log.csv", &bytes, &wrong).unwrap_err().to_string().contains("-1"));
 }

@@ -80,8 +80,11 @@ impl Diagnosis {
         let (draws, seed, noise) = (self.draws, self.seed, self.noise);
         let rows: Vec<Row> = progress::watch("bench diagnosis", move |monitor| {
             let row = |(index, (effect, strength)): (usize, (Option<&'static str>, f64))| {
-                monitor.report(index as f32 / cases.len() as f32, effect.unwrap_or("none")).map_err(SessionError::from)?;
-                row(effect, strength, seed, draws, noise, monitor)
+                monitor
+                    .report(index as f32 / cases.len() as f32, effect.unwrap_or("none"))
+                    .map_err(SessionError::from)?;
+                // Every row has seeds of its own, so that no draw is counted twice.
+                row(effect, strength, seed + draws * index as u64, draws, noise, monitor)
             };
             cases.iter().copied().enumerate().map(row).collect::<Result<Vec<_>, SessionError>>()
         })?;
@@ -104,8 +107,15 @@ impl Diagnosis {
                 ]
             })
             .collect();
-        let header =
-            ["hidden", "strength", "first right", "exact", "95 % interval holds truth", "error / noise floor", "s each"];
+        let header = [
+            "hidden",
+            "strength",
+            "first right",
+            "exact",
+            "95 % interval holds truth",
+            "error / noise floor",
+            "s each",
+        ];
         println!("{}", table(&header, &cells));
         let sum = |part: fn(&Row) -> u64| rows.iter().map(part).sum::<u64>();
         println!(

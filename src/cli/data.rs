@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 
 use super::progress;
 use crate::arm::{Arm, Posture};
-use crate::model::Preset;
+use crate::model::{Fitted, Preset};
 use crate::recording::mapping::MappingSpec;
 use crate::recording::read::ReadOptions;
 use crate::session::{Command, Session};
@@ -71,7 +71,7 @@ pub struct OptionalData {
 pub struct Data {
     #[command(flatten)]
     files: Files,
-    /// The model: a preset (`rigid-body`, `stated-arm`), or a file saved by `train`.
+    /// The model: a preset (`rigid-body`, `stated-arm`), or the terms of a file saved by `train`.
     #[arg(long, default_value = "rigid-body")]
     model: String,
     /// Add an effect to the model: its id, and its joints if not all, such as `coulomb-friction@1,2`. May be repeated.
@@ -107,16 +107,15 @@ impl Data {
         self.model.ends_with(".json").then(|| PathBuf::from(&self.model))
     }
 
-    /// A session with the recording and the model, with all effects that were asked for.
+    /// A session with the recording and the model, identified from the training part, with all effects that were asked for.
     pub fn session_with_model(&self) -> anyhow::Result<Session> {
-        let preset = Preset::ALL.into_iter().find(|preset| preset.id() == self.model).with_context(|| {
-            let known: Vec<&str> = Preset::ALL.iter().map(|preset| preset.id()).collect();
-            format!("there is no model `{}`; known models: {}", self.model, known.join(", "))
-        })?;
-        let mut session = self.session()?;
-        if session.current().is_none() || session.preset != preset {
-            session = progress::run(Command::ChoosePreset(preset), &session)?;
-        }
+        let mut session = match self.model_file() {
+            Some(path) => {
+                let command = Command::UseModel { model: read_model(&path)?.model, title: self.model.clone() };
+                progress::run(command, &self.session()?)?
+            }
+            None => self.session_with_preset()?,
+        };
         let joints = session.recording.as_ref().map_or(0, |recording| recording.joint_count());
         for text in &self.add {
             let (effect, joints) = parse_place(text, joints)?;
@@ -124,13 +123,36 @@ impl Data {
         }
         Ok(session)
     }
+
+    fn session_with_preset(&self) -> anyhow::Result<Session> {
+        let preset = Preset::ALL.into_iter().find(|preset| preset.id() == self.model).with_context(|| {
+            let known: Vec<&str> = Preset::ALL.iter().map(|preset| preset.id()).collect();
+            format!(
+                "there is no model `{}`; known: {}, or a file `….json` saved by `train`",
+                self.model,
+                known.join(", ")
+            )
+        })?;
+        let session = self.session()?;
+        if session.current().is_some() && session.preset == preset {
+            return Ok(session);
+        }
+        progress::run(Command::ChoosePreset(preset), &session)
+    }
+}
+
+/// Reads a model that `train` saved.
+pub fn read_model(path: &Path) -> anyhow::Result<Fitted> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
+    Fitted::from_json(&text).with_context(|| format!("{}", path.display()))
 }
 
 /// `coulomb-friction@1,3` → the effect and its joints counted from 0; all joints if none are named.
 pub fn parse_place(text: &str, joints: usize) -> anyhow::Result<(String, Vec<usize>)> {
     let Some((effect, list)) = text.split_once('@') else { return Ok((text.to_owned(), (0..joints).collect())) };
     let parse = |number: &str| -> anyhow::Result<usize> {
-        let joint: usize = number.trim().parse().with_context(|| format!("`{number}` in `{text}` is not a joint number"))?;
+        let joint: usize =
+            number.trim().parse().with_context(|| format!("`{number}` in `{text}` is not a joint number"))?;
         joint.checked_sub(1).with_context(|| format!("joints are counted from 1, `{text}` names joint 0"))
     };
     Ok((effect.to_owned(), list.split(',').map(parse).collect::<anyhow::Result<_>>()?))

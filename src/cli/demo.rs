@@ -7,8 +7,8 @@ use super::diagnose::text;
 use super::table::{numbers, table};
 use super::{progress, write_file};
 use crate::app::{self, ScreenshotOptions};
-use crate::recording::write;
-use crate::session::{Command, Session, joints_text};
+use crate::recording::{joints_text, write};
+use crate::session::{Command, Session};
 use crate::simulation::Scenario;
 
 /// The whole story without a window: simulate an arm with a hidden effect, fit, diagnose, add, report, draw.
@@ -32,10 +32,16 @@ impl Demo {
             Some(seed) => Scenario::mystery(seed)?,
             None => Scenario::embedded(),
         };
-        std::fs::create_dir_all(&self.output).with_context(|| format!("can't make the folder {}", self.output.display()))?;
+        std::fs::create_dir_all(&self.output)
+            .with_context(|| format!("can't make the folder {}", self.output.display()))?;
         let mut session = progress::run(Command::Simulate(Box::new(scenario)), &Session::default())?;
         let recording = session.recording.clone().context("nothing was simulated")?;
-        println!("1. Simulated {}: {} joints, {} samples; what is hidden in it is sealed.", recording.name, recording.joint_count(), recording.sample_count());
+        println!(
+            "1. Simulated {}: {} joints, {} samples; what is hidden in it is sealed.",
+            recording.name,
+            recording.joint_count(),
+            recording.sample_count()
+        );
         write_file(&self.output.join("recording.npz"), &write::to_npz_bytes(&recording)?)?;
         let first = session.current().context("no model was fitted")?.clone();
         println!("2. Fitted {}: held-out nMSE by joint {}.", first.title, numbers(&first.evaluation.held_out_nmse()));
@@ -57,7 +63,13 @@ impl Demo {
             println!("   {} on {place}: {}", hidden.effect, numbers(&hidden.parameters));
         }
         if !self.no_pictures {
-            let screens = [("data", &diagnosed), ("compare", &diagnosed), ("residuals", &diagnosed), ("diagnose", &diagnosed), ("ladder", &session)];
+            let screens = [
+                ("data", &diagnosed),
+                ("compare", &diagnosed),
+                ("residuals", &diagnosed),
+                ("diagnose", &diagnosed),
+                ("ladder", &session),
+            ];
             for (screen, session) in screens {
                 let options = ScreenshotOptions { screen: screen.to_owned(), ..ScreenshotOptions::default() };
                 let png = app::screenshot(session.clone(), &options)?;
@@ -83,5 +95,8 @@ fn ladder_table(session: &Session) -> String {
 }
 
 fn indented(text: &str) -> String {
-    text.lines().map(|line| if line.is_empty() { String::new() } else { format!("   {line}") }).collect::<Vec<_>>().join("\n")
+    text.lines()
+        .map(|line| if line.is_empty() { String::new() } else { format!("   {line}") })
+        .collect::<Vec<_>>()
+        .join("\n")
 }

@@ -5,7 +5,8 @@ use super::progress;
 use super::table::{number, numbers, table};
 use crate::diagnosis::{Report, Verdict};
 use crate::effect::registry;
-use crate::session::{Command, joints_text};
+use crate::recording::joints_text;
+use crate::session::Command;
 
 /// Say which physical effect the model is missing.
 #[derive(Args)]
@@ -43,14 +44,22 @@ pub fn text(report: &Report) -> String {
     for (number_in_list, effect) in report.effects.iter().enumerate() {
         let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |effect| effect.spec().name);
         let confidence = 100.0 * effect.confidence;
-        lines.push(format!("{}. {name}, {} (confidence {confidence:.0} %)", number_in_list + 1, joints_text(&effect.joints)));
+        lines.push(format!(
+            "{}. {name}, {} (confidence {confidence:.0} %)",
+            number_in_list + 1,
+            joints_text(&effect.joints)
+        ));
         lines.push(format!("   held-out nMSE {} -> {}", numbers(&effect.nmse_before), numbers(&effect.nmse_after)));
         for parameter in &effect.parameters {
             let joint = parameter.joint.map_or(String::new(), |joint| format!(", joint {}", joint + 1));
-            let interval = parameter
-                .interval
-                .map_or(String::new(), |[low, high]| format!(" [{}, {}]", number(low), number(high)));
-            lines.push(format!("   {}{joint}: {}{interval} {}", parameter.name, number(parameter.value), parameter.unit));
+            let interval =
+                parameter.interval.map_or(String::new(), |[low, high]| format!(" [{}, {}]", number(low), number(high)));
+            lines.push(format!(
+                "   {}{joint}: {}{interval} {}",
+                parameter.name,
+                number(parameter.value),
+                parameter.unit
+            ));
         }
         if !effect.alternatives.is_empty() {
             lines.push(format!("   explains nearly as much: {}", effect.alternatives.join(", ")));
@@ -71,7 +80,7 @@ pub fn text(report: &Report) -> String {
         })
         .collect();
     if !rows.is_empty() {
-        lines.push(table(&["candidate", "joint", "error drop alone", "found", "why"], &rows));
+        lines.push(table(&["candidate", "joint", "error drop alone", "found", " why"], &rows));
         lines.push(String::new());
     }
     lines.push(format!("held-out nMSE by joint: {}", numbers(&report.held_out_nmse)));

@@ -4,9 +4,9 @@ use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
-use super::data::Data;
+use super::data::{Data, read_model};
 use super::table::{number, table};
-use crate::model::{Evaluation, Fitted, JointError};
+use crate::model::{Evaluation, JointError};
 use crate::recording::split::{Segment, Split};
 
 /// Measure a model's error on recordings.
@@ -56,8 +56,7 @@ impl Evaluate {
     }
 
     fn evaluate_saved(&self, path: &PathBuf) -> anyhow::Result<Evaluation> {
-        let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
-        let fitted = Fitted::from_json(&text).with_context(|| format!("{}", path.display()))?;
+        let fitted = read_model(path)?;
         let session = self.data.session()?;
         let recording = session.recording.as_deref().context("no recording was read")?;
         let joints = fitted.setting().kinds.len();

@@ -93,12 +93,15 @@ impl Inspect {
                 ]
             })
             .collect();
-        println!("{}\n", table(&["trajectory", "samples", "duration [s]", "rate [Hz]", "part"], &rows));
+        println!("{}\n", table(&["trajectory", "samples", "duration [s]", "rate [Hz]", " part"], &rows));
         println!("{}\n", ranges(recording));
+        println!("q = 0: {}", posture_text(recording));
+        println!("stated arm: {}", recording.stated_arm.as_ref().map_or("none", |_| "in the file"));
+        println!("sealed truth: {}", if recording.seal.is_some() { "yes" } else { "no" });
         println!("velocity: {}", recording.provenance.velocity);
         println!("acceleration: {}", recording.provenance.acceleration);
         if let Some(mapping) = &session.mapping {
-            println!("mapping: {mapping}");
+            println!("mapping: {}", mapping.to_spec());
         }
         println!();
         if session.findings.is_empty() {
@@ -111,11 +114,22 @@ impl Inspect {
     }
 }
 
+fn posture_text(recording: &Recording) -> String {
+    match recording.posture {
+        None => "not said by the file, taken as pointing right (give --zero)".to_owned(),
+        Some(posture) => {
+            let sense = if posture.sign() > 0.0 { "counter-clockwise" } else { "clockwise" };
+            format!("{:.1}° from +x towards +z, q grows {sense}", posture.zero_angle.to_degrees())
+        }
+    }
+}
+
 /// The range of each channel.
 fn ranges(recording: &Recording) -> String {
     let range = |joint: usize, signal: &dyn Fn(&crate::recording::Trajectory) -> &PerJoint| {
         let values = recording.trajectories.iter().flat_map(|trajectory| signal(trajectory)[joint].iter().copied());
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        let (low, high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         format!("{} … {}", number(low), number(high))
     };
     let rows: Vec<Vec<String>> = (0..recording.joint_count())

@@ -22,7 +22,6 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::app;
-use crate::session::Session;
 
 /// Finds the physical effect that a robot arm's dynamics model is missing.
 ///
@@ -87,5 +86,6 @@ fn open_window(data: &data::OptionalData) -> anyhow::Result<()> {
 /// Where a result is written; standard output if not given.
 fn write_file(path: &PathBuf, bytes: &[u8]) -> anyhow::Result<()> {
     use anyhow::Context;
-    std::fs::write(path, bytes).with_context(|| format!("can't write {}: check the folder and its permissions", path.display()))
+    std::fs::write(path, bytes)
+        .with_context(|| format!("can't write {}: check the folder and its permissions", path.display()))
 }

@@ -172,12 +172,18 @@ impl Simulate {
         };
         let (effect, joints) = parse_place(place, scenario.arm.joint_count())?;
         let Some(values) = values else { return Ok(scenario.hide_by_strength(&effect, &joints, self.strength)?) };
-        let parse = |value: &str| value.trim().parse::<f64>().with_context(|| format!("`{value}` in `{text}` is not a number"));
+        let parse =
+            |value: &str| value.trim().parse::<f64>().with_context(|| format!("`{value}` in `{text}` is not a number"));
         let parameters = values.split(',').map(parse).collect::<anyhow::Result<Vec<f64>>>()?;
         let spec = crate::effect::registry::find(&effect)?.spec();
         if spec.parameters.len() != parameters.len() {
             let names: Vec<&str> = spec.parameters.iter().map(|parameter| parameter.name).collect();
-            bail!("{effect} has {} parameters ({}), `{text}` gives {}", names.len(), names.join(", "), parameters.len());
+            bail!(
+                "{effect} has {} parameters ({}), `{text}` gives {}",
+                names.len(),
+                names.join(", "),
+                parameters.len()
+            );
         }
         let places = match spec.scope {
             crate::effect::Scope::Arm => vec![None],

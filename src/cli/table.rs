@@ -1,7 +1,11 @@
 //! Numbers and tables as text.
 
-/// A table with aligned columns; the first column is text, the others are set flush right.
+/// A table with aligned columns. Numbers are set flush right, text flush left: a column whose title starts with a space is
+/// text, and so is the first one.
 pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
+    let is_text: Vec<bool> =
+        header.iter().enumerate().map(|(column, title)| column == 0 || title.starts_with(' ')).collect();
+    let header: Vec<&str> = header.iter().map(|title| title.trim_start()).collect();
     let width = |column: usize| {
         let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
         cells.chain([header[column].chars().count()]).max().unwrap_or(0)
@@ -9,7 +13,7 @@ pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     let widths: Vec<usize> = (0..header.len()).map(width).collect();
     let line = |cells: &[String]| {
         let cells = cells.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| {
-            if column == 0 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+            if is_text[column] { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
         });
         cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
     };
@@ -49,7 +53,10 @@ mod tests {
 
     #[test]
     fn columns_are_aligned() {
-        let text = table(&["joint", "R²"], &[vec!["1".into(), "0.5".into()], vec!["10".into(), "0.25".into()]]);
-        assert_eq!(text, "joint    R²\n1       0.5\n10     0.25");
+        let text = table(
+            &["joint", "R²", " why"],
+            &[vec!["1".into(), "0.5".into(), "so".into()], vec!["10".into(), "0.25".into(), "because".into()]],
+        );
+        assert_eq!(text, "joint    R²  why\n1       0.5  so\n10     0.25  because");
     }
 }

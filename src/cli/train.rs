@@ -65,7 +65,7 @@ impl Train {
                 vec![term, parameter.name.clone(), joint, number(parameter.value), interval, parameter.unit.clone()]
             })
             .collect();
-        println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", "unit"], &rows));
+        println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
         println!("training data:\n{}\n", evaluate::error_table(&evaluation.train));
         println!("held-out data:\n{}", evaluate::error_table(&evaluation.held_out));
         if let Some(path) = &self.output {

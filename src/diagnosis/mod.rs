@@ -27,8 +27,8 @@ use crate::effect::{Scope, registry};
 use crate::model::design::Design;
 use crate::model::{Evaluation, Fitted, Model, ModelError, Preset, fit};
 use crate::progress::Monitor;
-use crate::recording::Recording;
 use crate::recording::split::Split;
+use crate::recording::{Recording, joints_text};
 
 /// A rival counts as an alternative if its evidence is this close (in the units of ln likelihood, doubled).
 const CLOSE: f64 = 6.0;
@@ -102,17 +102,18 @@ pub fn diagnose(
 /// arm last.
 fn name_effects(search: &Search, comparison: &Comparison, recording: &Recording) -> Vec<Named> {
     let joints = recording.joint_count();
-    let mut by_effect: BTreeMap<(bool, &'static str), Named> = BTreeMap::new();
+    let mut by_effect: BTreeMap<&'static str, Named> = BTreeMap::new();
     let mut add = |group: usize, gain: f64, confidence: f64, alternatives: Vec<String>, pins: bool| {
         let group = &search.library.groups[group];
-        let named = by_effect.entry((pins, group.spec.id)).or_insert(Named {
+        let named = by_effect.entry(group.spec.id).or_insert(Named {
             effect: group.spec.id,
             joints: Vec::new(),
             gain: 0.0,
             confidence: 1.0,
             alternatives: Vec::new(),
-            pins,
+            pins: false,
         });
+        named.pins |= pins;
         match group.joint {
             Some(joint) => named.joints.push(joint),
             None => named.joints.extend(0..joints),
@@ -140,7 +141,7 @@ fn name_effects(search: &Search, comparison: &Comparison, recording: &Recording)
                     alternatives.push(label(&groups[rival]));
                 }
             }
-            add(group, f64::MAX, confidence, alternatives, true);
+            add(group, 0.0, confidence, alternatives, true);
         }
     }
     let mut named: Vec<Named> = by_effect.into_values().collect();
@@ -313,23 +314,25 @@ fn advice(
     impossible: &[String],
 ) -> String {
     let mut sentences = Vec::new();
-    let list = |joints: &[usize]| joints.iter().map(|joint| (joint + 1).to_string()).collect::<Vec<_>>().join(", ");
     match (verdict, effects.first()) {
         (Verdict::Missing | Verdict::Ambiguous, Some(first)) => {
             let name = registry::find(&first.effect).map_or(first.effect.as_str(), |effect| effect.spec().name);
-            sentences.push(format!("Add {name} first (joints {}).", list(&first.joints)));
+            sentences.push(format!("Add {name} on {} first.", joints_text(&first.joints)));
             if verdict == Verdict::Ambiguous {
-                sentences.push("These data can't tell it from its alternatives: record slower and faster motion.".into());
+                sentences
+                    .push("These data can't tell it from its alternatives: record slower and faster motion.".into());
             }
             if !unexplained.is_empty() {
-                let joints = list(unexplained);
-                sentences.push(format!("Joints {joints} keep a residual that no effect of the catalogue explains."));
+                let joints = joints_text(unexplained);
+                sentences.push(format!(
+                    "The residual of {joints} is still more than noise: no effect of the catalogue explains the rest."
+                ));
             }
         }
         (Verdict::UnknownEffect, _) => sentences.push(format!(
-            "The residual of joints {} is not noise, but no effect of the catalogue explains it: look at it in the residual \
+            "The residual of {} is not noise, but no effect of the catalogue explains it: look at it in the residual \
              views.",
-            list(unexplained)
+            joints_text(unexplained)
         )),
         _ => sentences.push("Nothing is missing that these data could show.".to_owned()),
     }

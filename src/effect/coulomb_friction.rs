@@ -40,3 +40,18 @@ impl Effect for CoulombFriction {
 pub(super) fn sign(velocity: f64) -> f64 {
     if velocity == 0.0 { 0.0 } else { velocity.signum() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_its_formula_and_nothing_at_rest() {
+        testing::assert_is(&CoulombFriction, &[1.7], |_, qd, _| match qd {
+            0.0 => 0.0,
+            qd if qd > 0.0 => 1.7,
+            _ => -1.7,
+        });
+        assert_eq!([-2.0, -0.0, 0.0, 1e-9].map(sign), [-1.0, 0.0, 0.0, 1.0]);
+    }
+}

@@ -11,7 +11,7 @@ static SPEC: Spec = Spec {
     description: "A spring, a gas counterweight or a stiff cable across the joint. Its rest position is where k * q + tau_0 = 0.",
     fingerprint: "Residual against position: a straight line, the same at every speed and direction.",
     absorbed: "A rigid body with gravity absorbs little of it; a learned potential V(q) absorbs all of it.",
-    source: "Gautier, Jubien and Janot on joint stiffness and counterweights in robot identification",
+    source: "Jubien and Gautier, Global identification of spring balancer, IROS 2013",
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[
@@ -43,5 +43,15 @@ impl Effect for JointSpring {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
         let q = &motion.trajectory.q[joint];
         Ok(vec![Column::on_joint(joint, q.iter().copied()), Column::on_joint(joint, q.iter().map(|_| 1.0))])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_its_formula() {
+        testing::assert_is(&JointSpring, &[5.0, -2.0], |q, _, _| 5.0 * q - 2.0);
     }
 }

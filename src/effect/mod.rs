@@ -294,3 +294,78 @@ pub fn torque(
     }
     Ok(torque)
 }
+
+#[cfg(test)]
+pub(crate) mod testing {
+    //! A short motion of three joints to compute effects on, and the comparison with a formula.
+
+    use super::*;
+
+    pub(crate) struct Sample {
+        pub(crate) arm: Arm,
+        pub(crate) trajectory: Trajectory,
+        pub(crate) kinds: Vec<JointKind>,
+    }
+
+    impl Sample {
+        /// Positions, velocities (0 among them) and accelerations of either sign; they need not fit together.
+        pub(crate) fn new() -> Self {
+            let signal = |scale: f64, shift: f64| -> PerJoint {
+                (0..3)
+                    .map(|joint| (0..21).map(|t| scale * (t as f64 - 10.0 + shift + joint as f64)).collect())
+                    .collect()
+            };
+            let time = (0..21).map(|t| 0.01 * t as f64).collect();
+            let (q, qd, qdd) = (signal(0.13, 0.4), signal(0.21, 0.0), signal(-0.7, 0.3));
+            let trajectory = Trajectory { name: String::new(), time, q, qd, qdd, tau: Vec::new() };
+            Sample { arm: Arm::uniform(3), trajectory, kinds: vec![JointKind::Revolute; 3] }
+        }
+
+        pub(crate) fn motion(&self) -> Motion<'_> {
+            Motion { trajectory: &self.trajectory, kinds: &self.kinds, posture: self.arm.posture, arm: Some(&self.arm) }
+        }
+    }
+
+    /// Checks that on joint 1 (from 0) the torque is that of a formula of q, q̇, q̈, and that other joints feel nothing.
+    pub(crate) fn assert_is(effect: &dyn Effect, parameters: &[f64], formula: impl Fn(f64, f64, f64) -> f64) {
+        let sample = Sample::new();
+        let torque = torque(effect, &sample.motion(), 1, parameters).unwrap();
+        let Trajectory { q, qd, qdd, .. } = &sample.trajectory;
+        for t in 0..sample.trajectory.len() {
+            let expected = formula(q[1][t], qd[1][t], qdd[1][t]);
+            assert!((torque[1][t] - expected).abs() < 1e-12, "{} is not {expected}", torque[1][t]);
+        }
+        assert!(torque[0].iter().chain(&torque[2]).all(|&value| value == 0.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::testing::Sample;
+    use super::*;
+
+    #[test]
+    fn parameters_are_counted_and_kept_in_bounds() {
+        let spec = registry::find("stribeck-friction").unwrap().spec();
+        assert_eq!(spec.check_parameters(&[1.0, 0.5, 0.1]), Ok(()));
+        assert_eq!(
+            spec.check_parameters(&[1.0]).unwrap_err().to_string(),
+            "Stribeck friction takes the parameters coulomb_torque, stribeck_torque, stribeck_velocity, in this order; 1 were \
+             given"
+        );
+        for wrong in [-1.0, f64::NAN, f64::INFINITY] {
+            let message = spec.check_parameters(&[1.0, wrong, 0.1]).unwrap_err().to_string();
+            assert!(message.starts_with("stribeck_torque of Stribeck friction is"), "{message}");
+        }
+        let sample = Sample::new();
+        let effect = registry::find("viscous-friction").unwrap();
+        assert!(torque(effect, &sample.motion(), 0, &[]).unwrap_err().to_string().contains("1 parameters, 0 were"));
+    }
+
+    #[test]
+    fn units_follow_the_kind_of_joint() {
+        assert_eq!(Dimension::Stiffness.unit(JointKind::Revolute), "N m/rad");
+        assert_eq!(Dimension::Stiffness.unit(JointKind::Prismatic), "N/m");
+        assert_eq!(Dimension::Mass.unit(JointKind::Revolute), "kg");
+    }
+}

@@ -33,3 +33,97 @@ pub fn find(id: &str) -> Result<&'static dyn Effect, UnknownEffect> {
         known: ALL.iter().map(|effect| effect.spec().id).collect::<Vec<_>>().join(", "),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+    use crate::effect::testing::Sample;
+
+    /// Start values in the middle of the shape grids.
+    fn shape(spec: &Spec) -> Vec<f64> {
+        spec.shapes().map(|(_, grid)| grid[grid.len() / 2]).collect()
+    }
+
+    #[test]
+    fn ids_are_unique_and_found() {
+        let mut seen = HashSet::new();
+        for effect in ALL {
+            let spec = effect.spec();
+            assert!(seen.insert(spec.id), "{} is there twice", spec.id);
+            assert!(spec.id.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-'), "{}", spec.id);
+            assert_eq!(find(spec.id).unwrap().spec().name, spec.name);
+        }
+        let message = find("coulomb").map(|_| ()).unwrap_err().to_string();
+        assert!(message.contains("no effect `coulomb`") && message.contains("coulomb-friction"), "{message}");
+    }
+
+    #[test]
+    fn every_spec_is_complete() {
+        for effect in ALL {
+            let spec = effect.spec();
+            let texts =
+                [spec.name, spec.formula, spec.typeset, spec.description, spec.fingerprint, spec.absorbed, spec.source];
+            assert!(texts.iter().all(|text| !text.trim().is_empty()), "{} lacks a text", spec.id);
+            assert!(spec.linear().count() > 0, "{} has nothing to fit", spec.id);
+            let linear_first = spec.parameters.iter().is_sorted_by_key(|p| matches!(p.role, Role::Shape { .. }));
+            assert!(linear_first, "{}: linear parameters come first", spec.id);
+            let names: HashSet<_> = spec.parameters.iter().map(|parameter| parameter.name).collect();
+            assert_eq!(names.len(), spec.parameters.len(), "{} has a parameter twice", spec.id);
+            for parameter in spec.parameters {
+                assert!(!parameter.name.is_empty() && !parameter.symbol.is_empty() && parameter.min < parameter.max);
+            }
+            for (parameter, grid) in spec.shapes() {
+                assert!(!grid.is_empty() && grid.is_sorted(), "{}: grid of {}", spec.id, parameter.name);
+                assert!(grid.iter().all(|value| (parameter.min..=parameter.max).contains(value)));
+            }
+        }
+    }
+
+    #[test]
+    fn every_linear_parameter_has_its_column_and_the_torque_is_their_sum() {
+        let sample = Sample::new();
+        for effect in ALL {
+            let spec = effect.spec();
+            let columns = effect.columns(&sample.motion(), 1, &shape(spec)).unwrap();
+            assert_eq!(columns.len(), spec.linear().count(), "{}", spec.id);
+            for (index, column) in columns.iter().enumerate() {
+                let torque_with = |value: f64| {
+                    let mut parameters = vec![0.7; columns.len()];
+                    parameters[index] = value;
+                    parameters.extend(shape(spec));
+                    torque(*effect, &sample.motion(), 1, &parameters).unwrap()
+                };
+                let (low, high) = (torque_with(0.2), torque_with(1.2));
+                let mut derivative = vec![vec![0.0; sample.trajectory.len()]; 3];
+                for (joint, values) in &column.parts {
+                    assert_eq!(values.len(), sample.trajectory.len(), "{}", spec.id);
+                    derivative[*joint].clone_from(values);
+                }
+                for joint in 0..3 {
+                    for t in 0..sample.trajectory.len() {
+                        let slope = high[joint][t] - low[joint][t];
+                        assert!((slope - derivative[joint][t]).abs() < 1e-9, "{}: {slope}", spec.id);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_an_effect_includes_exists_and_is_among_its_columns() {
+        let sample = Sample::new();
+        for effect in ALL {
+            let spec = effect.spec();
+            let columns = effect.columns(&sample.motion(), 1, &shape(spec)).unwrap();
+            for id in spec.includes {
+                let part = find(id).unwrap();
+                assert_ne!(part.spec().id, spec.id);
+                for column in part.columns(&sample.motion(), 1, &shape(part.spec())).unwrap() {
+                    assert!(columns.contains(&column), "{} does not contain {id}", spec.id);
+                }
+            }
+        }
+    }
+}

@@ -35,3 +35,13 @@ impl Effect for RotorInertia {
         Ok(vec![Column::on_joint(joint, motion.trajectory.qdd[joint].iter().copied())])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_its_formula() {
+        testing::assert_is(&RotorInertia, &[0.6], |_, _, qdd| 0.6 * qdd);
+    }
+}

@@ -58,3 +58,43 @@ impl Effect for StribeckFriction {
         ])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use testing::Sample;
+
+    const VELOCITY: f64 = 0.3;
+
+    #[test]
+    fn is_its_formula() {
+        testing::assert_is(&StribeckFriction, &[1.1, 0.6, VELOCITY], |_, qd, _| {
+            (1.1 + 0.6 * (-qd * qd / (VELOCITY * VELOCITY)).exp()) * sign(qd)
+        });
+    }
+
+    #[test]
+    fn falls_from_break_away_to_the_coulomb_level() {
+        let mut sample = Sample::new();
+        sample.trajectory.qd[0][..4].copy_from_slice(&[1e-9, VELOCITY, 100.0, 0.0]);
+        let torque = torque(&StribeckFriction, &sample.motion(), 0, &[1.1, 0.6, VELOCITY]).unwrap();
+        for (found, expected) in torque[0].iter().zip([1.7, 1.1 + 0.6 / std::f64::consts::E, 1.1, 0.0]) {
+            assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
+        }
+    }
+
+    /// What a search over the shape relies on: ∂τ/∂v_s = τ_s (2 q̇²/v_s³) exp(−(q̇/v_s)²) sign q̇.
+    #[test]
+    fn changes_smoothly_with_the_stribeck_velocity() {
+        let sample = Sample::new();
+        let step = 1e-6;
+        let at = |velocity| torque(&StribeckFriction, &sample.motion(), 1, &[1.1, 0.6, velocity]).unwrap();
+        let (low, high) = (at(VELOCITY - step), at(VELOCITY + step));
+        for (t, &qd) in sample.trajectory.qd[1].iter().enumerate() {
+            let slope = (high[1][t] - low[1][t]) / (2.0 * step);
+            let ratio = (qd / VELOCITY).powi(2);
+            let expected = 0.6 * 2.0 * ratio / VELOCITY * (-ratio).exp() * sign(qd);
+            assert!((slope - expected).abs() < 1e-6, "{slope} is not {expected}");
+        }
+    }
+}

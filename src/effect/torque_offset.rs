@@ -34,3 +34,13 @@ impl Effect for TorqueOffset {
         Ok(vec![Column::on_joint(joint, motion.trajectory.time.iter().map(|_| 1.0))])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_its_formula() {
+        testing::assert_is(&TorqueOffset, &[-1.3], |_, _, _| -1.3);
+    }
+}

@@ -34,3 +34,13 @@ impl Effect for ViscousFriction {
         Ok(vec![Column::on_joint(joint, motion.trajectory.qd[joint].iter().copied())])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_its_formula() {
+        testing::assert_is(&ViscousFriction, &[0.8], |_, qd, _| 0.8 * qd);
+    }
+}

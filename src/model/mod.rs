@@ -10,6 +10,7 @@ pub mod design;
 pub mod evaluate;
 pub mod file;
 pub mod fit;
+pub mod learned;
 pub mod least_squares;
 pub mod preparation;
 pub mod terms;

@@ -4,13 +4,12 @@
 //! differentiated acceleration. A linear filter leaves the factors of a linear model unchanged if both sides pass it.
 
 use crate::effect::Column;
-use crate::recording::differentiate::low_pass;
+use crate::recording::differentiate::{default_cutoff, low_pass};
 use crate::recording::{Origin, PerJoint, Recording};
 
-/// Cut-off where acceleration was measured or is exact \[Hz\].
+/// Cut-off where acceleration was measured or is exact \[Hz\]. Where it was differentiated, its noise grows with frequency,
+/// and the cut-off follows the motion as in [`default_cutoff`].
 const CUTOFF: f64 = 25.0;
-/// Cut-off where acceleration was differentiated \[Hz\]: its noise grows with frequency.
-const CUTOFF_DERIVED: f64 = 12.5;
 
 /// How signals of one trajectory are filtered and thinned out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,10 +25,11 @@ pub struct Preparation {
 impl Preparation {
     /// The preparation for one trajectory of a recording.
     pub fn of(recording: &Recording, trajectory: usize) -> Preparation {
-        let time_step = recording.trajectories[trajectory].time_step();
+        let trajectory = &recording.trajectories[trajectory];
+        let time_step = trajectory.time_step();
         let cutoff = match recording.provenance.acceleration {
             Origin::Measured => CUTOFF,
-            Origin::Derived(_) => CUTOFF_DERIVED,
+            Origin::Derived(_) => default_cutoff(&trajectory.q, &trajectory.qd, time_step),
         };
         let rate = if time_step > 0.0 { 1.0 / time_step } else { 0.0 };
         if rate <= 2.5 * cutoff {

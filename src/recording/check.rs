@@ -284,7 +284,8 @@ impl Comparison {
         let mut step = 0.0;
         for trajectory in recording.trajectories.iter().filter(|t| t.len() > 4 * margin) {
             step = trajectory.time_step();
-            let smooth = |signal: &[f64]| low_pass(signal, step, default_cutoff(step));
+            let cutoff = default_cutoff(&trajectory.q, &trajectory.qd, step);
+            let smooth = |signal: &[f64]| low_pass(signal, step, cutoff);
             let raw = central_difference(&signal(trajectory)[joint], &trajectory.time);
             let computed = smooth(&raw);
             let stated = smooth(&stated(trajectory)[joint]);

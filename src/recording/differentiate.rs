@@ -6,14 +6,45 @@
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
-/// Highest cut-off that is used when the user does not choose \[Hz\]. On a real double pendulum sampled at 500 Hz the
-/// torque predicted for held-out time was best with q̈ cut at 8 to 10 Hz; 20 Hz was worse by a third.
-pub const HIGHEST_DEFAULT_CUTOFF: f64 = 10.0;
+use nalgebra::{Matrix3, Vector3};
 
-/// The default cut-off for signals of this time step \[s\]: a fifth of the sampling rate, at most
-/// [`HIGHEST_DEFAULT_CUTOFF`] \[Hz\].
-pub fn default_cutoff(time_step: f64) -> f64 {
-    (0.2 / time_step).min(HIGHEST_DEFAULT_CUTOFF)
+use super::PerJoint;
+
+/// The ends of a signal are smoothed over this many periods of the cut-off before they are continued.
+const END_WINDOW: f64 = 0.7;
+/// The default cut-off is this many times the frequency of the motion, so that the third harmonic passes: dry friction has
+/// one.
+const HARMONICS: f64 = 4.0;
+/// Lowest and highest default cut-off \[Hz\]. On a real double pendulum that swings at 0.7 to 1.5 Hz, sampled at 500 Hz, the
+/// torque of a rigid body with friction was explained best with q̈ cut at 6 to 7 Hz.
+const DEFAULT_CUTOFFS: [f64; 2] = [6.0, 20.0];
+/// The default cut-off is at most this share of the sampling rate.
+const HIGHEST_SHARE: f64 = 0.2;
+
+/// The default cut-off \[Hz\] for signals of this motion: four times its frequency, which is the highest of
+/// rms(q̇) / rms(q − mean q) / 2π of the joints, but at least 6 Hz, at most 20 Hz and a fifth of the sampling rate.
+///
+/// Noise of q̈ grows with frequency while the arm's own motion does not reach far: what is let through above it biases every
+/// parameter that multiplies an acceleration.
+pub fn default_cutoff(q: &PerJoint, qd: &PerJoint, time_step: f64) -> f64 {
+    let power = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
+    };
+    let frequency = |(q, qd): (&Vec<f64>, &Vec<f64>)| {
+        let spread = power(q);
+        if spread > 0.0 { (power(qd) / spread).sqrt() / (2.0 * PI) } else { 0.0 }
+    };
+    let highest = q.iter().zip(qd).map(frequency).filter(|value| value.is_finite()).fold(0.0, f64::max);
+    let [low, high] = DEFAULT_CUTOFFS;
+    (HARMONICS * highest).clamp(low, high).min(HIGHEST_SHARE / time_step)
+}
+
+/// [`default_cutoff`] where velocity was not measured: the frequency of the motion is then that of a rough derivative.
+pub fn default_cutoff_of_positions(q: &PerJoint, time: &[f64]) -> f64 {
+    let step = median_step(time);
+    let rough: PerJoint = q.iter().map(|q| derivative(q, time, DEFAULT_CUTOFFS[1].min(HIGHEST_SHARE / step))).collect();
+    default_cutoff(q, &rough, step)
 }
 
 /// How a channel was derived, in the words of [`super::Origin::Derived`]. `of` is what was differentiated; the cut-offs
@@ -25,8 +56,15 @@ pub fn description(of: &str, cutoffs_hz: RangeInclusive<f64>) -> String {
     let cutoff = if lowest == highest { lowest.to_string() } else { format!("{lowest} to {highest}") };
     format!(
         "central difference of {of}, then a 4th-order Butterworth low-pass run forward and backward (no delay), \
-         cut-off {cutoff} Hz"
+         cut-off {cutoff} Hz; the first and last {END_WINDOW} periods of the cut-off, which see one side only, are left out"
     )
+}
+
+/// The samples of a derived signal that have seen both sides: all but [`END_WINDOW`] periods of the cut-off at each end.
+/// Short signals, of which that would leave less than half, are kept whole.
+pub fn trusted_range(samples: usize, time_step: f64, cutoff_hz: f64) -> std::ops::Range<usize> {
+    let edge = (END_WINDOW / (cutoff_hz * time_step)).ceil() as usize;
+    if edge.saturating_mul(4) > samples { 0..samples } else { edge..samples - edge }
 }
 
 /// dx/dt of a sampled signal: [`central_difference`], then [`low_pass`] at `cutoff_hz`. Times in s, strictly increasing.
@@ -56,7 +94,7 @@ pub fn central_difference(signal: &[f64], time: &[f64]) -> Vec<f64> {
 }
 
 /// Low-pass without delay: a 4th-order Butterworth filter run forward and backward, so the amplitude at `cutoff_hz` is
-/// halved. The ends are continued by point reflection, which keeps their value and slope.
+/// halved. The ends are continued by reflection through their smoothed values, which keeps value and slope.
 ///
 /// `time_step` in s. The signal comes back unchanged where there is nothing to filter: fewer than two samples, or a
 /// cut-off that is not between 0 and half the sampling rate. Samples must be finite: a NaN spreads to all others.
@@ -68,7 +106,7 @@ pub fn low_pass(signal: &[f64], time_step: f64, cutoff_hz: f64) -> Vec<f64> {
     let sections = butterworth(relative);
     // After six periods of the cut-off the slowest pole has forgotten all but a millionth of the start.
     let margin = ((6.0 / relative).ceil() as usize).min(signal.len() - 1);
-    let mut padded = continued(signal, margin);
+    let mut padded = continued(signal, margin, relative);
     for _ in 0..2 {
         for section in sections {
             section.run(&mut padded);
@@ -78,12 +116,32 @@ pub fn low_pass(signal: &[f64], time_step: f64, cutoff_hz: f64) -> Vec<f64> {
     padded[margin..margin + signal.len()].to_vec()
 }
 
-/// `signal` with `margin` samples more at each end, reflected through its end points.
-fn continued(signal: &[f64], margin: usize) -> Vec<f64> {
-    let (first, last) = (signal[0], signal[signal.len() - 1]);
+/// `signal` with `margin` samples more at each end, reflected through its smoothed end points. The end samples themselves
+/// would not do: the filter would pass their noise, because it is the same on both sides.
+fn continued(signal: &[f64], margin: usize, relative_cutoff: f64) -> Vec<f64> {
+    let window = ((END_WINDOW / relative_cutoff).ceil() as usize).min(signal.len());
+    let first = end_value(signal[..window].iter());
+    let last = end_value(signal[signal.len() - window..].iter().rev());
     let head = signal[1..=margin].iter().rev().map(|value| 2.0 * first - value);
     let tail = signal.iter().rev().skip(1).take(margin).map(|value| 2.0 * last - value);
     head.chain(signal.iter().copied()).chain(tail).collect()
+}
+
+/// The value at the first of these samples of the parabola that fits them best; of fewer than four samples the first.
+fn end_value<'a>(samples: impl ExactSizeIterator<Item = &'a f64> + Clone) -> f64 {
+    let count = samples.len();
+    if count < 4 {
+        return samples.clone().next().copied().unwrap_or(0.0);
+    }
+    let mut gram = Matrix3::zeros();
+    let mut moment = Vector3::zeros();
+    for (index, value) in samples.clone().enumerate() {
+        let place = index as f64 / (count - 1) as f64;
+        let powers = Vector3::new(1.0, place, place * place);
+        gram += powers * powers.transpose();
+        moment += powers * *value;
+    }
+    gram.cholesky().map_or_else(|| samples.clone().next().copied().unwrap_or(0.0), |root| root.solve(&moment)[0])
 }
 
 /// One second-order section.
@@ -217,8 +275,17 @@ mod tests {
     }
 
     #[test]
-    fn the_default_cut_off_follows_the_sampling_rate_up_to_a_bound() {
-        assert_eq!(default_cutoff(0.04), 5.0);
-        assert_eq!(default_cutoff(0.001), HIGHEST_DEFAULT_CUTOFF);
+    fn the_default_cut_off_follows_the_motion_within_bounds() {
+        let swing = |hertz: f64, step: f64| {
+            let phase = |sample: usize| 2.0 * PI * hertz * step * sample as f64;
+            let q = (0..2000).map(|sample| phase(sample).sin()).collect();
+            let qd = (0..2000).map(|sample| 2.0 * PI * hertz * phase(sample).cos()).collect();
+            default_cutoff(&vec![q], &vec![qd], step)
+        };
+        assert!((swing(2.0, 0.001) - 8.0).abs() < 0.1);
+        assert_eq!(swing(0.1, 0.01), 6.0);
+        assert_eq!(swing(20.0, 0.001), 20.0);
+        assert_eq!(swing(2.0, 0.04), 5.0);
+        assert_eq!(default_cutoff(&vec![vec![1.0; 10]], &vec![vec![0.0; 10]], 0.001), 6.0);
     }
 }

@@ -154,6 +154,15 @@ pub enum Origin {
     Derived(String),
 }
 
+impl std::fmt::Display for Origin {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Origin::Measured => f.write_str("measured"),
+            Origin::Derived(how) => write!(f, "derived: {how}"),
+        }
+    }
+}
+
 impl Recording {
     /// How many joints the arm has.
     pub fn joint_count(&self) -> usize {
@@ -259,4 +268,10 @@ impl Joint {
     pub fn numbered(number: usize) -> Self {
         Joint { name: format!("joint {number}"), kind: JointKind::Revolute }
     }
+}
+
+/// Joints for people: `joint 2`, `joints 1, 3`; counted from 1.
+pub fn joints_text(joints: &[usize]) -> String {
+    let numbers: Vec<String> = joints.iter().map(|joint| (joint + 1).to_string()).collect();
+    format!("joint{} {}", if joints.len() == 1 { "" } else { "s" }, numbers.join(", "))
 }

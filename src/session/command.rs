@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::{Session, Step, joints_text};
+use super::{Session, Step};
 use crate::diagnosis;
 use crate::effect::{Scope, registry};
 use crate::model::{self, Evaluation, Model, ModelError, Preset, Term};
 use crate::progress::{Monitor, Stopped};
+use crate::recording::joints_text;
 use crate::recording::read::{self, ReadError, ReadOptions};
 use crate::recording::seal::SealError;
 use crate::recording::split::{Split, SplitError};
@@ -29,6 +30,13 @@ pub enum Command {
     Simulate(Box<Scenario>),
     /// Starts the ladder anew from another preset.
     ChoosePreset(Preset),
+    /// Starts the ladder anew from a given model, its parameters identified from this recording.
+    UseModel {
+        /// The terms.
+        model: Model,
+        /// Title of the step.
+        title: String,
+    },
     /// Asks what the current model lacks.
     Diagnose,
     /// Adds an effect and identifies all parameters anew.
@@ -134,6 +142,10 @@ impl Command {
                 let step = step(preset.description().to_owned(), preset.model(recording)?, session, monitor)?;
                 Ok(Session { preset: *preset, ladder: vec![step], report: None, ..session.clone() })
             }
+            Command::UseModel { model, title } => {
+                let step = step(title.clone(), model.clone(), session, monitor)?;
+                Ok(Session { ladder: vec![step], report: None, ..session.clone() })
+            }
             Command::Diagnose => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
                 let current = session.current().ok_or(SessionError::NoModel)?;
@@ -169,6 +181,7 @@ impl Command {
             }
             Command::Simulate(_) => "simulate a recording".to_owned(),
             Command::ChoosePreset(preset) => format!("start from {}", preset.id()),
+            Command::UseModel { title, .. } => format!("start from {title}"),
             Command::Diagnose => "diagnose".to_owned(),
             Command::AddEffect { effect, joints } => format!("add {}", effect_text(effect, joints)),
             Command::GoTo { step } => format!("go back to step {}", step + 1),

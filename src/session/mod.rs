@@ -58,9 +58,3 @@ impl Session {
         self.ladder.last()
     }
 }
-
-/// Joints for people: `joint 2`, `joints 1, 3`; counted from 1.
-pub fn joints_text(joints: &[usize]) -> String {
-    let numbers: Vec<String> = joints.iter().map(|joint| (joint + 1).to_string()).collect();
-    format!("joint{} {}", if joints.len() == 1 { "" } else { "s" }, numbers.join(", "))
-}

@@ -5,14 +5,14 @@ use std::f64::consts::{PI, TAU};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use super::{SimulationError, demand};
+use super::{SimulationError, demand, sensible};
 
 /// Most samples that a recording may have in all, so that a slip of the keyboard does not fill the memory.
 const MOST_SAMPLES: f64 = 2e7;
 
 /// How the arm is moved.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", rename_all_fields = "snake_case", deny_unknown_fields)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Excitation {
     /// The paper's motion (Li, Wu, Chen, Sun, Mathematics 12 (2024) 2527, section 4.2.1): every joint goes from q₀ to q_f,
     /// both drawn uniformly from ±`range`, in the time T:
@@ -78,13 +78,12 @@ impl Excitation {
     /// [`SimulationError::Value`] or [`SimulationError::TooLarge`] says which number can't be.
     pub fn check(&self) -> Result<(), SimulationError> {
         let counted = |what, count: usize| demand(what, count as f64, count > 0, "1 or more");
-        let positive = |what, value: f64| demand(what, value, value > 0.0, "a finite number above 0");
         match *self {
             Excitation::PaperPointToPoint { trajectories, duration, samples, range } => {
                 counted("number of trajectories", trajectories)?;
                 counted("number of samples", samples)?;
-                positive("duration", duration)?;
-                positive("range", range)?;
+                sensible("duration", duration)?;
+                sensible("range", range)?;
             }
             Excitation::MultiSine {
                 trajectories,
@@ -97,10 +96,10 @@ impl Excitation {
                 max_velocity,
             } => {
                 counted("number of trajectories", trajectories)?;
-                counted("number of harmonics", harmonics)?;
-                positive("duration", duration)?;
-                positive("rate", rate)?;
-                positive("lowest frequency", lowest_frequency)?;
+                demand("number of harmonics", harmonics as f64, (1..=1000).contains(&harmonics), "between 1 and 1000")?;
+                sensible("duration", duration)?;
+                sensible("rate", rate)?;
+                sensible("lowest frequency", lowest_frequency)?;
                 let ordered = (lowest_frequency..=0.5 * rate).contains(&highest_frequency);
                 demand(
                     "highest frequency",
@@ -108,8 +107,8 @@ impl Excitation {
                     ordered,
                     "between the lowest frequency and half the sampling rate",
                 )?;
-                positive("largest position", max_position)?;
-                positive("largest velocity", max_velocity)?;
+                sensible("largest position", max_position)?;
+                sensible("largest velocity", max_velocity)?;
             }
         }
         Ok(())
@@ -128,13 +127,16 @@ impl Excitation {
     ///
     /// The number of samples is kept where the excitation states it; so is the sampling rate.
     pub(super) fn time(&self, speed: f64) -> Result<Vec<f64>, SimulationError> {
-        let (count, step) = match *self {
+        let (count, step, drawn) = match *self {
             Excitation::PaperPointToPoint { duration, samples, .. } => {
-                (samples as f64, duration / speed / samples as f64)
+                (samples as f64, duration / speed / samples as f64, 0.0)
             }
-            Excitation::MultiSine { duration, rate, .. } => ((duration / speed * rate).round().max(1.0), 1.0 / rate),
+            // However fast it is travelled, a path is drawn in its own time.
+            Excitation::MultiSine { duration, rate, .. } => {
+                ((duration / speed * rate).round().max(1.0), 1.0 / rate, duration * rate)
+            }
         };
-        let samples = count * self.trajectory_count() as f64;
+        let samples = count.max(drawn) * self.trajectory_count() as f64;
         if samples > MOST_SAMPLES {
             return Err(SimulationError::TooLarge { samples, most: MOST_SAMPLES });
         }
@@ -304,22 +306,10 @@ mod tests {
         assert_eq!(paper(0, 4.0, 400), "the scenario's number of trajectories is 0, but must be 1 or more");
         assert!(paper(1, -4.0, 400).contains("duration is -4"));
         assert!(paper(1, 4.0, 0).contains("number of samples is 0"));
-        let Excitation::MultiSine { .. } = multi_sine() else { panic!() };
-        let fast = match multi_sine() {
-            Excitation::MultiSine { trajectories, duration, rate, harmonics, max_position, max_velocity, .. } => {
-                Excitation::MultiSine {
-                    trajectories,
-                    duration,
-                    rate,
-                    harmonics,
-                    lowest_frequency: 1.0,
-                    highest_frequency: 51.0,
-                    max_position,
-                    max_velocity,
-                }
-            }
-            other => other,
-        };
+        let mut fast = multi_sine();
+        if let Excitation::MultiSine { highest_frequency, .. } = &mut fast {
+            *highest_frequency = 51.0;
+        }
         assert!(message(fast).contains("highest frequency is 51, but must be between the lowest"));
     }
 

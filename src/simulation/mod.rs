@@ -1,7 +1,7 @@
 //! Recordings made from an arm, a motion, hidden effects and sensors, so that the truth is known.
 //!
 //! The motion is given and the torque that it needs is computed, so position, velocity, acceleration and torque are exact
-//! before the [`sensor`]s read them:
+//! before the sensors read them:
 //!
 //! ```text
 //! τ = H(q) q̈ + c(q, q̇) + g(q) + Σ effects(q, q̇, q̈) + noise
@@ -190,10 +190,10 @@ impl Scenario {
     pub fn check(&self) -> Result<(), SimulationError> {
         self.arm.check()?;
         self.motion.check()?;
-        demand("speed scale", self.speed_scale, self.speed_scale > 0.0, "a finite number above 0")?;
+        sensible("speed scale", self.speed_scale)?;
         demand("torque noise", self.torque_noise, self.torque_noise >= 0.0, "a fraction of 0 or more")?;
         if let Some(resolution) = self.encoder_resolution {
-            demand("encoder resolution", resolution, resolution > 0.0, "a finite number of rad above 0")?;
+            sensible("encoder resolution", resolution)?;
         }
         self.resolve_effects().map(drop)
     }
@@ -252,19 +252,19 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
     let samples = runs.iter().map(Trajectory::len).sum::<usize>() as f64;
     let deviations: Vec<f64> = squares.iter().map(|sum| scenario.torque_noise * (sum / samples).sqrt()).collect();
     let mut random = random(scenario.seed, Draw::Noise);
+    let mut cutoffs = Vec::new();
     for run in &mut runs {
         monitor.check()?;
         sensor::add_torque_noise(run, &deviations, &mut random);
         if let Some(resolution) = scenario.encoder_resolution {
-            sensor::read_encoders(run, resolution);
+            cutoffs.push(sensor::read_encoders(run, resolution));
         }
     }
-    let time_step = runs.first().map_or(0.0, Trajectory::time_step);
     Ok(Recording {
         name: scenario.name.clone(),
         joints: (1..=joints).map(Joint::numbered).collect(),
         trajectories: runs,
-        provenance: sensor::provenance(scenario.encoder_resolution, time_step),
+        provenance: sensor::provenance(scenario.encoder_resolution, &cutoffs),
         posture: Some(scenario.arm.posture),
         stated_arm: scenario.stated.then(|| scenario.arm.clone()),
         seal: Some(Seal::close(&Truth {
@@ -293,6 +293,11 @@ fn random(seed: u64, draw: Draw) -> ChaCha8Rng {
 
 fn demand(what: &'static str, value: f64, met: bool, must: &'static str) -> Result<(), SimulationError> {
     if met && value.is_finite() { Ok(()) } else { Err(SimulationError::Value { what, value, must }) }
+}
+
+/// A quantity that is positive and not beyond what any arm does, so that nothing overflows later.
+fn sensible(what: &'static str, value: f64) -> Result<(), SimulationError> {
+    demand(what, value, (1e-9..=1e6).contains(&value), "between 1e-9 and 1e6 (SI units)")
 }
 
 fn default_name() -> String {

@@ -3,7 +3,7 @@
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::recording::differentiate::{default_cutoff, derivative, description};
+use crate::recording::differentiate::{default_cutoff_of_positions, derivative, description, trusted_range};
 use crate::recording::{Origin, Provenance, Trajectory};
 
 /// Adds Gaussian noise of this standard deviation \[N m\] to each joint's torque.
@@ -17,25 +17,28 @@ pub(super) fn add_torque_noise(trajectory: &mut Trajectory, deviations: &[f64], 
 }
 
 /// Rounds positions to whole steps of the encoder \[rad\] and derives velocity and acceleration from them, exactly as a
-/// log of positions alone would be read.
-pub(super) fn read_encoders(trajectory: &mut Trajectory, resolution: f64) {
-    let cutoff = default_cutoff(trajectory.time_step());
+/// log of positions alone would be read. Gives the cut-off of the filter \[Hz\].
+pub(super) fn read_encoders(trajectory: &mut Trajectory, resolution: f64) -> f64 {
+    for value in trajectory.q.iter_mut().flatten() {
+        *value = (*value / resolution).round() * resolution;
+    }
+    let cutoff = default_cutoff_of_positions(&trajectory.q, &trajectory.time);
     for joint in 0..trajectory.joint_count() {
-        for value in &mut trajectory.q[joint] {
-            *value = (*value / resolution).round() * resolution;
-        }
         trajectory.qd[joint] = derivative(&trajectory.q[joint], &trajectory.time, cutoff);
         trajectory.qdd[joint] = derivative(&trajectory.qd[joint], &trajectory.time, cutoff);
     }
+    *trajectory = trajectory.slice(trusted_range(trajectory.len(), trajectory.time_step(), cutoff));
+    cutoff
 }
 
-/// Where velocity and acceleration come from, with or without encoders, for recordings of this time step \[s\].
-pub(super) fn provenance(encoder_resolution: Option<f64>, time_step: f64) -> Provenance {
+/// Where velocity and acceleration come from, with or without encoders; the cut-offs are those of the trajectories \[Hz\].
+pub(super) fn provenance(encoder_resolution: Option<f64>, cutoffs: &[f64]) -> Provenance {
     let Some(resolution) = encoder_resolution else {
         return Provenance { velocity: Origin::Measured, acceleration: Origin::Measured };
     };
-    let cutoff = default_cutoff(time_step);
-    let derived = |of: &str| Origin::Derived(description(of, cutoff..=cutoff));
+    let lowest = cutoffs.iter().copied().fold(f64::INFINITY, f64::min);
+    let highest = cutoffs.iter().copied().fold(0.0, f64::max);
+    let derived = |of: &str| Origin::Derived(description(of, lowest..=highest));
     Provenance {
         velocity: derived(&format!("q of an encoder with steps of {resolution} rad")),
         acceleration: derived("q̇"),

@@ -9,7 +9,9 @@ use super::table::Table;
 use super::{ReadError, ReadOptions};
 use crate::progress::Monitor;
 use crate::recording::check::{Finding, FindingKind, GAP_STEPS, Place, Severity};
-use crate::recording::differentiate::{default_cutoff, derivative, median_step};
+use crate::recording::differentiate::{
+    default_cutoff, default_cutoff_of_positions, derivative, median_step, trusted_range,
+};
 use crate::recording::mapping::{Channel, Mapping, split_unit};
 use crate::recording::{JointKind, PerJoint, Trajectory};
 
@@ -68,7 +70,7 @@ pub(super) fn assemble(
     }
     let stretches = stretches(table, &channels.time, &usable, file, &mut findings);
     if stretches.is_empty() {
-        return Err(ReadError::NothingLeft { file: file.to_owned(), fewest: SHORTEST_RUN });
+        return Err(ReadError::NothingLeft { file: file.to_owned(), run: SHORTEST_RUN, piece: SHORTEST_STRETCH });
     }
 
     let mut trajectories = Vec::new();
@@ -139,6 +141,15 @@ fn convert(
         }
         (None, None) => return Err(ReadError::NoTime { file: file.to_owned(), columns: table.names().join(", ") }),
     };
+    if let (Some(name), Some(rate)) = (&mapping.time, options.rate_hz) {
+        findings.push(Finding {
+            severity: Severity::Info,
+            kind: FindingKind::PassedOver,
+            what: format!("the stated rate of {rate} Hz was not used, since `{name}` holds the time."),
+            place: Place::file(file),
+            remedy: "To use the rate instead, map `time=-`.".to_owned(),
+        });
+    }
     if !converted.is_empty() {
         findings.push(Finding {
             severity: Severity::Info,
@@ -217,7 +228,7 @@ fn stretches(
             severity: Severity::Warning,
             kind: FindingKind::TimeGap,
             what: format!(
-                "the clock jumps {gaps} times by more than {GAP_STEPS} median steps (first: {}; largest: {largest:.4} s); \
+                "time steps longer than {GAP_STEPS} median steps: {gaps} (first: {}; largest: {largest:.4} s); \
                  trajectories are cut there.",
                 table.place(row)
             ),
@@ -243,11 +254,18 @@ fn stretches(
 fn derive(channels: &Channels, rows: Range<usize>, name: String, options: &ReadOptions) -> (Trajectory, f64) {
     let cut = |signal: &PerJoint| -> PerJoint { signal.iter().map(|joint| joint[rows.clone()].to_vec()).collect() };
     let time = channels.time[rows.clone()].to_vec();
-    let cutoff = options.low_pass_hz.unwrap_or_else(|| default_cutoff(median_step(&time)));
+    let q = cut(&channels.q);
+    let measured = channels.qd.as_ref().map(cut);
+    let cutoff = options.low_pass_hz.unwrap_or_else(|| match &measured {
+        Some(qd) => default_cutoff(&q, qd, median_step(&time)),
+        None => default_cutoff_of_positions(&q, &time),
+    });
     let slope =
         |signal: &PerJoint| -> PerJoint { signal.iter().map(|joint| derivative(joint, &time, cutoff)).collect() };
-    let q = cut(&channels.q);
-    let qd = channels.qd.as_ref().map_or_else(|| slope(&q), cut);
+    let qd = measured.unwrap_or_else(|| slope(&q));
     let qdd = channels.qdd.as_ref().map_or_else(|| slope(&qd), cut);
-    (Trajectory { name, tau: cut(&channels.tau), q, qd, qdd, time }, cutoff)
+    let whole = Trajectory { name, tau: cut(&channels.tau), q, qd, qdd, time };
+    let is_derived = channels.qd.is_none() || channels.qdd.is_none();
+    let trusted = if is_derived { trusted_range(whole.len(), whole.time_step(), cutoff) } else { 0..whole.len() };
+    (whole.slice(trusted), cutoff)
 }

@@ -116,7 +116,7 @@ pub enum ReadError {
         /// Its name.
         file: String,
         /// What is wrong.
-        problem: NpzError,
+        problem: Box<NpzError>,
     },
     /// The columns can't be mapped.
     #[error("{file}: {problem}{}", and_passed_over(.passed_over))]
@@ -124,7 +124,7 @@ pub enum ReadError {
         /// Its name.
         file: String,
         /// What is wrong.
-        problem: MappingError,
+        problem: Box<MappingError>,
         /// Parts of the file that no column was made of.
         passed_over: Vec<String>,
     },
@@ -173,7 +173,8 @@ pub enum ReadError {
     /// The clock stands still or goes back.
     #[error(
         "{file}: {place}: time goes from {before} s to {now} s, but must increase; if several runs stand in one file, make \
-         each a file of its own, if samples were written twice, delete the copies"
+         each a file of its own; if samples were written twice, delete the copies; if only the clock is wrong, leave it \
+         out (`time=-`) and state the sampling rate"
     )]
     Clock {
         /// Its name.
@@ -186,12 +187,17 @@ pub enum ReadError {
         now: f64,
     },
     /// No stretch is long enough.
-    #[error("{file}: no stretch of {fewest} samples or more without missing values or gaps in time is left")]
+    #[error(
+        "{file}: nothing is left between missing values and gaps in time: a run needs {run} samples, a piece of one that \
+         is cut {piece}; channels that were sampled at different times have to be brought to one clock first"
+    )]
     NothingLeft {
         /// Its name.
         file: String,
-        /// How many samples a stretch needs.
-        fewest: usize,
+        /// How many samples an uncut run needs.
+        run: usize,
+        /// How many samples a piece between two cuts needs.
+        piece: usize,
     },
     /// Two files are of different arms.
     #[error("{file}: its joints move otherwise than those of the first file ({what}); read the files apart")]
@@ -281,7 +287,7 @@ fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor)
         },
         Format::Npz => npz::read(bytes, limit, monitor).map_err(|problem| match problem {
             NpzError::Stopped(stopped) => stopped.into(),
-            problem => ReadError::Npz { file: file(), problem },
+            problem => ReadError::Npz { file: file(), problem: Box::new(problem) },
         }),
     }
 }
@@ -308,7 +314,17 @@ fn own(mut recording: Recording, options: &ReadOptions) -> Import {
         joints: recording.joints.iter().map(|joint| joint.name.clone()).collect(),
         ..Mapping::default()
     };
-    Import { findings: check(&recording), recording, mapping }
+    let mut findings = check(&recording);
+    if options.mapping.is_some() || options.rate_hz.is_some() || options.low_pass_hz.is_some() {
+        findings.push(Finding {
+            severity: Severity::Info,
+            kind: FindingKind::PassedOver,
+            what: "mapping, rate and cut-off were not used: a recording of this program is complete.".to_owned(),
+            place: Place::default(),
+            remedy: String::new(),
+        });
+    }
+    Import { recording, findings, mapping }
 }
 
 /// Files on their way to become one recording.
@@ -325,7 +341,7 @@ impl Merge {
         let spec = options.mapping.clone().unwrap_or_default();
         let mapping = Mapping::find(&table.names(), &spec).map_err(|problem| ReadError::Mapping {
             file: file.to_owned(),
-            problem,
+            problem: Box::new(problem),
             passed_over: table.passed_over.clone(),
         })?;
         let findings = about_mapping(&mapping, file);

@@ -1,0 +1,323 @@
+//! Models whose terms are networks: what they are ([`Architecture`]) and what they compute ([`torque`]).
+//!
+//! The paper's five models are five lists of terms; see [`LearnedPreset`].
+
+pub mod torque;
+
+use serde::{Deserialize, Serialize};
+
+use crate::arm::MOST_JOINTS;
+use crate::network::Activation;
+
+/// A model whose torque is a sum of learned terms.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Architecture {
+    /// How many joints the arm has, 1 to 7.
+    pub joints: usize,
+    /// How positions enter the networks.
+    pub features: Features,
+    /// What is added up.
+    pub terms: Vec<LearnedTerm>,
+    /// Sizes of the quantities that enter and leave; all 1 in the paper.
+    pub scales: Scales,
+}
+
+/// How positions enter the networks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Features {
+    /// (cos q, sin q): right for revolute joints, which come back to where they were after a turn.
+    #[default]
+    CosSin,
+    /// q itself: for sliding joints.
+    Raw,
+}
+
+/// Typical sizes, so that the networks see and give numbers about 1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scales {
+    /// Velocities are divided by this before they enter a network \[rad/s\].
+    pub velocity: f64,
+    /// Accelerations are divided by this before they enter a network \[rad/s²\].
+    pub acceleration: f64,
+    /// Lagrangians and torques of networks are multiplied by this \[N m\].
+    pub torque: f64,
+}
+
+impl Default for Scales {
+    fn default() -> Self {
+        Scales { velocity: 1.0, acceleration: 1.0, torque: 1.0 }
+    }
+}
+
+/// Hidden layers of one network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layers {
+    /// Width of each hidden layer.
+    pub hidden: Vec<usize>,
+    /// Their activation.
+    pub activation: Activation,
+}
+
+/// One learned term.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LearnedTerm {
+    /// L = ½ q̇ᵀ H(q) q̇ − V(q) with H = L Lᵀ + ε I from a network for the lower triangle L, and a network for V.
+    StructuredLagrangian {
+        /// Of both networks.
+        layers: Layers,
+        /// How the diagonal of L is kept positive, and H away from zero.
+        positive: Positive,
+    },
+    /// One network for L(q, q̇).
+    BlackBoxLagrangian {
+        /// Of the network.
+        layers: Layers,
+    },
+    /// One network for τ(q, q̇, q̈).
+    FeedForward {
+        /// Of the network.
+        layers: Layers,
+        /// λ: the loss grows by λ‖τ‖² of this term; 0 for none.
+        penalty: f64,
+    },
+    /// Stribeck friction of each joint, its coefficients trained: (τ_C + τ_S e^(−q̇²/v)) sign q̇ + d q̇.
+    Friction,
+    /// Columns of any effects (see [`crate::effect`]), each with one trained factor.
+    Columns {
+        /// Names of the factors, one for each column.
+        names: Vec<String>,
+    },
+}
+
+/// L_ii = softplus(o + shift) + floor, H = L Lᵀ + inertia · I.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Positive {
+    /// Added before the softplus.
+    pub shift: f64,
+    /// Smallest diagonal entry of L.
+    pub floor: f64,
+    /// Added to the diagonal of H \[kg m²\].
+    pub inertia: f64,
+}
+
+impl Positive {
+    /// As in the published DeLaN code: bounds the diagonal of H by 0.01 kg m² from below.
+    pub const PAPER: Positive = Positive { shift: 2.0, floor: 0.1, inertia: 0.0 };
+}
+
+/// The paper's models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LearnedPreset {
+    /// τ from one network.
+    FfNn,
+    /// One network for the Lagrangian.
+    BlackBoxDelan,
+    /// Networks for H and V.
+    StructuredDelan,
+    /// The same, with Stribeck friction.
+    DelanFriction,
+    /// The same, with a network for the rest.
+    DelanFfnn,
+}
+
+impl LearnedPreset {
+    /// All of them, in the paper's order.
+    pub const ALL: [LearnedPreset; 5] = [
+        LearnedPreset::FfNn,
+        LearnedPreset::BlackBoxDelan,
+        LearnedPreset::StructuredDelan,
+        LearnedPreset::DelanFriction,
+        LearnedPreset::DelanFfnn,
+    ];
+
+    /// Its name on the command line and in files.
+    pub fn id(self) -> &'static str {
+        match self {
+            LearnedPreset::FfNn => "ff-nn",
+            LearnedPreset::BlackBoxDelan => "black-box-delan",
+            LearnedPreset::StructuredDelan => "structured-delan",
+            LearnedPreset::DelanFriction => "delan-friction",
+            LearnedPreset::DelanFfnn => "delan-ffnn",
+        }
+    }
+
+    /// Its name for people, as in the paper.
+    pub fn title(self) -> &'static str {
+        match self {
+            LearnedPreset::FfNn => "FF-NN",
+            LearnedPreset::BlackBoxDelan => "black-box DeLaN",
+            LearnedPreset::StructuredDelan => "structured DeLaN",
+            LearnedPreset::DelanFriction => "DeLaN-Friction",
+            LearnedPreset::DelanFfnn => "DeLaN-FFNN",
+        }
+    }
+
+    /// What it learns, for lists.
+    pub fn description(self) -> &'static str {
+        match self {
+            LearnedPreset::FfNn => "one network gives the torque from q, q̇, q̈",
+            LearnedPreset::BlackBoxDelan => "one network gives the Lagrangian, the torque follows from it",
+            LearnedPreset::StructuredDelan => {
+                "networks give the mass matrix and the potential energy, the torque follows"
+            }
+            LearnedPreset::DelanFriction => "structured DeLaN with Stribeck friction whose coefficients are trained",
+            LearnedPreset::DelanFfnn => "structured DeLaN with a network for what it can't explain",
+        }
+    }
+
+    /// The preset with this name.
+    pub fn parse(id: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|preset| preset.id() == id)
+    }
+
+    /// The preset's terms, with the paper's definitions and λ = 0.1 (the paper prints none).
+    pub fn architecture(self, joints: usize, layers: &Layers) -> Architecture {
+        let layers = || layers.clone();
+        let structured = || LearnedTerm::StructuredLagrangian { layers: layers(), positive: Positive::PAPER };
+        let terms = match self {
+            LearnedPreset::FfNn => vec![LearnedTerm::FeedForward { layers: layers(), penalty: 0.0 }],
+            LearnedPreset::BlackBoxDelan => vec![LearnedTerm::BlackBoxLagrangian { layers: layers() }],
+            LearnedPreset::StructuredDelan => vec![structured()],
+            LearnedPreset::DelanFriction => vec![structured(), LearnedTerm::Friction],
+            LearnedPreset::DelanFfnn => {
+                vec![structured(), LearnedTerm::FeedForward { layers: layers(), penalty: 0.1 }]
+            }
+        };
+        Architecture { joints, features: Features::CosSin, terms, scales: Scales::default() }
+    }
+}
+
+/// The architecture is not one that can be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ArchitectureError {
+    /// Too few or too many joints.
+    #[error("a learned model has 1 to {MOST_JOINTS} joints, not {0}")]
+    JointCount(usize),
+    /// Nothing to add up.
+    #[error("the model has no terms: add a Lagrangian, a feed-forward network or effects")]
+    NoTerms,
+    /// The same kind of term twice: their parameters could not be told apart.
+    #[error("the model has two terms of the kind `{0}`: keep one")]
+    Twice(&'static str),
+    /// A layer without neurons, or so many that it can only be a mistake.
+    #[error("a hidden layer of {0} neurons: choose between 1 and {MOST_NEURONS}")]
+    Width(usize),
+    /// More hidden layers than is sensible.
+    #[error("{0} hidden layers: choose between 0 and {MOST_LAYERS}")]
+    Depth(usize),
+    /// A number out of its range.
+    #[error("{quantity} is {value}, but must be {must}")]
+    Number {
+        /// Which.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        must: &'static str,
+    },
+}
+
+/// Widest hidden layer.
+pub const MOST_NEURONS: usize = 4096;
+/// Deepest network.
+pub const MOST_LAYERS: usize = 16;
+
+impl LearnedTerm {
+    /// Its kind, for names and messages.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            LearnedTerm::StructuredLagrangian { .. } => "structured Lagrangian",
+            LearnedTerm::BlackBoxLagrangian { .. } => "black-box Lagrangian",
+            LearnedTerm::FeedForward { .. } => "feed-forward",
+            LearnedTerm::Friction => "friction",
+            LearnedTerm::Columns { .. } => "effects",
+        }
+    }
+
+    /// Whether its torque follows from a Lagrangian.
+    pub fn is_lagrangian(&self) -> bool {
+        matches!(self, LearnedTerm::StructuredLagrangian { .. } | LearnedTerm::BlackBoxLagrangian { .. })
+    }
+
+    fn layers(&self) -> Option<&Layers> {
+        match self {
+            LearnedTerm::StructuredLagrangian { layers, .. }
+            | LearnedTerm::BlackBoxLagrangian { layers }
+            | LearnedTerm::FeedForward { layers, .. } => Some(layers),
+            LearnedTerm::Friction | LearnedTerm::Columns { .. } => None,
+        }
+    }
+}
+
+impl Architecture {
+    /// Checks that it can be built.
+    ///
+    /// # Errors
+    /// [`ArchitectureError`] says what can't be.
+    pub fn check(&self) -> Result<(), ArchitectureError> {
+        if !(1..=MOST_JOINTS).contains(&self.joints) {
+            return Err(ArchitectureError::JointCount(self.joints));
+        }
+        if self.terms.is_empty() {
+            return Err(ArchitectureError::NoTerms);
+        }
+        for (index, term) in self.terms.iter().enumerate() {
+            if self.terms[..index].iter().any(|other| other.kind() == term.kind()) {
+                return Err(ArchitectureError::Twice(term.kind()));
+            }
+            let hidden = term.layers().map_or(&[][..], |layers| &layers.hidden);
+            if hidden.len() > MOST_LAYERS {
+                return Err(ArchitectureError::Depth(hidden.len()));
+            }
+            if let Some(width) = hidden.iter().find(|width| !(1..=MOST_NEURONS).contains(*width)) {
+                return Err(ArchitectureError::Width(*width));
+            }
+            let (floor, inertia, penalty) = match term {
+                LearnedTerm::StructuredLagrangian { positive, .. } => (positive.floor, positive.inertia, 0.0),
+                LearnedTerm::FeedForward { penalty, .. } => (0.0, 0.0, *penalty),
+                _ => (0.0, 0.0, 0.0),
+            };
+            for (quantity, value) in
+                [("the floor of the diagonal", floor), ("the added inertia", inertia), ("the penalty", penalty)]
+            {
+                if !(value >= 0.0 && value.is_finite()) {
+                    return Err(ArchitectureError::Number { quantity, value, must: "a finite number of 0 or more" });
+                }
+            }
+        }
+        let Scales { velocity, acceleration, torque } = self.scales;
+        for (quantity, value) in
+            [("velocity scale", velocity), ("acceleration scale", acceleration), ("torque scale", torque)]
+        {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(ArchitectureError::Number { quantity, value, must: "a finite number above 0" });
+            }
+        }
+        Ok(())
+    }
+
+    /// How many effect columns a sample carries.
+    pub fn column_count(&self) -> usize {
+        self.terms.iter().map(|term| if let LearnedTerm::Columns { names } = term { names.len() } else { 0 }).sum()
+    }
+
+    /// In a few words, for messages.
+    pub fn describe(&self) -> String {
+        let terms: Vec<String> = self
+            .terms
+            .iter()
+            .map(|term| match term.layers() {
+                Some(layers) => format!("{} {:?} {:?}", term.kind(), layers.hidden, layers.activation).to_lowercase(),
+                None => term.kind().to_owned(),
+            })
+            .collect();
+        format!("{} joints, {}", self.joints, terms.join(" + "))
+    }
+}

@@ -1,0 +1,191 @@
+//! The torque of each learned term, as a graph: the formulas of the paper, one function each.
+
+use super::{Architecture, Features, Layers, LearnedTerm, Positive};
+use crate::network::{Function, Graph, Node, dense};
+
+/// A model's graph before anything is asked of it.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// All nodes.
+    pub graph: Graph,
+    /// The motion: inputs 0, 1 and 2, n features each.
+    pub motion: Motion,
+    /// Torque of each term, n features, in the order of the architecture.
+    pub terms: Vec<Node>,
+    /// Their sum.
+    pub torque: Node,
+    /// What the Lagrangian term has inside, if there is one.
+    pub lagrangian: Option<LagrangianNodes>,
+    /// (λ, torque) of a term that the loss penalises.
+    pub penalised: Option<(f64, Node)>,
+}
+
+/// Nodes of the motion, n features each.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion {
+    /// Position \[rad\].
+    pub q: Node,
+    /// Velocity \[rad/s\].
+    pub qd: Node,
+    /// Acceleration \[rad/s²\].
+    pub qdd: Node,
+}
+
+/// What a Lagrangian term has inside.
+#[derive(Debug, Clone, Copy)]
+pub struct LagrangianNodes {
+    /// L(q, q̇) \[J\], one feature.
+    pub lagrangian: Node,
+    /// V(q) \[J\], one feature; only structured Lagrangians have it.
+    pub potential: Option<Node>,
+    /// Its torque.
+    pub torque: Node,
+}
+
+impl Architecture {
+    /// The graph of the torque. Input 3, if the model has effect columns, holds them: column after column, n features each.
+    ///
+    /// The architecture is to be checked before ([`Architecture::check`]).
+    pub fn build(&self) -> Built {
+        let n = self.joints;
+        let mut graph = Graph::new();
+        let motion = Motion { q: graph.input(n), qd: graph.input(n), qdd: graph.input(n) };
+        let features = features(&mut graph, self.features, motion.q);
+        let (mut terms, mut lagrangian, mut penalised) = (Vec::new(), None, None);
+        for term in &self.terms {
+            let torque = match term {
+                LearnedTerm::StructuredLagrangian { layers, positive } => {
+                    let nodes = structured(&mut graph, features, motion, layers, *positive, self.scales.torque);
+                    lagrangian = Some(nodes);
+                    nodes.torque
+                }
+                LearnedTerm::BlackBoxLagrangian { layers } => {
+                    let qd = graph.scale(1.0 / self.scales.velocity, motion.qd);
+                    let input = graph.stack(&[features, qd]);
+                    let output = dense(&mut graph, "lagrangian", input, &layers.hidden, 1, layers.activation);
+                    let value = graph.scale(self.scales.torque, output);
+                    let torque = graph.euler_lagrange(value, motion.q, motion.qd, motion.qdd);
+                    lagrangian = Some(LagrangianNodes { lagrangian: value, potential: None, torque });
+                    torque
+                }
+                LearnedTerm::FeedForward { layers, penalty } => {
+                    let name =
+                        if self.terms.iter().any(LearnedTerm::is_lagrangian) { "epsilon" } else { "inverse_model" };
+                    let qd = graph.scale(1.0 / self.scales.velocity, motion.qd);
+                    let qdd = graph.scale(1.0 / self.scales.acceleration, motion.qdd);
+                    let input = graph.stack(&[features, qd, qdd]);
+                    let output = dense(&mut graph, name, input, &layers.hidden, n, layers.activation);
+                    let torque = graph.scale(self.scales.torque, output);
+                    if *penalty > 0.0 {
+                        penalised = Some((*penalty, torque));
+                    }
+                    torque
+                }
+                LearnedTerm::Friction => {
+                    let torque = friction(&mut graph, motion.qd);
+                    graph.scale(self.scales.torque, torque)
+                }
+                LearnedTerm::Columns { names } => {
+                    let torque = columns(&mut graph, names.len(), n);
+                    graph.scale(self.scales.torque, torque)
+                }
+            };
+            terms.push(torque);
+        }
+        let nothing = graph.constant(0.0, n);
+        let torque = terms.iter().fold(nothing, |sum, term| graph.add(sum, *term));
+        Built { graph, motion, terms, torque, lagrangian, penalised }
+    }
+}
+
+/// (cos q, sin q) or q.
+fn features(graph: &mut Graph, features: Features, q: Node) -> Node {
+    match features {
+        Features::Raw => q,
+        Features::CosSin => {
+            let (cos, sin) = (graph.apply(Function::Cos, q), graph.apply(Function::Sin, q));
+            graph.stack(&[cos, sin])
+        }
+    }
+}
+
+/// L = ½‖Lᵀq̇‖² + ½ ε ‖q̇‖² − V, equation (5) of the paper.
+fn structured(
+    graph: &mut Graph,
+    z: Node,
+    motion: Motion,
+    layers: &Layers,
+    positive: Positive,
+    scale: f64,
+) -> LagrangianNodes {
+    let n = graph.features(motion.qd);
+    let size = n * (n + 1) / 2;
+    let o = dense(graph, "mass_matrix", z, &layers.hidden, size, layers.activation);
+    let diagonal = graph.rows(o, 0, n);
+    let shifted = graph.shift(positive.shift, diagonal);
+    let soft = graph.apply(Function::Softplus, shifted);
+    let diagonal = graph.shift(positive.floor, soft);
+    let triangle = if size > n {
+        let rest = graph.rows(o, n, size - n);
+        graph.stack(&[diagonal, rest])
+    } else {
+        diagonal
+    };
+    let half_momentum = graph.lower(triangle, motion.qd, true);
+    let square = graph.mul(half_momentum, half_momentum);
+    let sum = graph.sum_features(square);
+    let mut kinetic = graph.scale(0.5 * scale, sum);
+    if positive.inertia > 0.0 {
+        let square = graph.mul(motion.qd, motion.qd);
+        let sum = graph.sum_features(square);
+        let floor = graph.scale(0.5 * positive.inertia, sum);
+        kinetic = graph.add(kinetic, floor);
+    }
+    let v = dense(graph, "potential_energy", z, &layers.hidden, 1, layers.activation);
+    let potential = graph.scale(scale, v);
+    let lagrangian = graph.sub(kinetic, potential);
+    let torque = graph.euler_lagrange(lagrangian, motion.q, motion.qd, motion.qdd);
+    LagrangianNodes { lagrangian, potential: Some(potential), torque }
+}
+
+/// (τ_C + τ_S exp(−q̇² / v)) sign q̇ + d q̇ for each joint, equation (12) of the paper with the sign of a motor's torque; v = e^(log v)
+/// stays positive.
+fn friction(graph: &mut Graph, qd: Node) -> Node {
+    let n = graph.features(qd);
+    let parameter = |graph: &mut Graph, name: &str| {
+        let block = graph.layout.vector(&format!("friction/{name}"), n);
+        graph.parameter(block)
+    };
+    let coulomb = parameter(graph, "tau_cv");
+    let stribeck = parameter(graph, "tau_cs");
+    let log_v = parameter(graph, "log_v");
+    let damping = parameter(graph, "d");
+    let minus_log_v = graph.scale(-1.0, log_v);
+    let inverse_v = graph.apply(Function::Exp, minus_log_v);
+    let square = graph.mul(qd, qd);
+    let exponent = graph.mul(square, inverse_v);
+    let exponent = graph.scale(-1.0, exponent);
+    let bell = graph.apply(Function::Exp, exponent);
+    let falling = graph.mul(stribeck, bell);
+    let level = graph.add(coulomb, falling);
+    let sign = graph.apply(Function::Sign, qd);
+    let dry = graph.mul(level, sign);
+    let wet = graph.mul(damping, qd);
+    graph.add(dry, wet)
+}
+
+/// Σ factor · column, the columns being input 3.
+fn columns(graph: &mut Graph, count: usize, n: usize) -> Node {
+    let input = graph.input(count * n);
+    let block = graph.layout.vector("effects/factors", count);
+    let factors = graph.parameter(block);
+    let mut torque = graph.constant(0.0, n);
+    for k in 0..count {
+        let column = graph.rows(input, k * n, n);
+        let factor = graph.rows(factors, k, 1);
+        let factor = graph.spread(factor, n);
+        let part = graph.mul(factor, column);
+        torque = graph.add(torque, part);
+    }
+    torque
+}

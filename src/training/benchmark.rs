@@ -1,0 +1,222 @@
+//! How fast and how accurate training is on this machine: what `bench train` prints and the benches measure.
+//!
+//! The data is the paper's: an arm of three uniform links moves from point to point, its torque in closed form.
+
+use std::time::Instant;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::learn::{Begin, TrainingData, train};
+use super::loss::loss_program;
+use super::options::{Options, Recipe};
+use super::{Samples, TrainError};
+use crate::arm::{Arm, regressor};
+use crate::model::learned::{Layers, LearnedPreset};
+use crate::network::kernel::{Factors, Start};
+use crate::network::{Activation, Element, TILE};
+use crate::progress::Monitor;
+use crate::recording::Trajectory;
+
+/// What `bench train --json` prints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// One entry for each model.
+    pub models: Vec<Speed>,
+    /// Fastest that one core multiplies and adds with its widest vectors (f32) \[GFLOP/s\].
+    pub peak_gflops: f64,
+    /// Training on the paper's arm to the paper's accuracy.
+    pub paper_accuracy: Option<Accuracy>,
+}
+
+/// Speed of training one model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Speed {
+    /// Name of the preset.
+    pub model: String,
+    /// Samples in a step.
+    pub batch: usize,
+    /// Widths of the hidden layers.
+    pub hidden: Vec<usize>,
+    /// Joints of the arm.
+    pub joints: usize,
+    /// Threads.
+    pub threads: usize,
+    /// CPU time of all threads a step, mean over the run \[ms\].
+    pub cpu_ms_per_step: f64,
+    /// Time a step, best epoch \[ms\].
+    pub wall_ms_per_step: f64,
+    /// Samples a second, best epoch.
+    pub samples_per_s: f64,
+    /// Matrix products only \[GFLOP/s\].
+    pub gflops: f64,
+}
+
+/// How long training took to an accuracy.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Accuracy {
+    /// CPU time of all threads \[s\].
+    pub cpu_s: f64,
+    /// Time \[s\].
+    pub wall_s: f64,
+    /// nMSE on trajectories that were not trained on.
+    pub nmse: f64,
+}
+
+/// nMSE that the paper reports for its structured model on new trajectories.
+pub const PAPER_NMSE: f64 = 8.1e-6;
+
+/// Trajectories of the paper's experiment: each joint moves from a random angle to another within ±`range` rad in `duration` s,
+/// with zero velocity and acceleration at both ends; 400 samples each.
+pub fn point_to_point(arm: &Arm, trajectories: usize, duration: f64, range: f64, seed: u64) -> Vec<Trajectory> {
+    const SAMPLES: usize = 400;
+    let n = arm.joint_count();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let beta = arm.lumped_parameters();
+    let mut rows = vec![0.0; n * beta.len()];
+    (0..trajectories)
+        .map(|index| {
+            let ends: Vec<(f64, f64)> =
+                (0..n).map(|_| (random.random_range(-range..=range), random.random_range(-range..=range))).collect();
+            let channel = || vec![Vec::with_capacity(SAMPLES); n];
+            let mut made = Trajectory { name: format!("{}", index + 1), ..Trajectory::default() };
+            (made.q, made.qd, made.qdd, made.tau) = (channel(), channel(), channel(), channel());
+            for sample in 0..SAMPLES {
+                let t = duration * sample as f64 / SAMPLES as f64;
+                let turn = std::f64::consts::TAU / duration;
+                let (sin, cos) = (turn * t).sin_cos();
+                let state = |(from, to): &(f64, f64)| {
+                    let speed = (to - from) / duration;
+                    [from + speed * (t - sin / turn), speed * (1.0 - cos), speed * turn * sin]
+                };
+                let states: Vec<[f64; 3]> = ends.iter().map(state).collect();
+                let part = |k: usize| states.iter().map(|state| state[k]).collect::<Vec<f64>>();
+                regressor::fill(arm.posture, arm.gravity, &part(0), &part(1), &part(2), &mut rows);
+                for (joint, row) in rows.chunks_exact(beta.len()).enumerate() {
+                    made.q[joint].push(states[joint][0]);
+                    made.qd[joint].push(states[joint][1]);
+                    made.qdd[joint].push(states[joint][2]);
+                    made.tau[joint].push(row.iter().zip(&beta).map(|(y, b)| y * b).sum());
+                }
+                made.time.push(t);
+            }
+            made
+        })
+        .collect()
+}
+
+/// CPU time of this process so far \[s\], in steps of 10 ms; `None` where the system does not tell.
+pub fn cpu_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // Behind the name, which may hold anything, follow the state and the numbers from the fourth field on.
+    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks = |index: usize| fields.get(index)?.parse::<f64>().ok();
+    Some((ticks(11)? + ticks(12)?) / 100.0)
+}
+
+/// The fastest that one core multiplies and adds \[GFLOP/s\]: a product whose factors never leave the registers and the first cache.
+pub fn peak_gflops() -> f64 {
+    const DEPTH: usize = 20_000;
+    let (a, b) = (vec![1e-3_f32; 6], vec![1e-3_f32; TILE]);
+    let mut c = vec![0.0; 6 * TILE];
+    let f = Factors {
+        rows: 6,
+        columns: TILE,
+        depth: DEPTH,
+        a: &a,
+        a_row: 1,
+        a_depth: 0,
+        b: &b,
+        b_row: 0,
+        start: Start::Zero,
+    };
+    let mut best = f64::INFINITY;
+    for _ in 0..200 {
+        let start = Instant::now();
+        (f32::kernels().product)(&f, &mut c, TILE);
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    (2 * 6 * TILE * DEPTH) as f64 / best * 1e-9
+}
+
+/// Measures the speed of training one model with AdamW.
+///
+/// # Errors
+/// [`TrainError`] as training.
+pub fn speed(
+    preset: LearnedPreset,
+    joints: usize,
+    layers: &Layers,
+    batch: usize,
+    threads: usize,
+) -> Result<Speed, TrainError> {
+    let samples = Samples::<f32>::new(joints, &point_to_point(&Arm::uniform(joints), 200, 4.0, 3.0, 1), &[])?;
+    let architecture = preset.architecture(joints, layers);
+    let steps_an_epoch = samples.len() / batch;
+    let epochs = (3000 / steps_an_epoch).clamp(5, 40) as u64;
+    let options = Options { batch, epochs, threads: Some(threads), ..Options::paper() };
+    let data = TrainingData { train: &samples, held_out: None };
+    let (start, cpu) = (Instant::now(), cpu_seconds());
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {})?;
+    let steps = epochs as f64 * steps_an_epoch as f64;
+    let cpu_s = match (cpu, cpu_seconds()) {
+        (Some(before), Some(after)) => after - before,
+        _ => start.elapsed().as_secs_f64() * threads as f64,
+    };
+    let samples_per_s = outcome.history.iter().map(|epoch| epoch.samples_per_s).fold(0.0, f64::max);
+    let (program, _) = loss_program::<f32>(&architecture);
+    let operations = program.product_operations() as f64 / TILE as f64;
+    Ok(Speed {
+        model: preset.id().into(),
+        batch,
+        hidden: layers.hidden.clone(),
+        joints,
+        threads,
+        cpu_ms_per_step: cpu_s / steps * 1e3,
+        wall_ms_per_step: batch as f64 / samples_per_s * 1e3,
+        samples_per_s,
+        gflops: samples_per_s * operations * 1e-9,
+    })
+}
+
+/// Trains the structured model on the paper's arm with our recipe until its error on new trajectories is the paper's.
+///
+/// # Errors
+/// [`TrainError`] as training.
+pub fn paper_accuracy(threads: usize, seed: u64) -> Result<Accuracy, TrainError> {
+    let arm = Arm::uniform(3);
+    let samples = Samples::<f32>::new(3, &point_to_point(&arm, 200, 4.0, 3.0, 2 * seed + 1), &[])?;
+    let held_out = Samples::<f32>::new(3, &point_to_point(&arm, 10, 4.0, 3.0, 2 * seed + 2), &[])?;
+    let architecture = Recipe::Ours.architecture(LearnedPreset::StructuredDelan, 3, &samples);
+    let options = Options { epochs: 12, seed, threads: Some(threads), goal: Some(PAPER_NMSE), ..Options::ours() };
+    let data = TrainingData { train: &samples, held_out: Some(&held_out) };
+    let (start, cpu) = (Instant::now(), cpu_seconds());
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {})?;
+    let wall_s = start.elapsed().as_secs_f64();
+    let cpu_s = cpu.zip(cpu_seconds()).map_or(wall_s * threads as f64, |(before, after)| after - before);
+    let nmse = outcome.history.last().and_then(|epoch| epoch.held_out).unwrap_or(f64::NAN);
+    Ok(Accuracy { cpu_s, wall_s, nmse })
+}
+
+/// Measures everything: the five presets as in the paper (batch 512, 2 × 64 tanh, 3 joints), a wider structured model, one of
+/// seven joints, and the time to the paper's accuracy.
+///
+/// # Errors
+/// [`TrainError`] as training, also when `monitor` was told to stop.
+pub fn report(threads: usize, monitor: &Monitor) -> Result<Report, TrainError> {
+    let small = Layers { hidden: vec![64, 64], activation: Activation::Tanh };
+    let wide = Layers { hidden: vec![128, 128], activation: Activation::Sigmoid };
+    let mut cases: Vec<(LearnedPreset, usize, &Layers, usize)> =
+        LearnedPreset::ALL.into_iter().map(|preset| (preset, 3, &small, 512)).collect();
+    cases.push((LearnedPreset::StructuredDelan, 3, &wide, 1024));
+    cases.push((LearnedPreset::StructuredDelan, 7, &small, 512));
+    let mut models = Vec::new();
+    for (index, (preset, joints, layers, batch)) in cases.iter().enumerate() {
+        let activity = format!("{}, {joints} joints, batch {batch}", preset.title());
+        monitor.report(index as f32 / (cases.len() + 1) as f32, &activity)?;
+        models.push(speed(*preset, *joints, layers, *batch, threads)?);
+    }
+    monitor.report(cases.len() as f32 / (cases.len() + 1) as f32, "training to the paper's accuracy")?;
+    Ok(Report { models, peak_gflops: peak_gflops(), paper_accuracy: Some(paper_accuracy(threads, 0)?) })
+}

@@ -1,0 +1,130 @@
+//! The samples that a network learns from: checked, in one piece of memory, ready to be dealt into tiles.
+
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+use super::TrainError;
+use crate::model::learned::Architecture;
+use crate::network::{Buffer, Element, TILE};
+use crate::recording::Trajectory;
+
+/// Samples of motion and torque, one after the other.
+#[derive(Debug, Clone)]
+pub struct Samples<E: Element> {
+    /// q, q̇, q̈, τ, effect columns of each sample.
+    values: Buffer<E>,
+    joints: usize,
+    columns: usize,
+    count: usize,
+}
+
+/// Effect columns of one trajectory: `columns[column][joint][sample]`, see [`crate::effect`].
+pub type Columns = Vec<Vec<Vec<f64>>>;
+
+impl<E: Element> Samples<E> {
+    /// Puts trajectories together. `columns` has one entry for each trajectory, or none at all.
+    ///
+    /// # Errors
+    /// [`TrainError`] if a trajectory has another number of joints, or a value is not a number.
+    pub fn new(joints: usize, trajectories: &[Trajectory], columns: &[Columns]) -> Result<Self, TrainError> {
+        let column_count = columns.first().map_or(0, Vec::len);
+        let count: usize = trajectories.iter().map(Trajectory::len).sum();
+        let width = (4 + column_count) * joints;
+        let mut values = Buffer::zeros(count * width);
+        let mut at = 0;
+        for (index, trajectory) in trajectories.iter().enumerate() {
+            if trajectory.joint_count() != joints {
+                let (model, data, name) = (joints, trajectory.joint_count(), trajectory.name.clone());
+                return Err(TrainError::JointCount { model, data, name });
+            }
+            let own = [&trajectory.q, &trajectory.qd, &trajectory.qdd, &trajectory.tau];
+            let added = columns.get(index).into_iter().flatten();
+            let signals: Vec<&[f64]> = own.into_iter().chain(added).flatten().map(Vec::as_slice).collect();
+            if signals.len() != width || signals.iter().any(|signal| signal.len() != trajectory.len()) {
+                return Err(TrainError::Incomplete { name: trajectory.name.clone() });
+            }
+            for sample in 0..trajectory.len() {
+                for (channel, signal) in signals.iter().enumerate() {
+                    if !signal[sample].is_finite() {
+                        let channel =
+                            ["position", "velocity", "acceleration", "torque", "effect"][(channel / joints).min(4)];
+                        let (name, time) = (trajectory.name.clone(), trajectory.time[sample]);
+                        return Err(TrainError::NotANumber { channel, name, time });
+                    }
+                    values[at + channel] = E::from_f64(signal[sample]);
+                }
+                at += width;
+            }
+        }
+        Ok(Samples { values, joints, columns: column_count, count })
+    }
+
+    /// How many samples there are.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    fn width(&self) -> usize {
+        (4 + self.columns) * self.joints
+    }
+
+    /// Mean and variance of one channel (0 position, 1 velocity, 2 acceleration, 3 torque) of one joint.
+    pub fn mean_and_variance(&self, channel: usize, joint: usize) -> (f64, f64) {
+        let at = channel * self.joints + joint;
+        let values = || (0..self.count).map(|sample| self.values[sample * self.width() + at].to_f64());
+        let mean = values().sum::<f64>() / self.count.max(1) as f64;
+        let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / self.count.max(1) as f64;
+        (mean, variance)
+    }
+
+    /// Whether a model can learn from these samples.
+    ///
+    /// # Errors
+    /// [`TrainError`] if it has other joints or effect columns.
+    pub fn check(&self, architecture: &Architecture) -> Result<(), TrainError> {
+        if self.joints != architecture.joints {
+            let (model, data) = (architecture.joints, self.joints);
+            return Err(TrainError::JointCount { model, data, name: "all".into() });
+        }
+        if self.columns != architecture.column_count() {
+            return Err(TrainError::ColumnCount { model: architecture.column_count(), data: self.columns });
+        }
+        Ok(())
+    }
+
+    /// One channel block (q, q̇, q̈, τ, columns) of all samples, sample after sample.
+    pub(super) fn channel(&self, block: usize) -> Vec<E> {
+        let first = block * self.joints;
+        let last = if block < 4 { first + self.joints } else { self.width() };
+        self.values.chunks_exact(self.width().max(1)).flat_map(|sample| sample[first..last].iter().copied()).collect()
+    }
+
+    /// Deals the samples `picks` into tiles of one channel block each: `tile(block)` for q, q̇, q̈, τ, columns. What `picks` does not
+    /// fill repeats its last sample.
+    pub(super) fn deal(&self, block: usize, picks: &[u32], tile: &mut [E]) {
+        let features = tile.len() / TILE;
+        let last = picks.last().copied().unwrap_or(0);
+        for sample in 0..TILE {
+            let pick = picks.get(sample).copied().unwrap_or(last) as usize;
+            let from = &self.values[pick * self.width() + block * self.joints..][..features];
+            for (feature, value) in from.iter().enumerate() {
+                tile[feature * TILE + sample] = *value;
+            }
+        }
+    }
+}
+
+/// The order in which an epoch takes its samples: the same for the same seed, whatever came before.
+pub(super) fn order(samples: usize, seed: u64, epoch: u64) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..samples as u32).collect();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(epoch + 1);
+    order.shuffle(&mut random);
+    order
+}

@@ -1,0 +1,327 @@
+//! A trained model and a checkpoint of its training: what they hold, as bytes and back.
+
+use std::collections::BTreeMap;
+use std::io::{Cursor, Write};
+
+use npyz::WriterBuilder;
+use npyz::npz::{NpzArchive, NpzWriter};
+use serde::{Deserialize, Serialize};
+
+use super::data::Columns;
+use super::learn::Epoch;
+use super::options::Options;
+use super::predict::{Components, component_program, torque_program};
+use super::{Samples, TrainError};
+use crate::model::learned::{Architecture, LearnedTerm};
+use crate::network::{Element, Layout};
+use crate::recording::{PerJoint, Trajectory};
+
+/// Values of each block by its name; matrices are inputs × outputs, row after row.
+pub type Weights = BTreeMap<String, Vec<f64>>;
+
+/// A trained model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LearnedModel {
+    /// What it is.
+    pub architecture: Architecture,
+    /// Its weights.
+    pub weights: Weights,
+}
+
+/// All that a run needs to go on exactly as if it had never been interrupted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checkpoint {
+    /// The best model so far.
+    pub model: LearnedModel,
+    /// The newest weights.
+    pub weights: Weights,
+    /// State of the optimiser for each block.
+    pub states: BTreeMap<String, Vec<f64>>,
+    /// Options of the run.
+    pub options: Options,
+    /// Epochs done.
+    pub epoch: u64,
+    /// Steps done.
+    pub step: u64,
+    /// Loss of the first step.
+    pub first_loss: Option<f64>,
+    /// Error of the best model.
+    pub best_error: Option<f64>,
+    /// All epochs.
+    pub history: Vec<Epoch>,
+}
+
+/// Everything of a file but its arrays.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    architecture: Architecture,
+    #[serde(default)]
+    run: Option<RunHeader>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct RunHeader {
+    options: Options,
+    epoch: u64,
+    step: u64,
+    first_loss: Option<f64>,
+    best_error: Option<f64>,
+    history: Vec<Epoch>,
+}
+
+impl LearnedModel {
+    pub(super) fn new<E: Element>(architecture: Architecture, layout: &Layout, flat: &[E]) -> Self {
+        let block = |block: &crate::network::Block| (block.name.clone(), layout.read(block, flat));
+        LearnedModel { architecture, weights: layout.blocks().iter().map(block).collect() }
+    }
+
+    /// Copies the blocks that a layout has too, with the same size.
+    pub(super) fn copy_common<E: Element>(&self, layout: &Layout, flat: &mut [E]) {
+        for block in layout.blocks() {
+            if let Some(values) = self.weights.get(&block.name)
+                && values.len() == block.rows * block.columns
+            {
+                layout.write(block, values, flat);
+            }
+        }
+    }
+
+    fn flat<E: Element>(&self, layout: &Layout) -> Vec<E> {
+        let mut flat = vec![E::ZERO; layout.size()];
+        self.copy_common(layout, &mut flat);
+        flat
+    }
+
+    /// Torque \[N m\] for each joint and sample of a motion.
+    ///
+    /// # Errors
+    /// [`TrainError`] if the trajectory has other joints or columns than the model, or gaps.
+    pub fn torque(&self, trajectory: &Trajectory, columns: &Columns) -> Result<PerJoint, TrainError> {
+        let program = torque_program::<f32>(&self.architecture);
+        let motion = self.motion::<f32>(trajectory, columns)?;
+        let mut torque = vec![0.0; motion[0].len()];
+        let (weights, mut arena) = (self.flat::<f32>(program.layout()), program.arena());
+        let inputs = [&motion[0][..], &motion[1], &motion[2]];
+        program.run(f32::kernels(), &weights, &mut arena, inputs, &motion[3], &mut torque);
+        let n = self.architecture.joints;
+        let joint = |joint| torque.iter().skip(joint).step_by(n).map(|value| f64::from(*value)).collect();
+        Ok((0..n).map(joint).collect())
+    }
+
+    /// Torque, terms, H, c, g and energies for a motion, in double precision.
+    ///
+    /// # Errors
+    /// As [`LearnedModel::torque`].
+    pub fn components(&self, trajectory: &Trajectory, columns: &Columns) -> Result<Components, TrainError> {
+        let program = component_program::<f64>(&self.architecture);
+        let [q, qd, qdd, columns] = self.motion::<f64>(trajectory, columns)?;
+        Ok(program.run(f64::kernels(), &self.flat::<f64>(program.layout()), &q, &qd, &qdd, &columns))
+    }
+
+    /// q, q̇, q̈ and effect columns, sample after sample.
+    fn motion<E: Element>(&self, trajectory: &Trajectory, columns: &Columns) -> Result<[Vec<E>; 4], TrainError> {
+        // The torque is not read, so a motion without torque can be predicted too.
+        let still = vec![vec![0.0; trajectory.len()]; self.architecture.joints];
+        let motion = Trajectory { tau: still, ..trajectory.clone() };
+        let own = if columns.is_empty() { Vec::new() } else { vec![columns.clone()] };
+        let samples = Samples::<E>::new(self.architecture.joints, &[motion], &own)?;
+        samples.check(&self.architecture)?;
+        Ok([samples.channel(0), samples.channel(1), samples.channel(2), samples.channel(4)])
+    }
+
+    /// Σ‖τ − τ̂‖² / Σ‖τ‖² over trajectories.
+    ///
+    /// # Errors
+    /// As [`LearnedModel::torque`].
+    pub fn normalised_error(&self, trajectories: &[Trajectory], columns: &[Columns]) -> Result<f64, TrainError> {
+        let (mut error, mut size) = (0.0, 0.0);
+        for (index, trajectory) in trajectories.iter().enumerate() {
+            let torque = self.torque(trajectory, columns.get(index).unwrap_or(&Columns::new()))?;
+            for (ours, measured) in torque.iter().flatten().zip(trajectory.tau.iter().flatten()) {
+                error += (ours - measured).powi(2);
+                size += measured.powi(2);
+            }
+        }
+        Ok(error / size.max(f64::MIN_POSITIVE))
+    }
+
+    /// Trained physical coefficients with their names, such as those of friction, in SI units.
+    pub fn coefficients(&self) -> Vec<(String, f64)> {
+        let scale = self.architecture.scales.torque;
+        let mut named = Vec::new();
+        for term in &self.architecture.terms {
+            match term {
+                LearnedTerm::Friction => {
+                    for (block, title) in [
+                        ("tau_cv", "coulomb torque [N m]"),
+                        ("tau_cs", "stribeck torque [N m]"),
+                        ("d", "viscous damping [N m s/rad]"),
+                    ] {
+                        let values = self.weights.get(&format!("friction/{block}")).into_iter().flatten();
+                        named.extend(
+                            values
+                                .enumerate()
+                                .map(|(joint, value)| (format!("{title}, joint {}", joint + 1), scale * value)),
+                        );
+                    }
+                    let values = self.weights.get("friction/log_v").into_iter().flatten();
+                    let title = |joint| format!("stribeck width [rad²/s²], joint {}", joint + 1);
+                    named.extend(values.enumerate().map(|(joint, value)| (title(joint), value.exp())));
+                }
+                LearnedTerm::Columns { names } => {
+                    let values = self.weights.get("effects/factors").into_iter().flatten();
+                    named.extend(names.iter().cloned().zip(values.map(|value| scale * value)));
+                }
+                _ => {}
+            }
+        }
+        named
+    }
+
+    /// The model as an NPZ file: its architecture as JSON in `header`, its weights by name.
+    ///
+    /// # Errors
+    /// [`TrainError::Damaged`] if the archive can't be written, which memory never refuses.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, TrainError> {
+        let header = Header { architecture: self.architecture.clone(), run: None };
+        pack(&header, &[("param", &self.weights)])
+    }
+
+    /// A model as [`LearnedModel::to_bytes`] or [`Checkpoint::to_bytes`] gave it.
+    ///
+    /// # Errors
+    /// [`TrainError::Damaged`] if it is none, or not whole.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrainError> {
+        let (header, mut arrays) = unpack(bytes)?;
+        let model = LearnedModel { weights: take(&mut arrays, "param"), architecture: header.architecture };
+        model.check_whole(&model.weights)?;
+        Ok(model)
+    }
+
+    fn check_whole(&self, weights: &Weights) -> Result<(), TrainError> {
+        self.architecture.check()?;
+        for block in self.architecture.build().graph.layout.blocks() {
+            let values = weights.get(&block.name).map_or(0, Vec::len);
+            if values != block.rows * block.columns {
+                return Err(TrainError::Damaged(format!("`{}` is missing or of another size", block.name)));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Checkpoint {
+    /// Whether a run can go on from here.
+    ///
+    /// # Errors
+    /// [`TrainError::OtherCheckpoint`] if architecture or options differ.
+    pub fn check(&self, architecture: &Architecture, options: &Options) -> Result<(), TrainError> {
+        let own = &self.model.architecture;
+        if own != architecture {
+            let (checkpoint, run) = (own.describe(), architecture.describe());
+            return Err(TrainError::OtherCheckpoint { what: "architecture", checkpoint, run });
+        }
+        // Threads, goal and the number of epochs of a constant rate do not change the course.
+        let course = |options: &Options| Options { threads: None, goal: None, ..options.clone() };
+        if course(&self.options) != course(options) {
+            let (checkpoint, run) = (format!("{:?}", self.options), format!("{options:?}"));
+            return Err(TrainError::OtherCheckpoint { what: "set of options", checkpoint, run });
+        }
+        Ok(())
+    }
+
+    /// The checkpoint as an NPZ file.
+    ///
+    /// # Errors
+    /// As [`LearnedModel::to_bytes`].
+    pub fn to_bytes(&self) -> Result<Vec<u8>, TrainError> {
+        let run = RunHeader {
+            options: self.options.clone(),
+            epoch: self.epoch,
+            step: self.step,
+            first_loss: self.first_loss,
+            best_error: self.best_error,
+            history: self.history.clone(),
+        };
+        let header = Header { architecture: self.model.architecture.clone(), run: Some(run) };
+        pack(&header, &[("param", &self.model.weights), ("newest", &self.weights), ("state", &self.states)])
+    }
+
+    /// A checkpoint as [`Checkpoint::to_bytes`] gave it.
+    ///
+    /// # Errors
+    /// [`TrainError::Damaged`] if it is none, or not whole.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrainError> {
+        let (header, mut arrays) = unpack(bytes)?;
+        let run = header.run.ok_or_else(|| TrainError::Damaged("a model, but not a checkpoint".into()))?;
+        let model = LearnedModel { architecture: header.architecture, weights: take(&mut arrays, "param") };
+        let (weights, states) = (take(&mut arrays, "newest"), take(&mut arrays, "state"));
+        model.check_whole(&model.weights)?;
+        model.check_whole(&weights)?;
+        let RunHeader { options, epoch, step, first_loss, best_error, history } = run;
+        Ok(Checkpoint { model, weights, states, options, epoch, step, first_loss, best_error, history })
+    }
+}
+
+/// Name of the array that holds the header as bytes of JSON.
+const HEADER: &str = "header";
+
+fn damaged(error: impl std::fmt::Display) -> TrainError {
+    TrainError::Damaged(error.to_string())
+}
+
+fn pack(header: &Header, groups: &[(&str, &BTreeMap<String, Vec<f64>>)]) -> Result<Vec<u8>, TrainError> {
+    let mut bytes = Cursor::new(Vec::new());
+    let mut archive = NpzWriter::new(&mut bytes);
+    let header = serde_json::to_vec(header).map_err(damaged)?;
+    let mut array = archive
+        .array(HEADER, Default::default())
+        .map_err(damaged)?
+        .default_dtype()
+        .shape(&[header.len() as u64])
+        .begin_nd()
+        .map_err(damaged)?;
+    array.extend(header).map_err(damaged)?;
+    array.finish().map_err(damaged)?;
+    for (group, arrays) in groups {
+        for (name, values) in *arrays {
+            let mut array = archive
+                .array(&format!("{group}/{name}"), Default::default())
+                .map_err(damaged)?
+                .default_dtype()
+                .shape(&[values.len() as u64])
+                .begin_nd()
+                .map_err(damaged)?;
+            array.extend(values.iter().copied()).map_err(damaged)?;
+            array.finish().map_err(damaged)?;
+        }
+    }
+    archive.zip_writer().flush().map_err(damaged)?;
+    drop(archive);
+    Ok(bytes.into_inner())
+}
+
+fn unpack(bytes: &[u8]) -> Result<(Header, Weights), TrainError> {
+    let mut archive = NpzArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+    let names: Vec<String> = archive.array_names().map(str::to_owned).collect();
+    let (mut header, mut arrays) = (None, Weights::new());
+    for name in names {
+        let Some(array) = archive.by_name(&name).map_err(damaged)? else { continue };
+        if name == HEADER {
+            let text: Vec<u8> = array.into_vec().map_err(damaged)?;
+            header = Some(serde_json::from_slice(&text).map_err(damaged)?);
+        } else {
+            arrays.insert(name, array.into_vec().map_err(damaged)?);
+        }
+    }
+    let header = header.ok_or_else(|| damaged("it has no header"))?;
+    Ok((header, arrays))
+}
+
+/// The arrays of one group, without its name.
+fn take(arrays: &mut Weights, group: &str) -> Weights {
+    let prefix = format!("{group}/");
+    let own =
+        |(name, values): (&String, &Vec<f64>)| name.strip_prefix(&prefix).map(|name| (name.to_owned(), values.clone()));
+    arrays.iter().filter_map(own).collect()
+}

@@ -1,0 +1,136 @@
+//! How to train: settings, and the two sets of them that are offered.
+
+use serde::{Deserialize, Serialize};
+
+use super::TrainError;
+use super::data::Samples;
+use super::optimiser::Optimiser;
+use super::schedule::Schedule;
+use crate::model::learned::{Architecture, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
+use crate::network::{Activation, Element};
+
+/// How to train.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// How often every sample is seen.
+    pub epochs: u64,
+    /// Samples in a step; the short last batch of an epoch is dropped.
+    pub batch: usize,
+    /// Highest learning rate.
+    pub rate: f64,
+    /// Its course.
+    pub schedule: Schedule,
+    /// How weights follow from gradients.
+    pub optimiser: Optimiser,
+    /// Weight decay, per unit of learning rate.
+    pub decay: f64,
+    /// Seed of first weights and of the order of samples.
+    pub seed: u64,
+    /// Threads; the result does not depend on them. `None`: all cores.
+    pub threads: Option<usize>,
+    /// Ends the run as soon as the held-out nMSE is this low.
+    pub goal: Option<f64>,
+}
+
+/// Where settings come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Recipe {
+    /// Table 1 of the paper: Adam at a constant rate of 1e-4 for 2,500 epochs.
+    Paper,
+    /// Ours: SOAP with a cosine schedule, quantities scaled to the data; converges some hundred times quicker.
+    #[default]
+    Ours,
+}
+
+impl Options {
+    /// Table 1 of the paper.
+    pub fn paper() -> Self {
+        Options {
+            epochs: 2500,
+            batch: 512,
+            rate: 1e-4,
+            schedule: Schedule::Constant,
+            optimiser: Optimiser::ADAM_W,
+            decay: 1e-5,
+            seed: 0,
+            threads: None,
+            goal: None,
+        }
+    }
+
+    /// Ours.
+    pub fn ours() -> Self {
+        Options {
+            epochs: 60,
+            batch: 512,
+            rate: 5e-3,
+            schedule: Schedule::Cosine { warm_up: 0.05 },
+            optimiser: Optimiser::SOAP,
+            decay: 0.0,
+            seed: 0,
+            threads: None,
+            goal: None,
+        }
+    }
+
+    /// Checks that the settings can be used.
+    ///
+    /// # Errors
+    /// [`TrainError::Option`] names the first that can't.
+    pub fn check(&self) -> Result<(), TrainError> {
+        let demands = [
+            ("the learning rate", self.rate, self.rate > 0.0 && self.rate <= 10.0, "above 0 and at most 10"),
+            ("the weight decay", self.decay, (0.0..=10.0).contains(&self.decay), "between 0 and 10"),
+            ("the number of epochs", self.epochs as f64, self.epochs > 0, "at least 1"),
+            ("the batch", self.batch as f64, (1..=1 << 20).contains(&self.batch), "between 1 and 1048576 samples"),
+        ];
+        for (option, value, met, must) in demands {
+            if !met {
+                return Err(TrainError::Option { option, value, must });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Recipe {
+    /// The options of this recipe.
+    pub fn options(self) -> Options {
+        match self {
+            Recipe::Paper => Options::paper(),
+            Recipe::Ours => Options::ours(),
+        }
+    }
+
+    /// The architecture of a preset for these data: 2 × 64 tanh; ours is scaled to them.
+    pub fn architecture<E: Element>(self, preset: LearnedPreset, joints: usize, samples: &Samples<E>) -> Architecture {
+        let layers = Layers { hidden: vec![64, 64], activation: Activation::Tanh };
+        let mut architecture = preset.architecture(joints, &layers);
+        if self == Recipe::Ours {
+            scale_to(&mut architecture, samples);
+        }
+        architecture
+    }
+}
+
+/// Scales an architecture so that its networks see and give numbers about 1, and so that the diagonal of H may be as small as light
+/// joints need.
+pub fn scale_to<E: Element>(architecture: &mut Architecture, samples: &Samples<E>) {
+    let n = architecture.joints;
+    let typical = |channel: usize| {
+        let mean_square = |joint| {
+            let (mean, variance) = samples.mean_and_variance(channel, joint);
+            mean * mean + variance
+        };
+        let size = ((0..n).map(mean_square).sum::<f64>() / n as f64).sqrt();
+        if size > 0.0 && size.is_finite() { size } else { 1.0 }
+    };
+    architecture.scales = Scales { velocity: typical(1), acceleration: typical(2), torque: typical(3) };
+    for term in &mut architecture.terms {
+        if let LearnedTerm::StructuredLagrangian { positive, .. } = term {
+            *positive = Positive { shift: 0.0, floor: 1e-3, inertia: 0.0 };
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The program as a user calls it: arguments in, text, JSON, files and exit codes out.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn torquescope(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_torquescope")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn succeeds(arguments: &[&str], folder: &Path) -> String {
+    let output = torquescope(arguments, folder);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(arguments: &[&str], folder: &Path) -> Value {
+    let text = succeeds(arguments, folder);
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// The message of a command that fails with this exit code.
+fn fails(arguments: &[&str], folder: &Path, code: i32) -> String {
+    let output = torquescope(arguments, folder);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+    assert!(!message.contains("panicked"), "{message}");
+    assert!(output.stdout.is_empty(), "{arguments:?} printed a result");
+    message
+}
+
+/// A recording with 2 N m of Coulomb friction hidden in joint 1 and 0.7 N m in joint 2.
+fn hidden_friction(folder: &Path) {
+    let effects = ["--effect", "coulomb-friction@1=2.0", "--effect", "coulomb-friction@2=0.7"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &effects].concat(), folder);
+}
+
+#[test]
+fn a_hidden_effect_is_diagnosed_with_the_promised_schema() {
+    let folder = tempfile::tempdir().unwrap();
+    hidden_friction(folder.path());
+    let report = json(&["diagnose", "x.npz", "--model", "rigid-body", "--json"], folder.path());
+    assert_eq!(report["verdict"], "missing");
+    let effect = &report["effects"][0];
+    assert_eq!(effect["effect"], "coulomb-friction");
+    assert_eq!(effect["joints"], serde_json::json!([1, 2]));
+    assert!(effect["confidence"].as_f64().unwrap() > 0.9);
+    assert!(effect["alternatives"].is_array());
+    for (parameter, (joint, truth)) in effect["parameters"].as_array().unwrap().iter().zip([(1, 2.0), (2, 0.7)]) {
+        assert_eq!((&parameter["name"], &parameter["joint"]), (&"coulomb_torque".into(), &joint.into()));
+        assert_eq!(parameter["unit"], "N m");
+        let value = parameter["value"].as_f64().unwrap();
+        assert!((value - truth).abs() < 0.05 * truth, "{value}, not {truth}");
+        let [low, high] = [0, 1].map(|end| parameter["interval"][end].as_f64().unwrap());
+        assert!(low < value && value < high);
+    }
+    let numbers = |value: &Value| value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect::<Vec<_>>();
+    let (before, after) = (numbers(&effect["nmse_before"]), numbers(&effect["nmse_after"]));
+    assert_eq!(before, numbers(&report["held_out_nmse"]));
+    assert!(after[0] < 0.2 * before[0] && after[1] < 0.2 * before[1]);
+    assert_eq!(numbers(&report["noise_floor_nmse"]).len(), 3);
+    assert!(report["advice"].as_str().unwrap().contains("Coulomb"));
+}
+
+#[test]
+fn a_model_is_saved_and_measured_on_another_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    hidden_friction(folder.path());
+    let trained =
+        json(&["train", "x.npz", "--add", "coulomb-friction@1,2", "-o", "model.json", "--json"], folder.path());
+    assert_eq!(trained["terms"].as_array().unwrap().len(), 3);
+    let other = ["--effect", "coulomb-friction@1=2.0", "--effect", "coulomb-friction@2=0.7", "--seed", "9"];
+    succeeds(&[["simulate", "-o", "y.npz"].as_slice(), &other].concat(), folder.path());
+    let measured = json(&["evaluate", "y.npz", "--model", "model.json", "--json"], folder.path());
+    assert!(measured["mean_r2"].as_f64().unwrap() > 0.999);
+    let report = json(&["diagnose", "y.npz", "--model", "model.json", "--json"], folder.path());
+    assert_eq!(report["verdict"], "nothing-missing");
+}
+
+#[test]
+fn inspect_tells_what_a_file_holds_and_keeps_the_seal_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    hidden_friction(folder.path());
+    let answer = json(&["inspect", "x.npz", "--json"], folder.path());
+    assert_eq!((&answer["samples"], &answer["sealed"]), (&9600.into(), &true.into()));
+    assert_eq!(answer["joints"].as_array().unwrap().len(), 3);
+    assert_eq!(answer["provenance"]["acceleration"], "measured");
+    assert!(!succeeds(&["inspect", "x.npz"], folder.path()).contains("coulomb"));
+    assert!(!String::from_utf8_lossy(&std::fs::read(folder.path().join("x.npz")).unwrap()).contains("coulomb"));
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.npz", "b.npz"] {
+        succeeds(&["simulate", "--mystery", "--seed", "5", "-o", name], folder.path());
+    }
+    let bytes = |name| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("a.npz") == bytes("b.npz"));
+}
+
+#[test]
+fn wrong_usage_ends_with_2() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in
+        [&["diagnose"][..], &["simulate", "--nonsense", "-o", "x.npz"], &["train", "x.csv", "--zero", "left"]]
+    {
+        assert!(fails(arguments, folder.path(), 2).contains("Usage") || arguments[0] == "train");
+    }
+}
+
+#[test]
+fn every_command_has_help() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["simulate", "inspect", "train", "evaluate", "diagnose", "demo", "screenshot", "bench"] {
+        let help = succeeds(&[command, "--help"], folder.path());
+        assert!(help.contains("Usage: torquescope") && help.len() > 200, "{command}: {help}");
+    }
+}
+
+#[test]
+fn bad_input_ends_with_1_and_says_what_where_and_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(at.join(name), text).unwrap();
+    write("empty.csv", "");
+    write("text.csv", "time,q1,tau1\n0,0,0\n0.01,oops,0\n0.02,0,0\n");
+    write("picture.csv", "\u{89}PNG\r\n");
+    std::fs::write(at.join("picture.npz"), b"\x89PNG\r\n\x1a\n0000").unwrap();
+    write("columns.csv", "time,a,b\n0,1,2\n0.01,1,2\n0.02,1,2\n");
+    write("negative.json", r#"{"links": [{"mass": -1, "length": 1, "com": 0.5, "inertia": 0.1}]}"#);
+    write("none.json", r#"{"links": []}"#);
+    write("typo.json", r#"{"links": [{"mas": 1, "length": 1, "com": 0.5, "inertia": 0.1}]}"#);
+    let cases: [(&[&str], &[&str]); 12] = [
+        (&["inspect", "missing.csv"], &["missing.csv"]),
+        (&["inspect", "empty.csv"], &["empty.csv", "empty"]),
+        (&["inspect", "text.csv"], &["text.csv", "line 3", "q1"]),
+        (&["inspect", "picture.npz"], &["picture.npz", "PNG"]),
+        (&["inspect", "columns.csv"], &["columns.csv", "a", "b", "q="]),
+        (&["simulate", "--joints", "0", "-o", "x.npz"], &["1 to 7"]),
+        (&["simulate", "--arm", "negative.json", "-o", "x.npz"], &["negative.json", "link 1", "mass", "-1"]),
+        (&["simulate", "--arm", "none.json", "-o", "x.npz"], &["none.json", "1 to 7"]),
+        (&["simulate", "--arm", "typo.json", "-o", "x.npz"], &["typo.json", "mas"]),
+        (&["simulate", "--effect", "magic@1", "-o", "x.npz"], &["magic", "coulomb-friction"]),
+        (&["simulate", "--effect", "coulomb-friction@4", "-o", "x.npz"], &["joint 4", "1 to 3"]),
+        (&["simulate", "--effect", "coulomb-friction@1=-2", "-o", "x.npz"], &["coulomb_torque", "-2"]),
+    ];
+    for (arguments, words) in cases {
+        let message = fails(arguments, at, 1);
+        for word in words {
+            assert!(message.contains(word), "{arguments:?} does not say `{word}`: {message}");
+        }
+    }
+    assert!(!at.join("x.npz").exists(), "a failed simulation left a file");
+    hidden_friction(at);
+    assert!(fails(&["diagnose", "x.npz", "--model", "black-magic"], at, 1).contains("rigid-body"));
+    write("broken.json", "{\"torquescope_model\": 1, \"fitted\": {}}");
+    assert!(fails(&["evaluate", "x.npz", "--model", "broken.json"], at, 1).contains("broken.json"));
+}

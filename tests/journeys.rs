@@ -1,0 +1,207 @@
+//! Whole journeys: a hidden effect in, the right name out, and the held-out error falling to the noise floor.
+
+use torquescope::diagnosis::{Report, Verdict};
+use torquescope::effect::{Scope, registry};
+use torquescope::model::Preset;
+use torquescope::progress::Monitor;
+use torquescope::recording::seal::{HiddenEffect, Seal, Truth};
+use torquescope::session::{Command, History, Session};
+use torquescope::simulation::Scenario;
+
+fn run(command: Command, session: &Session) -> Session {
+    command.run(session, &Monitor::new()).unwrap()
+}
+
+fn simulated(scenario: Scenario) -> Session {
+    run(Command::Simulate(Box::new(scenario)), &Session::default())
+}
+
+fn hiding(effect: &str, joints: &[usize], strength: f64, seed: u64) -> Scenario {
+    let mut scenario = Scenario { seed, effects: Vec::new(), ..Scenario::embedded() };
+    scenario.effects = scenario.hide_by_strength(effect, joints, strength).unwrap();
+    scenario
+}
+
+fn report(session: &Session) -> &Report {
+    session.report.as_ref().unwrap()
+}
+
+fn held_out(session: &Session) -> f64 {
+    session.current().unwrap().evaluation.held_out_nmse().iter().sum()
+}
+
+/// Adds everything that the report names.
+fn add_all(session: &Session) -> Session {
+    report(session).effects.iter().fold(session.clone(), |session, effect| {
+        run(Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() }, &session)
+    })
+}
+
+#[test]
+fn every_effect_hidden_alone_is_named_added_and_explained() {
+    for effect in registry::ALL {
+        let spec = effect.spec();
+        let joints: &[usize] = if spec.scope == Scope::Arm { &[0, 1, 2] } else { &[1] };
+        let before = run(Command::Diagnose, &simulated(hiding(spec.id, &[1], 0.08, 11)));
+        let found = report(&before);
+        assert_eq!(found.verdict, Verdict::Missing, "{}: {}", spec.id, found.advice);
+        assert_eq!(found.effects.len(), 1, "{}: {:?}", spec.id, found.effects);
+        assert_eq!((found.effects[0].effect.as_str(), found.effects[0].joints.as_slice()), (spec.id, joints));
+        assert!(found.effects[0].confidence > 0.9);
+
+        let after = run(Command::Diagnose, &add_all(&before));
+        assert_eq!(report(&after).verdict, Verdict::NothingMissing, "{}: {}", spec.id, report(&after).advice);
+        let floor: f64 = report(&after).noise_floor_nmse.as_ref().unwrap().iter().sum();
+        assert!(held_out(&after) < 1.15 * floor, "{}: {} left over a floor of {floor}", spec.id, held_out(&after));
+
+        let opened = run(Command::OpenSeal, &after);
+        for hidden in &opened.truth.as_ref().unwrap().effects {
+            check_parameters(&opened, hidden);
+        }
+    }
+}
+
+/// The estimates agree with the truth: within four standard errors, which a right estimate misses once in 15,000 times.
+fn check_parameters(session: &Session, hidden: &HiddenEffect) {
+    let fitted = &session.current().unwrap().fitted;
+    let spec = registry::find(&hidden.effect).unwrap().spec();
+    for (parameter, &truth) in spec.parameters.iter().zip(&hidden.parameters) {
+        let mut found = fitted.parameters.iter().filter(|found| found.name == parameter.name);
+        let found = found.find(|found| found.joint == hidden.joint).unwrap();
+        let distance = (found.value - truth).abs();
+        assert!(distance < 4.0 * found.std_error.unwrap() + 1e-12, "{}: {found:?}, truth {truth}", hidden.effect);
+    }
+}
+
+#[test]
+fn without_a_hidden_effect_nothing_is_reported() {
+    for seed in 0..5 {
+        let scenario = Scenario { seed, effects: Vec::new(), ..Scenario::embedded() };
+        let session = run(Command::Diagnose, &simulated(scenario));
+        assert_eq!(report(&session).verdict, Verdict::NothingMissing, "seed {seed}: {}", report(&session).advice);
+        assert!(report(&session).effects.is_empty());
+    }
+}
+
+#[test]
+fn what_was_added_helps_at_higher_speed_too() {
+    let slow = hiding("viscous-friction", &[0], 0.1, 5);
+    let session = run(Command::Diagnose, &simulated(slow.clone()));
+    let (before, after) = (session.current().unwrap().clone(), add_all(&session).current().unwrap().clone());
+    let fast = simulated(Scenario { speed_scale: 2.0, ..slow }).recording.unwrap();
+    let error = |fitted: &torquescope::model::Fitted| -> f64 {
+        let of_trajectory = |trajectory: &torquescope::recording::Trajectory| -> f64 {
+            let predicted = fitted.predict(trajectory).unwrap().total;
+            let pairs = trajectory.tau.iter().flatten().zip(predicted.iter().flatten());
+            pairs.map(|(tau, model)| (tau - model).powi(2)).sum()
+        };
+        fast.trajectories.iter().map(of_trajectory).sum()
+    };
+    assert!(error(&after.fitted) < 0.5 * error(&before.fitted));
+}
+
+#[test]
+fn the_diagnosis_can_not_read_the_seal() {
+    let honest = simulated(hiding("joint-spring", &[2], 0.1, 3));
+    let mut recording = honest.recording.as_deref().unwrap().clone();
+    let truth = recording.seal.as_ref().unwrap().open().unwrap();
+    let lie = HiddenEffect { effect: "coulomb-friction".into(), joint: Some(0), parameters: vec![9.0] };
+    recording.seal = Some(Seal::close(&Truth { effects: vec![lie], ..truth }));
+    let lied_to = Session { recording: Some(recording.clone().into()), ..honest.clone() };
+    recording.seal = None;
+    let unsealed = Session { recording: Some(recording.into()), ..honest.clone() };
+    let answer = |session: &Session| serde_json::to_string(report(&run(Command::Diagnose, session))).unwrap();
+    let expected = answer(&honest);
+    assert!(expected.contains("joint-spring"));
+    assert_eq!(answer(&lied_to), expected);
+    assert_eq!(answer(&unsealed), expected);
+}
+
+#[test]
+fn the_truth_stays_closed_until_the_user_opens_it() {
+    let session = run(Command::Diagnose, &simulated(Scenario::embedded()));
+    assert!(session.truth.is_none());
+    assert!(run(Command::OpenSeal, &session).truth.is_some());
+}
+
+#[test]
+fn each_addition_is_a_step_that_can_be_undone() {
+    let mut history = History::new(run(Command::Diagnose, &simulated(Scenario::embedded())));
+    let error_before = held_out(history.current());
+    let added = add_all(history.current());
+    history.push(added, "add Coulomb friction");
+    assert_eq!(history.current().ladder.len(), 2);
+    assert!(held_out(history.current()) < 0.3 * error_before);
+    history.undo();
+    assert_eq!(history.current().ladder.len(), 1);
+    assert_eq!(held_out(history.current()), error_before);
+    history.redo();
+    let back = run(Command::GoTo { step: 0 }, history.current());
+    assert_eq!(held_out(&back), error_before);
+}
+
+#[test]
+fn a_payload_is_known_only_beside_a_stated_arm() {
+    let unstated = simulated(Scenario { stated: false, ..hiding("tip-payload", &[0], 0.1, 4) });
+    let session = run(Command::Diagnose, &unstated);
+    assert_eq!(report(&session).verdict, Verdict::NothingMissing);
+    assert!(report(&session).advice.contains("state the arm"), "{}", report(&session).advice);
+    let command = Command::AddEffect { effect: "tip-payload".into(), joints: vec![] };
+    let message = command.run(&session, &Monitor::new()).unwrap_err().to_string();
+    assert!(message.contains("state the arm"), "{message}");
+}
+
+#[test]
+fn the_stated_arm_is_a_preset_of_its_own() {
+    let session = simulated(hiding("tip-payload", &[0], 0.1, 4));
+    let stated = run(Command::ChoosePreset(Preset::StatedArm), &session);
+    assert!(held_out(&stated) > 3.0 * held_out(&session), "the stated arm does not know the payload");
+    let found = run(Command::Diagnose, &stated);
+    assert_eq!(report(&found).effects[0].effect, "tip-payload");
+}
+
+#[test]
+fn a_stop_ends_the_work_and_leaves_the_session() {
+    let monitor = Monitor::new();
+    monitor.stop("the user changed their mind");
+    let error = Command::Simulate(Box::new(Scenario::embedded())).run(&Session::default(), &monitor).unwrap_err();
+    assert!(error.to_string().contains("changed their mind"));
+}
+
+#[test]
+fn data_that_can_not_answer_get_an_honest_answer() {
+    let still = |change: fn(&mut torquescope::recording::Recording)| {
+        let mut recording = simulated(Scenario::embedded()).recording.as_deref().unwrap().clone();
+        change(&mut recording);
+        let split = torquescope::recording::split::Split::automatic(&recording);
+        let session = Session { recording: Some(recording.into()), split, ..Session::default() };
+        Command::ChoosePreset(Preset::RigidBody)
+            .run(&session, &Monitor::new())
+            .and_then(|session| Command::Diagnose.run(&session, &Monitor::new()))
+    };
+    let zero_torque = still(|recording| {
+        for trajectory in &mut recording.trajectories {
+            trajectory.tau.iter_mut().flatten().for_each(|tau| *tau = 0.0);
+        }
+    });
+    assert!(zero_torque.unwrap_err().to_string().contains("torque is zero"));
+    let fifty_samples = still(|recording| {
+        recording.trajectories = vec![recording.trajectories[0].slice(0..50)];
+    });
+    if let Ok(session) = fifty_samples {
+        assert!(report(&session).effects.iter().all(|effect| effect.confidence < 1.0));
+    }
+    let one_joint_still = still(|recording| {
+        for trajectory in &mut recording.trajectories {
+            for signal in [&mut trajectory.q, &mut trajectory.qd, &mut trajectory.qdd] {
+                signal[2].iter_mut().for_each(|value| *value = 0.0);
+            }
+        }
+    });
+    let session = one_joint_still.unwrap();
+    assert!(
+        report(&session).effects.iter().all(|effect| !effect.joints.contains(&2)),
+        "{:?}",
+        report(&session).effects
+    );
+}
