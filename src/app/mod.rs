@@ -214,7 +214,7 @@ impl TorquescopeApp {
             Command::Open { .. } | Command::Simulate(_) => self.state.recording_changed(),
             Command::Diagnose => self.state.screen = Screen::Diagnose,
             Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
-            Command::ChoosePreset(_) | Command::GoTo { .. } | Command::OpenSeal => (),
+            Command::ChoosePreset(_) | Command::UseModel { .. } | Command::GoTo { .. } | Command::OpenSeal => (),
         }
     }
 

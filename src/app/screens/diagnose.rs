@@ -12,8 +12,8 @@ use crate::app::widgets;
 use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
 use crate::effect::{Scope, Spec, registry};
 use crate::model::Parameter;
-use crate::recording::Recording;
-use crate::session::{Command, joints_text};
+use crate::recording::{Recording, joints_text};
+use crate::session::Command;
 
 /// Width of the list of candidates \[points\].
 const LIST: f32 = 400.0;
