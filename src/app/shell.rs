@@ -84,7 +84,9 @@ fn top_bar(ui: &mut Ui, desk: &mut Desk) {
             }
             let stroke = if is_next { Stroke::new(1.0, palette.accent) } else { Stroke::NONE };
             let shortcut = format!("{} (Ctrl+{})", screen.purpose(), number + 1);
-            if ui.add(button.stroke(stroke)).on_hover_text(shortcut).clicked() {
+            let response = ui.add(button.stroke(stroke)).on_hover_text(shortcut);
+            response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, current, screen.title()));
+            if response.clicked() {
                 desk.orders.push(Order::Show(screen));
             }
         }

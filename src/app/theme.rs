@@ -75,7 +75,7 @@ const DASHES: [Dash; 7] =
 /// Dash of measured signals.
 pub const MEASURED_DASH: Dash = &[];
 /// Dash of predicted signals.
-pub const PREDICTED_DASH: Dash = &[6.0, 3.0];
+pub const PREDICTED_DASH: Dash = &[7.0, 4.0];
 
 const DARK: Palette = Palette {
     background: Color32::from_rgb(0x10, 0x12, 0x16),
@@ -192,8 +192,9 @@ fn visuals(theme: Theme) -> Visuals {
     let dark = theme == Theme::Dark;
     let mut visuals = if dark { Visuals::dark() } else { Visuals::light() };
     let towards_text = |share: f32| palette.card.lerp_to_gamma(palette.text, share);
+    // Handles of sliders and scroll bars take `bg_fill`, buttons `weak_bg_fill`.
     let widget = |fill: Color32, border: Color32, text: Color32| WidgetVisuals {
-        bg_fill: fill,
+        bg_fill: fill.lerp_to_gamma(palette.text, 0.12),
         weak_bg_fill: fill,
         bg_stroke: Stroke::new(1.0, border),
         corner_radius: CornerRadius::same(RADIUS),

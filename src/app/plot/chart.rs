@@ -111,6 +111,12 @@ impl<'a> Chart<'a> {
         self
     }
 
+    /// Adds a line that is seen under another one.
+    pub fn under_line(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
+        self.lines.push(Line { name, x, y, color, dash, width: 2.4, gaps: true });
+        self
+    }
+
     /// Adds a thick line.
     pub fn strong_line(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
         self.lines.push(Line { name, x, y, color, dash, width: 2.6, gaps: true });

@@ -52,7 +52,7 @@ fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::se
     for joint in 0..joints {
         let unit = units(recording.joints[joint].kind)[3];
         let name = &recording.joints[joint].name;
-        let mut chart = Chart::new(format!("{name}: torque"), unit, extent).shaded(shades.iter().copied()).line(
+        let mut chart = Chart::new(format!("{name}: torque"), unit, extent).shaded(shades.iter().copied()).under_line(
             "measured τ",
             &run.time,
             &run.tau[joint],

@@ -22,12 +22,10 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
 
 fn measured(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else {
-        widgets::empty(
-            ui,
-            "No recording yet",
-            "Drop a CSV or NPZ file here, open one, or simulate one on the right.",
-            "",
-        );
+        let sentence = "Drop a CSV or NPZ file here, open one, or simulate one.";
+        if widgets::empty(ui, "There is no recording yet", sentence, "Simulate the demonstration arm") {
+            desk.run(Command::Simulate(Box::new(Scenario::embedded())));
+        }
         return;
     };
     let duration: f64 = recording.trajectories.iter().map(|run| run.time.last().unwrap_or(&0.0) - run.time[0]).sum();
