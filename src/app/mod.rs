@@ -1,16 +1,271 @@
-//! Stub.
-use crate::session::Session;
-/// Stub.
-#[derive(Debug, Clone, Default)]
-pub struct ScreenshotOptions {
-    /// Stub.
-    pub screen: String,
+//! The window: `logic` receives and applies, `ui` draws. It sends [`Command`]s, as the command line does, and runs the long
+//! ones in a [`Job`].
+//!
+//! [`screens`] has one file per screen, [`plot`] what charts are made of, [`theme`] all colours and sizes; [`headless`]
+//! draws the same window without a display.
+
+mod fonts;
+pub mod headless;
+pub mod plot;
+pub mod raster;
+pub mod screens;
+mod shell;
+mod state;
+pub mod theme;
+mod widgets;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+pub use headless::{ScreenshotOptions, screenshot};
+pub use screens::Screen;
+pub use state::{Order, State};
+
+use crate::session::{Command, History, Session};
+use crate::work::{Job, Outcome};
+use state::{Notice, Tone};
+
+/// A file dialog that answers "nothing chosen" faster than this was never shown.
+const FASTEST_CANCEL: Duration = Duration::from_millis(400);
+
+/// The program's window.
+pub struct TorquescopeApp {
+    history: History,
+    state: State,
+    running: Option<Running>,
+    dialog: Option<(Job<Option<Vec<PathBuf>>>, Instant)>,
+    orders: Vec<Order>,
 }
-/// Stub.
-pub fn run_window(_start: Session) -> anyhow::Result<()> {
-    Ok(())
+
+/// A command at work.
+struct Running {
+    job: Job<Session>,
+    command: Command,
 }
-/// Stub.
-pub fn screenshot(_session: Session, _options: &ScreenshotOptions) -> anyhow::Result<Vec<u8>> {
-    Ok(Vec::new())
+
+/// Opens the window on a session and returns when it is closed.
+///
+/// # Errors
+/// What the system says if it gives no window.
+pub fn run_window(session: Session) -> anyhow::Result<()> {
+    let viewport = egui::ViewportBuilder::default()
+        .with_title("Torquescope")
+        .with_app_id("torquescope")
+        .with_inner_size([1440.0, 900.0])
+        .with_min_inner_size([960.0, 640.0])
+        .with_drag_and_drop(true);
+    let options = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
+    let create: eframe::AppCreator = Box::new(move |context| {
+        theme::install(&context.egui_ctx);
+        Ok(Box::new(TorquescopeApp::new(session)))
+    });
+    eframe::run_native("torquescope", options, create).map_err(|error| {
+        anyhow::anyhow!("no window could be opened ({error}): `torquescope --help` lists the commands that need none")
+    })
+}
+
+impl TorquescopeApp {
+    /// The window on this session, at the first screen. The context needs [`theme::install`] first.
+    pub fn new(session: Session) -> Self {
+        TorquescopeApp {
+            history: History::new(session),
+            state: State::default(),
+            running: None,
+            dialog: None,
+            orders: Vec::new(),
+        }
+    }
+
+    /// The document as it is.
+    pub fn session(&self) -> &Session {
+        self.history.current()
+    }
+
+    /// The screen that is shown.
+    pub fn screen(&self) -> Screen {
+        self.state.screen
+    }
+
+    /// Shows another screen.
+    pub fn show_screen(&mut self, screen: Screen) {
+        self.state.screen = screen;
+    }
+
+    /// Whether a job is at work.
+    pub fn is_busy(&self) -> bool {
+        self.running.is_some() || self.dialog.is_some()
+    }
+
+    /// Gives an order, as a click would.
+    pub fn order(&mut self, order: Order) {
+        self.orders.push(order);
+    }
+
+    /// Receives what jobs, keys and other programs sent, and carries out the orders of the last frame.
+    pub fn receive(&mut self, ctx: &egui::Context) {
+        self.poll_job();
+        self.poll_dialog();
+        let dropped: Vec<PathBuf> =
+            ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
+        if !dropped.is_empty() {
+            self.orders.push(Order::open(dropped));
+        }
+        self.orders.extend(shell::shortcuts(ctx));
+        for order in std::mem::take(&mut self.orders) {
+            self.carry_out(order, ctx);
+        }
+    }
+
+    /// Draws everything.
+    pub fn draw(&mut self, ui: &mut egui::Ui) {
+        let busy = self.running.as_ref().map(|running| (running.job.name().to_owned(), running.job.progress()));
+        let session = self.history.current().clone();
+        let mut desk = state::Desk {
+            session: &session,
+            state: &mut self.state,
+            orders: &mut self.orders,
+            busy: busy.as_ref(),
+            undo: self.history.undo_text(),
+            redo: self.history.redo_text(),
+        };
+        shell::show(ui, &mut desk);
+        if !self.orders.is_empty() {
+            ui.ctx().request_repaint();
+        }
+    }
+
+    fn carry_out(&mut self, order: Order, ctx: &egui::Context) {
+        match order {
+            Order::Run(command) => self.run(*command, ctx),
+            Order::Show(screen) => self.state.screen = screen,
+            Order::Undo => {
+                self.history.undo();
+                self.state.data_changed();
+            }
+            Order::Redo => {
+                self.history.redo();
+                self.state.data_changed();
+            }
+            Order::Stop => {
+                if let Some(running) = &mut self.running {
+                    running.job.stop("you pressed Stop");
+                }
+                self.poll_job();
+            }
+            Order::ToggleTheme => {
+                let dark = ctx.theme() == egui::Theme::Dark;
+                ctx.set_theme(if dark { egui::Theme::Light } else { egui::Theme::Dark });
+            }
+            Order::OpenDialog => self.open_dialog(ctx),
+            Order::Dismiss(notice) => {
+                if notice < self.state.notices.len() {
+                    self.state.notices.remove(notice);
+                }
+            }
+        }
+    }
+
+    fn run(&mut self, command: Command, ctx: &egui::Context) {
+        if let Some(running) = &self.running {
+            let text =
+                format!("“{}” was not started, because “{}” is still at work.", command.title(), running.job.name());
+            self.state.notices.push(Notice::new(Tone::Warning, text, "Wait for it, or press Stop in the bar below."));
+            return;
+        }
+        let session = self.history.current().clone();
+        if command.is_quick() {
+            match command.run(&session, &crate::progress::Monitor::new()) {
+                Ok(session) => self.accept(session, &command),
+                Err(error) => self.fail(&command, error.to_string()),
+            }
+            return;
+        }
+        let (context, work) = (ctx.clone(), command.clone());
+        let wake = move || context.request_repaint();
+        let job = Job::spawn(command.title(), wake, move |monitor| work.run(&session, monitor));
+        self.running = Some(Running { job, command });
+    }
+
+    fn poll_job(&mut self) {
+        let Some(running) = &mut self.running else { return };
+        let Some(outcome) = running.job.poll() else { return };
+        let Some(Running { command, .. }) = self.running.take() else { return };
+        match outcome {
+            Outcome::Done(session) => self.accept(session, &command),
+            Outcome::Failed(message) => self.fail(&command, message),
+            Outcome::Stopped(reason) => {
+                let text = format!("Stopped: {}, because {reason}. Nothing was changed.", command.title());
+                self.state.notices.push(Notice::new(Tone::Info, text, ""));
+            }
+            Outcome::Panicked(message) => {
+                let text = format!("A defect of the program ended “{}”: {message}.", command.title());
+                let remedy = "Your session is as it was. Please report this with what you did.";
+                self.state.notices.push(Notice::new(Tone::Error, text, remedy));
+            }
+        }
+    }
+
+    fn accept(&mut self, session: Session, command: &Command) {
+        let failures_outlived = |notice: &Notice| notice.tone != Tone::Info;
+        self.state.notices.retain(failures_outlived);
+        self.history.push(session, &command.title());
+        self.state.data_changed();
+        match command {
+            Command::Open { .. } | Command::Simulate(_) => self.state.recording_changed(),
+            Command::Diagnose => self.state.screen = Screen::Diagnose,
+            Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
+            Command::ChoosePreset(_) | Command::UseModel { .. } | Command::GoTo { .. } | Command::OpenSeal => (),
+        }
+    }
+
+    fn fail(&mut self, command: &Command, message: String) {
+        let text = format!("Could not {}: {message}.", command.title());
+        self.state.notices.push(Notice::new(Tone::Error, text, "Nothing was changed."));
+    }
+
+    fn open_dialog(&mut self, ctx: &egui::Context) {
+        if self.dialog.is_some() {
+            return;
+        }
+        let context = ctx.clone();
+        let wake = move || context.request_repaint();
+        let job = Job::spawn("choose files", wake, |_| {
+            let dialog = rfd::FileDialog::new()
+                .set_title("Open recordings")
+                .add_filter("recordings", &["csv", "npz", "npy", "txt"]);
+            Ok::<_, String>(dialog.pick_files())
+        });
+        self.dialog = Some((job, Instant::now()));
+    }
+
+    fn poll_dialog(&mut self) {
+        let Some((job, begin)) = &mut self.dialog else { return };
+        let Some(outcome) = job.poll() else { return };
+        let at_once = begin.elapsed() < FASTEST_CANCEL;
+        self.dialog = None;
+        match outcome {
+            Outcome::Done(Some(paths)) if !paths.is_empty() => self.orders.push(Order::open(paths)),
+            Outcome::Done(_) if !at_once => (),
+            _ => {
+                let text = "This system shows no file dialog.";
+                let remedy = "Type the path into the field on the Data screen, or drop the file onto the window.";
+                self.state.notices.push(Notice::new(Tone::Warning, text, remedy));
+                self.state.screen = Screen::Data;
+            }
+        }
+    }
+}
+
+impl eframe::App for TorquescopeApp {
+    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.receive(ctx);
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.draw(ui);
+    }
+
+    fn persist_egui_memory(&self) -> bool {
+        false
+    }
 }

@@ -4,3 +4,8 @@
 mod job;
 
 pub use job::{Job, Outcome};
+
+/// Gives way to the jobs for a moment; for those who wait without a window that would wake them.
+pub fn pause() {
+    std::thread::sleep(std::time::Duration::from_millis(2));
+}

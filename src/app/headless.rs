@@ -1,0 +1,127 @@
+//! The same window without a display: frames until it is settled, then a picture.
+
+use std::str::FromStr;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context as _, bail};
+use egui::{Pos2, RawInput, Rect, ViewportId, vec2};
+
+use super::raster::{Picture, Raster};
+use super::theme::{self, Palette};
+use super::{Screen, TorquescopeApp};
+use crate::session::Session;
+
+/// Frames that are drawn at least, since egui measures in one what it uses in the next.
+const FEWEST_FRAMES: usize = 4;
+/// Longest wait for jobs.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Largest side of a picture \[pixels\].
+const LARGEST_SIDE: f32 = 16384.0;
+
+/// Light or dark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Look {
+    /// Dark text on light ground.
+    Light,
+    /// Light text on dark ground.
+    #[default]
+    Dark,
+}
+
+impl FromStr for Look {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "light" => Ok(Look::Light),
+            "dark" => Ok(Look::Dark),
+            other => Err(format!("there is no theme `{other}`: choose light or dark")),
+        }
+    }
+}
+
+impl From<Look> for egui::Theme {
+    fn from(look: Look) -> Self {
+        match look {
+            Look::Light => egui::Theme::Light,
+            Look::Dark => egui::Theme::Dark,
+        }
+    }
+}
+
+/// What a screenshot shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScreenshotOptions {
+    /// Name of the screen, one of [`Screen::ALL`].
+    pub screen: String,
+    /// Light or dark.
+    pub theme: Look,
+    /// Size of the window \[points\].
+    pub size: [f32; 2],
+    /// Pixels per point.
+    pub scale: f32,
+}
+
+impl Default for ScreenshotOptions {
+    fn default() -> Self {
+        ScreenshotOptions { screen: "data".to_owned(), theme: Look::default(), size: [1600.0, 1000.0], scale: 1.0 }
+    }
+}
+
+/// A picture of one screen as PNG.
+///
+/// # Errors
+/// If there is no such screen, the size can't be, or the window does not settle.
+pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Result<Vec<u8>> {
+    let mut app = TorquescopeApp::new(session);
+    app.show_screen(Screen::from_str(&options.screen).map_err(anyhow::Error::msg)?);
+    let picture = render(&mut app, options)?;
+    picture.png().context("the picture can't be written as PNG")
+}
+
+/// Runs an app until nothing moves any more and draws its last frame.
+///
+/// # Errors
+/// If the size can't be, or the window does not settle.
+pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::Result<Picture> {
+    let ScreenshotOptions { theme, size: [width, height], scale, .. } = *options;
+    let fits = |side: f32| (64.0..=LARGEST_SIDE).contains(&(side * scale));
+    if !(fits(width) && fits(height) && scale > 0.0) {
+        bail!(
+            "a picture of {width}x{height} at scale {scale} can't be drawn: each side needs 64 to {LARGEST_SIDE} pixels"
+        );
+    }
+    let ctx = egui::Context::default();
+    theme::install(&ctx);
+    ctx.set_theme(egui::Theme::from(theme));
+    ctx.all_styles_mut(|style| style.animation_time = 0.0);
+    let mut raster = Raster::default();
+    let begin = Instant::now();
+    for frame in 0.. {
+        let mut input = RawInput {
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(width, height))),
+            time: Some(frame as f64 / 60.0),
+            ..RawInput::default()
+        };
+        if let Some(viewport) = input.viewports.get_mut(&ViewportId::ROOT) {
+            viewport.native_pixels_per_point = Some(scale);
+        }
+        let mut output = ctx.run_ui(input, |ui| {
+            app.receive(ui.ctx());
+            app.draw(ui);
+        });
+        raster.update_textures(&mut output.textures_delta);
+        if frame + 1 >= FEWEST_FRAMES && !app.is_busy() && app.orders.is_empty() {
+            let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
+            let pixels = [width, height].map(|side| (side * scale).round() as usize);
+            return Ok(raster.paint(&primitives, pixels, scale, Palette::of(egui::Theme::from(theme)).background));
+        }
+        if begin.elapsed() > PATIENCE {
+            bail!("the window did not settle within {} s", PATIENCE.as_secs());
+        }
+        if app.is_busy() {
+            crate::work::pause();
+        }
+    }
+    bail!("no frame was drawn")
+}

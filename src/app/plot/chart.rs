@@ -1,0 +1,439 @@
+//! The chart: lines and points over a shared, zoomable horizontal axis, with a cursor that all charts share.
+//!
+//! The wheel zooms about the pointer, Shift or the right button drags the view, a double click shows everything again.
+//! A click or drag puts the cursor; with the keyboard the arrow keys move it. The legend stands above the plot, never on
+//! the data, and shows the values at the cursor.
+
+use egui::epaint::{Mesh, Shape, Vertex};
+use egui::{
+    Align2, Color32, CursorIcon, FontId, Key, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2,
+    vec2,
+};
+
+use super::decimate::Decimator;
+use super::ticks;
+use crate::app::theme::{Dash, Palette, RADIUS, SMALL};
+
+/// Room for the labels left of the plot \[points\]; the same in all charts, so that stacked charts are aligned.
+const LEFT: f32 = 54.0;
+/// Height of the title and legend above the plot \[points\].
+const TOP: f32 = 20.0;
+/// Height of tick labels below the plot \[points\].
+const TICKS: f32 = 16.0;
+/// Height of the axis label below the ticks \[points\].
+const LABEL: f32 = 15.0;
+/// The part of the whole that stays in view at the deepest zoom.
+const DEEPEST_ZOOM: f64 = 1e-5;
+
+/// Which part of the horizontal axis is in view; shared by linked charts.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Window {
+    /// `None` shows everything.
+    pub range: Option<[f64; 2]>,
+}
+
+/// A line over ascending x.
+struct Line<'a> {
+    name: &'a str,
+    x: &'a [f64],
+    y: &'a [f64],
+    color: Color32,
+    dash: Dash,
+    width: f32,
+    gaps: bool,
+}
+
+/// Points in no order.
+struct Cloud<'a> {
+    points: &'a [[f64; 2]],
+    color: Color32,
+    radius: f32,
+}
+
+/// A chart, drawn by [`Chart::show`].
+#[must_use]
+pub struct Chart<'a> {
+    title: String,
+    unit: &'a str,
+    x_label: &'a str,
+    x_unit: &'a str,
+    height: f32,
+    extent: [f64; 2],
+    lines: Vec<Line<'a>>,
+    clouds: Vec<Cloud<'a>>,
+    shades: Vec<[f64; 2]>,
+    bands: Vec<(&'a [[f64; 3]], Color32)>,
+    ticks_shown: bool,
+    cursor: Option<&'a mut Option<f64>>,
+}
+
+impl<'a> Chart<'a> {
+    /// A chart over `extent` of the horizontal axis.
+    pub fn new(title: impl Into<String>, unit: &'a str, extent: [f64; 2]) -> Self {
+        let extent = if extent[1] > extent[0] { extent } else { [extent[0] - 0.5, extent[0] + 0.5] };
+        Chart {
+            title: title.into(),
+            unit,
+            x_label: "",
+            x_unit: "",
+            height: 140.0,
+            extent,
+            lines: Vec::new(),
+            clouds: Vec::new(),
+            shades: Vec::new(),
+            bands: Vec::new(),
+            ticks_shown: true,
+            cursor: None,
+        }
+    }
+
+    /// Label of the horizontal axis; without it only numbers stand there.
+    pub fn x_axis(mut self, label: &'a str, unit: &'a str) -> Self {
+        (self.x_label, self.x_unit) = (label, unit);
+        self
+    }
+
+    /// Draws no numbers under the plot, because the chart below it does.
+    pub fn without_ticks(mut self) -> Self {
+        self.ticks_shown = false;
+        self
+    }
+
+    /// Height of the whole widget \[points\].
+    pub fn height(mut self, height: f32) -> Self {
+        self.height = height;
+        self
+    }
+
+    /// Adds a line.
+    pub fn line(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
+        self.lines.push(Line { name, x, y, color, dash, width: 1.4, gaps: true });
+        self
+    }
+
+    /// Adds a line that is seen under another one.
+    pub fn under_line(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
+        self.lines.push(Line { name, x, y, color, dash, width: 2.4, gaps: true });
+        self
+    }
+
+    /// Adds a thick line.
+    pub fn strong_line(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
+        self.lines.push(Line { name, x, y, color, dash, width: 2.6, gaps: true });
+        self
+    }
+
+    /// Adds a thick line whose points may lie at any distance from each other.
+    pub fn curve(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
+        self.lines.push(Line { name, x, y, color, dash, width: 2.6, gaps: false });
+        self
+    }
+
+    /// Adds points.
+    pub fn points(mut self, points: &'a [[f64; 2]], color: Color32, radius: f32) -> Self {
+        self.clouds.push(Cloud { points, color, radius });
+        self
+    }
+
+    /// Adds a band: x, lower, upper.
+    pub fn band(mut self, band: &'a [[f64; 3]], color: Color32) -> Self {
+        self.bands.push((band, color));
+        self
+    }
+
+    /// Marks stretches of the horizontal axis as held out.
+    pub fn shaded(mut self, stretches: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        self.shades.extend(stretches);
+        self
+    }
+
+    /// Shows and moves this cursor.
+    pub fn cursor(mut self, cursor: &'a mut Option<f64>) -> Self {
+        self.cursor = Some(cursor);
+        self
+    }
+
+    /// Draws the chart over the full width.
+    pub fn show(mut self, ui: &mut Ui, window: &mut Window, decimator: &mut Decimator) -> Response {
+        let palette = Palette::in_ui(ui);
+        let (outer, response) =
+            ui.allocate_exact_size(vec2(ui.available_width(), self.height), Sense::click_and_drag());
+        let spoken = format!("plot of {} [{}]", self.title, self.unit);
+        response.widget_info(|| WidgetInfo::labeled(egui::Role::GraphicsObject, true, &spoken));
+        let bottom = if self.ticks_shown { TICKS } else { 4.0 } + if self.x_label.is_empty() { 0.0 } else { LABEL };
+        let plot = Rect::from_min_max(outer.min + vec2(LEFT, TOP), outer.max - vec2(8.0, bottom));
+        if !ui.is_rect_visible(outer) || plot.width() < 10.0 || plot.height() < 10.0 {
+            return response;
+        }
+        self.navigate(ui, &response, plot, window);
+        let x_range = window.range.unwrap_or(self.extent);
+        let columns = plot.width() as usize;
+        let pieces: Vec<_> =
+            self.lines.iter().map(|line| decimator.pieces(line.x, line.y, x_range, columns, line.gaps)).collect();
+        let y_range = self.y_range(&pieces, x_range);
+        let place = Place { plot, x_range, y_range };
+
+        let painter = ui.painter();
+        painter.rect_filled(plot, 0, palette.canvas);
+        for [from, to] in &self.shades {
+            let (from, to) = (place.x(*from).max(plot.left()), place.x(*to).min(plot.right()));
+            if from < to {
+                let stretch = Rect::from_x_y_ranges(from..=to, plot.y_range());
+                painter.rect_filled(stretch, 0, palette.held_out);
+            }
+        }
+        self.draw_grid(ui, &place, outer);
+        let clipped = painter.with_clip_rect(plot);
+        for (band, color) in &self.bands {
+            clipped.add(band_shape(band, &place, *color));
+        }
+        for cloud in &self.clouds {
+            clipped.add(cloud_shape(cloud, &place));
+        }
+        for (line, pieces) in self.lines.iter().zip(&pieces) {
+            for piece in pieces.iter() {
+                let points: Vec<Pos2> = piece.iter().map(|point| place.point(*point)).collect();
+                match points.as_slice() {
+                    [only] => drop(clipped.circle_filled(*only, line.width, line.color)),
+                    _ => add_line(&clipped, points, line),
+                }
+            }
+        }
+        let at = self.cursor.as_deref().copied().flatten();
+        if let Some(at) = at.filter(|at| (x_range[0]..=x_range[1]).contains(at)) {
+            clipped.vline(place.x(at), plot.y_range(), Stroke::new(1.0, palette.cursor));
+            for line in &self.lines {
+                if let Some(value) = value_at(line, at) {
+                    clipped.circle(place.point([at, value]), 3.0, line.color, Stroke::new(1.0, palette.canvas));
+                }
+            }
+        }
+        painter.rect_stroke(plot, 0, Stroke::new(1.0, palette.border), StrokeKind::Outside);
+        if response.has_focus() {
+            painter.rect_stroke(plot.expand(2.0), RADIUS, Stroke::new(1.5, palette.accent), StrokeKind::Outside);
+        }
+        self.draw_header(
+            ui,
+            outer,
+            plot,
+            at,
+            response.hover_pos().filter(|_| self.cursor.is_none()).map(|at| place.value(at)),
+        );
+        response
+    }
+
+    /// Wheel, drag, double click and keys.
+    fn navigate(&mut self, ui: &Ui, response: &Response, plot: Rect, window: &mut Window) {
+        let shown = window.range.unwrap_or(self.extent);
+        let span = shown[1] - shown[0];
+        let at = |x: f32| shown[0] + f64::from((x - plot.left()) / plot.width()) * span;
+        if response.double_clicked() {
+            window.range = None;
+            return;
+        }
+        let panning = response.dragged_by(egui::PointerButton::Secondary)
+            || response.dragged_by(egui::PointerButton::Middle)
+            || (response.dragged() && ui.input(|input| input.modifiers.shift));
+        if panning {
+            let shift = -f64::from(response.drag_delta().x / plot.width()) * span;
+            window.range = Some(self.kept_inside([shown[0] + shift, shown[1] + shift]));
+        } else if let (Some(cursor), Some(pointer)) = (self.cursor.as_deref_mut(), response.interact_pointer_pos()) {
+            *cursor = Some(at(pointer.x).clamp(self.extent[0], self.extent[1]));
+        }
+        if let Some(pointer) = response.hover_pos().filter(|pointer| plot.contains(*pointer)) {
+            if self.cursor.is_some() {
+                ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+            }
+            let (zoom, wheel) = ui.input(|input| (input.zoom_delta(), input.smooth_scroll_delta()));
+            // Only with Ctrl or a pinch, so that the page still scrolls under the wheel.
+            let factor = f64::from(1.0 / zoom);
+            if factor != 1.0 {
+                let pivot = at(pointer.x);
+                let range = [pivot + (shown[0] - pivot) * factor, pivot + (shown[1] - pivot) * factor];
+                window.range = Some(self.kept_inside(range));
+            } else if wheel.x != 0.0 {
+                let shift = -f64::from(wheel.x / plot.width()) * span;
+                window.range = Some(self.kept_inside([shown[0] + shift, shown[1] + shift]));
+            }
+        }
+        if response.has_focus()
+            && let Some(cursor) = self.cursor.as_deref_mut()
+        {
+            let pressed = |key| ui.input(|input| input.num_presses(key)) as f64;
+            let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft);
+            if steps != 0.0 {
+                let from = cursor.unwrap_or(shown[0]);
+                *cursor = Some((from + steps * span / 200.0).clamp(self.extent[0], self.extent[1]));
+            }
+        }
+    }
+
+    fn kept_inside(&self, range: [f64; 2]) -> [f64; 2] {
+        let whole = self.extent[1] - self.extent[0];
+        let span = (range[1] - range[0]).clamp(whole * DEEPEST_ZOOM, whole);
+        let from = range[0].clamp(self.extent[0], self.extent[1] - span);
+        [from, from + span]
+    }
+
+    /// The smallest range that holds everything in view, with a margin.
+    fn y_range(&self, pieces: &[super::decimate::Pieces], x_range: [f64; 2]) -> [f64; 2] {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut take = |value: f64| {
+            if value.is_finite() {
+                (low, high) = (low.min(value), high.max(value));
+            }
+        };
+        pieces.iter().flat_map(|pieces| pieces.iter().flatten()).for_each(|point| take(point[1]));
+        let clouds = self.clouds.iter().flat_map(|cloud| cloud.points);
+        clouds.filter(|point| (x_range[0]..=x_range[1]).contains(&point[0])).for_each(|point| take(point[1]));
+        if low > high {
+            return [-1.0, 1.0];
+        }
+        let margin = if high > low { 0.08 * (high - low) } else { 0.5 * high.abs().max(1.0) };
+        [low - margin, high + margin]
+    }
+
+    fn draw_grid(&self, ui: &Ui, place: &Place, outer: Rect) {
+        let palette = Palette::in_ui(ui);
+        let painter = ui.painter();
+        let font = FontId::proportional(SMALL - 0.5);
+        let plot = place.plot;
+        let line = Stroke::new(1.0, palette.grid);
+        let y_ticks = ticks::linear(place.y_range, (plot.height() / 20.0).clamp(3.0, 8.0) as usize);
+        for (tick, text) in y_ticks.iter().zip(ticks::labels(&y_ticks)) {
+            let y = place.y(*tick).round() + 0.5;
+            painter.hline(plot.x_range(), y, if *tick == 0.0 { Stroke::new(1.0, palette.border) } else { line });
+            painter.text(pos2(plot.left() - 5.0, y), Align2::RIGHT_CENTER, text, font.clone(), palette.weak);
+        }
+        let x_ticks = ticks::linear(place.x_range, (plot.width() / 80.0).clamp(2.0, 12.0) as usize);
+        for (tick, text) in x_ticks.iter().zip(ticks::labels(&x_ticks)) {
+            let x = place.x(*tick).round() + 0.5;
+            painter.vline(x, plot.y_range(), line);
+            if self.ticks_shown {
+                painter.text(pos2(x, plot.bottom() + 3.0), Align2::CENTER_TOP, text, font.clone(), palette.weak);
+            }
+        }
+        if !self.x_label.is_empty() {
+            let text = format!("{} [{}]", self.x_label, self.x_unit);
+            let at = pos2(plot.center().x, outer.bottom() - 1.0);
+            painter.text(at, Align2::CENTER_BOTTOM, text, FontId::proportional(SMALL), palette.weak);
+        }
+    }
+
+    /// Title on the left; legend with values at the cursor on the right.
+    fn draw_header(&self, ui: &Ui, outer: Rect, plot: Rect, cursor: Option<f64>, hovered: Option<[f64; 2]>) {
+        let palette = Palette::in_ui(ui);
+        let painter = ui.painter().with_clip_rect(outer);
+        let y = outer.top() + TOP / 2.0 - 1.0;
+        let title = format!("{} [{}]", self.title, self.unit);
+        let title = painter.text(
+            pos2(plot.left(), y),
+            Align2::LEFT_CENTER,
+            title,
+            FontId::proportional(SMALL + 0.5),
+            palette.text,
+        );
+        let font = FontId::proportional(SMALL);
+        let mut right = plot.right();
+        if let Some([x, value]) = hovered {
+            let text = format!("{} {}, {} {}", ticks::number(x), self.x_unit, ticks::number(value), self.unit);
+            painter.text(pos2(right, y), Align2::RIGHT_CENTER, text, font, palette.weak);
+            return;
+        }
+        for line in self.lines.iter().rev().filter(|line| !line.name.is_empty()) {
+            let value = cursor.and_then(|at| value_at(line, at));
+            let text = match value {
+                Some(value) => format!("{} {}", line.name, ticks::number(value)),
+                None => line.name.to_owned(),
+            };
+            let galley = painter.layout_no_wrap(text, font.clone(), palette.weak);
+            let left = right - galley.size().x - 26.0;
+            if left < title.right() + 8.0 {
+                break;
+            }
+            let size = galley.size();
+            painter.galley(pos2(right - size.x, y - size.y / 2.0), galley, palette.weak);
+            add_line(&painter, vec![pos2(left, y), pos2(left + 20.0, y)], line);
+            right = left - 12.0;
+        }
+    }
+}
+
+/// From values to the screen.
+struct Place {
+    plot: Rect,
+    x_range: [f64; 2],
+    y_range: [f64; 2],
+}
+
+impl Place {
+    fn x(&self, x: f64) -> f32 {
+        self.plot.left() + ((x - self.x_range[0]) / (self.x_range[1] - self.x_range[0])) as f32 * self.plot.width()
+    }
+
+    fn y(&self, y: f64) -> f32 {
+        self.plot.bottom() - ((y - self.y_range[0]) / (self.y_range[1] - self.y_range[0])) as f32 * self.plot.height()
+    }
+
+    fn point(&self, [x, y]: [f64; 2]) -> Pos2 {
+        pos2(self.x(x), self.y(y))
+    }
+
+    fn value(&self, at: Pos2) -> [f64; 2] {
+        let share = |value: f32, from: f32, size: f32| f64::from((value - from) / size);
+        let [x, y] =
+            [share(at.x, self.plot.left(), self.plot.width()), share(at.y, self.plot.bottom(), -self.plot.height())];
+        [
+            self.x_range[0] + x * (self.x_range[1] - self.x_range[0]),
+            self.y_range[0] + y * (self.y_range[1] - self.y_range[0]),
+        ]
+    }
+}
+
+/// The value of the sample that is nearest to `at`.
+fn value_at(line: &Line, at: f64) -> Option<f64> {
+    let after = line.x.partition_point(|x| *x < at);
+    let before = after.saturating_sub(1);
+    let distance = |sample: usize| line.x.get(sample).map_or(f64::INFINITY, |x| (x - at).abs());
+    let nearest = if distance(before) <= distance(after) { before } else { after };
+    line.y.get(nearest).copied().filter(|value| value.is_finite())
+}
+
+fn add_line(painter: &egui::Painter, points: Vec<Pos2>, line: &Line) {
+    let stroke = Stroke::new(line.width, line.color);
+    if line.dash.is_empty() {
+        painter.add(Shape::line(points, stroke));
+    } else {
+        let (ink, gaps): (Vec<f32>, Vec<f32>) = line.dash.chunks(2).map(|pair| (pair[0], pair[pair.len() - 1])).unzip();
+        painter.extend(Shape::dashed_line_with_offset(&points, stroke, &ink, &gaps, 0.0));
+    }
+}
+
+/// All points in one mesh of squares: thousands of circles would be slow.
+fn cloud_shape(cloud: &Cloud, place: &Place) -> Shape {
+    let mut mesh = Mesh::default();
+    mesh.reserve_vertices(4 * cloud.points.len());
+    mesh.reserve_triangles(2 * cloud.points.len());
+    let inside = place.plot.expand(cloud.radius);
+    for point in cloud.points {
+        let at = place.point(*point);
+        if inside.contains(at) {
+            mesh.add_colored_rect(Rect::from_center_size(at, egui::Vec2::splat(2.0 * cloud.radius)), cloud.color);
+        }
+    }
+    Shape::mesh(mesh)
+}
+
+fn band_shape(band: &[[f64; 3]], place: &Place, color: Color32) -> Shape {
+    let mut mesh = Mesh::default();
+    for [x, low, high] in band {
+        for y in [low, high] {
+            mesh.vertices.push(Vertex { pos: place.point([*x, *y]), uv: egui::epaint::WHITE_UV, color });
+        }
+    }
+    for column in 1..band.len() as u32 {
+        let first = 2 * (column - 1);
+        mesh.indices.extend([first, first + 1, first + 2, first + 1, first + 2, first + 3]);
+    }
+    Shape::mesh(mesh)
+}

@@ -1,0 +1,9 @@
+//! Plots: one [`Chart`] widget for time series and point clouds, and what it is made of.
+
+pub mod arm;
+pub mod chart;
+pub mod decimate;
+pub mod ticks;
+
+pub use chart::{Chart, Window};
+pub use decimate::Decimator;

@@ -1,0 +1,174 @@
+//! Compare: measured against predicted torque of every joint, the residual under it, and the arm at the cursor.
+
+use egui::{RichText, Slider, Ui, WidgetText};
+
+use super::{data::units, held_out_times, time_extent, trajectory_chooser};
+use crate::app::plot::{Chart, arm, ticks};
+use crate::app::state::Desk;
+use crate::app::theme::{GAP, MEASURED_DASH, PREDICTED_DASH, Palette, SIDE, SMALL};
+use crate::app::widgets;
+use crate::arm::Arm;
+use crate::model::Term;
+use crate::recording::{JointKind, Recording};
+
+/// Where the cursor stands at first, as a part of the trajectory.
+const START: f64 = 0.35;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+        return;
+    };
+    let errors: Vec<String> = step.evaluation.held_out.iter().map(|error| ticks::number(error.r2)).collect();
+    let sentence = format!("Held-out R² by joint: {}.", errors.join(" · "));
+    widgets::headline(ui, "Measured against predicted torque", &sentence);
+    ui.horizontal_wrapped(|ui| {
+        trajectory_chooser(ui, desk);
+        ui.add_space(GAP);
+        ui.checkbox(&mut desk.state.show_terms, "Show each term of the model");
+        if ui.button("Show all of the time").clicked() {
+            desk.state.window = Default::default();
+        }
+    });
+    ui.add_space(4.0);
+    let extent = time_extent(&recording.trajectories[desk.state.trajectory].time);
+    desk.state.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
+    let [main, side] = widgets::beside(ui, SIDE + GAP);
+    widgets::scrolling(ui, "torques", main, |ui| torques(ui, desk, &recording, &step));
+    widgets::scrolling(ui, "at the cursor", side, |ui| at_cursor(ui, desk, &recording, &step));
+}
+
+fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::session::Step) {
+    let palette = Palette::in_ui(ui);
+    let index = desk.state.trajectory;
+    let Some(residual) = desk.state.residual(desk.session, index) else { return };
+    let run = &recording.trajectories[index];
+    let prediction = &step.evaluation.predictions[index];
+    let extent = time_extent(&run.time);
+    let shades = held_out_times(desk.session, index);
+    let joints = recording.joint_count();
+    let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+    let last_extra = 31.0;
+    let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(170.0, 380.0);
+    for joint in 0..joints {
+        let unit = units(recording.joints[joint].kind)[3];
+        let name = &recording.joints[joint].name;
+        let mut chart = Chart::new(format!("{name}: torque"), unit, extent).shaded(shades.iter().copied()).under_line(
+            "measured τ",
+            &run.time,
+            &run.tau[joint],
+            (palette.measured, MEASURED_DASH),
+        );
+        if desk.state.show_terms {
+            for (term, label) in labels.iter().enumerate() {
+                let torque = &prediction.terms[term][joint];
+                if torque.iter().any(|value| *value != 0.0) {
+                    chart = chart.line(label, &run.time, torque, palette.nth(term));
+                }
+            }
+        }
+        chart
+            .line("predicted τ̂", &run.time, &prediction.total[joint], (palette.predicted, PREDICTED_DASH))
+            .cursor(&mut desk.state.cursor)
+            .without_ticks()
+            .height(per_joint * 0.62)
+            .show(ui, &mut desk.state.window, &mut desk.state.decimator);
+        let last = joint + 1 == joints;
+        let chart = Chart::new(format!("{name}: residual"), unit, extent)
+            .shaded(shades.iter().copied())
+            .line("τ − τ̂", &run.time, &residual[joint], (palette.residual, &[]))
+            .cursor(&mut desk.state.cursor);
+        let height = per_joint * 0.38;
+        let chart = if last {
+            chart.x_axis("time t", "s").height(height + last_extra)
+        } else {
+            chart.without_ticks().height(height)
+        };
+        chart.show(ui, &mut desk.state.window, &mut desk.state.decimator);
+        if !last {
+            ui.add_space(4.0);
+        }
+    }
+}
+
+fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::session::Step) {
+    let palette = Palette::in_ui(ui);
+    let index = desk.state.trajectory;
+    let run = &recording.trajectories[index];
+    let prediction = &step.evaluation.predictions[index];
+    let extent = time_extent(&run.time);
+    let mut time = desk.state.cursor.unwrap_or(extent[0]).clamp(extent[0], extent[1]);
+    let before = time;
+    widgets::card(ui, "At the cursor", |ui| {
+        ui.spacing_mut().slider_width = ui.available_width() - 100.0;
+        let slider = Slider::new(&mut time, extent[0]..=extent[1]).suffix(" s").fixed_decimals(2);
+        let response = ui.add(slider);
+        response.widget_info(|| egui::WidgetInfo::slider(true, time, "time cursor"));
+        let sample = run.time.partition_point(|t| *t < time).min(run.len().saturating_sub(1));
+        let at = |signal: &[Vec<f64>]| -> Vec<f64> { signal.iter().map(|joint| joint[sample]).collect() };
+        let (q, measured, predicted) = (at(&run.q), at(&run.tau), at(&prediction.total));
+        if recording.joints.iter().all(|joint| joint.kind == JointKind::Revolute) {
+            let known = recording.stated_arm.clone();
+            let unit_links = known.is_none();
+            let mut shown = known.unwrap_or_else(|| Arm::uniform(recording.joint_count()));
+            if let Some(posture) = recording.posture {
+                shown.posture = posture;
+            }
+            let largest: Vec<f64> = run
+                .tau
+                .iter()
+                .map(|torque| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs())))
+                .collect();
+            let pose = arm::Pose { arm: &shown, q: &q, measured: &measured, predicted: &predicted, largest: &largest };
+            arm::show(ui, &pose, 250.0);
+            let legend = "Arcs: torque, counter-clockwise positive, full line measured, dashed predicted.";
+            ui.label(RichText::new(legend).size(SMALL).color(palette.weak));
+            if unit_links {
+                let text = "The recording states no lengths: all links are drawn equally long.";
+                ui.label(RichText::new(text).size(SMALL).color(palette.warning));
+            }
+            if recording.posture.is_none() && unit_links {
+                let text = "Nor does it say where q = 0 points: it is drawn to the right.";
+                ui.label(RichText::new(text).size(SMALL).color(palette.warning));
+            }
+        }
+        ui.add_space(4.0);
+        let rows: Vec<Vec<WidgetText>> = (0..q.len())
+            .map(|joint| {
+                let cells = [q[joint], measured[joint], predicted[joint], measured[joint] - predicted[joint]];
+                let mut row: Vec<WidgetText> = vec![recording.joints[joint].name.clone().into()];
+                row.extend(cells.map(|value| WidgetText::from(format!("{value:.2}").replace('-', "−"))));
+                row
+            })
+            .collect();
+        let unit = units(recording.joints[0].kind);
+        let header = ["", &format!("q [{}]", unit[0]), "τ", "τ̂", &format!("τ − τ̂ [{}]", unit[3])];
+        ui.scope(|ui| {
+            ui.style_mut().spacing.item_spacing.x = 4.0;
+            widgets::table(ui, "values at the cursor", &header, &rows);
+        });
+    });
+    if time != before {
+        desk.state.cursor = Some(time);
+    }
+    widgets::card(ui, "Error on held-out data", |ui| {
+        let rows: Vec<Vec<WidgetText>> = step
+            .evaluation
+            .held_out
+            .iter()
+            .zip(&step.evaluation.train)
+            .enumerate()
+            .map(|(joint, (held_out, train))| {
+                vec![
+                    recording.joints[joint].name.clone().into(),
+                    ticks::percent(held_out.nmse).into(),
+                    ticks::percent(train.nmse).into(),
+                    ticks::number(held_out.mse.sqrt()).into(),
+                ]
+            })
+            .collect();
+        let unit = units(recording.joints[0].kind)[3];
+        widgets::table(ui, "errors", &["", "nMSE", "on train", &format!("RMS [{unit}]")], &rows);
+        let text = "nMSE: squared error over squared torque; 0 % is perfect.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+    });
+}

@@ -1,0 +1,268 @@
+//! Data: what was measured, where it came from, what is odd about it; and the panel that simulates.
+
+use egui::{Button, DragValue, RichText, Slider, TextEdit, Ui};
+
+use super::{held_out_times, time_extent, trajectory_chooser};
+use crate::app::plot::{Chart, ticks};
+use crate::app::shell::thousands;
+use crate::app::state::{Desk, Order};
+use crate::app::theme::{GAP, GROUP, Palette, SIDE, SMALL};
+use crate::app::widgets;
+use crate::effect::{Scope, registry};
+use crate::recording::check::Severity;
+use crate::recording::{JointKind, Origin, Recording};
+use crate::session::Command;
+use crate::simulation::{Scenario, SimulationError};
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    let [main, side] = widgets::beside(ui, SIDE);
+    widgets::scrolling(ui, "data", main, |ui| measured(ui, desk));
+    widgets::scrolling(ui, "sources", side, |ui| sources(ui, desk));
+}
+
+fn measured(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else {
+        let sentence = "Drop a CSV or NPZ file here, open one, or simulate one.";
+        if widgets::empty(ui, "There is no recording yet", sentence, "Simulate the demonstration arm") {
+            desk.run(Command::Simulate(Box::new(Scenario::embedded())));
+        }
+        return;
+    };
+    let duration: f64 = recording.trajectories.iter().map(|run| run.time.last().unwrap_or(&0.0) - run.time[0]).sum();
+    let joints = recording.joint_count();
+    let summary = format!(
+        "{joints} joint{}, {} trajector{}, {} samples, {} s in all.",
+        if joints == 1 { "" } else { "s" },
+        recording.trajectories.len(),
+        if recording.trajectories.len() == 1 { "y" } else { "ies" },
+        thousands(recording.sample_count()),
+        ticks::short(duration)
+    );
+    widgets::headline(ui, &recording.name, &summary);
+    findings(ui, desk, &recording);
+    signals(ui, desk, &recording);
+    trajectories(ui, desk, &recording);
+}
+
+fn findings(ui: &mut Ui, desk: &Desk, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    let findings = &desk.session.findings;
+    widgets::card(ui, "Findings", |ui| {
+        if findings.is_empty() {
+            let from =
+                if recording.seal.is_some() { "Simulated: nothing odd." } else { "Nothing odd was found at import." };
+            widgets::weak(ui, from);
+        }
+        for finding in findings.iter() {
+            let (word, color) = match finding.severity {
+                Severity::Info => ("note", palette.accent),
+                Severity::Warning => ("warning", palette.warning),
+                Severity::Error => ("error", palette.error),
+            };
+            ui.horizontal_wrapped(|ui| {
+                widgets::chip(ui, word, color);
+                if let Some(file) = &finding.place.file {
+                    ui.label(RichText::new(file).strong());
+                }
+                ui.label(&finding.what);
+                widgets::weak(ui, &finding.remedy);
+            });
+        }
+        let origin = |origin: &Origin| match origin {
+            Origin::Measured => "measured".to_owned(),
+            Origin::Derived(how) => format!("derived ({how})"),
+        };
+        let provenance = &recording.provenance;
+        let text = format!(
+            "Position q and torque τ are measured; velocity q̇ is {}, acceleration q̈ is {}.",
+            origin(&provenance.velocity),
+            origin(&provenance.acceleration)
+        );
+        ui.label(RichText::new(text).size(SMALL + 0.5).color(palette.weak));
+    });
+}
+
+fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "Signals", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            trajectory_chooser(ui, desk);
+            ui.add_space(GAP);
+            desk.state.joint = desk.state.joint.min(recording.joint_count() - 1);
+            for (joint, info) in recording.joints.iter().enumerate() {
+                ui.selectable_value(&mut desk.state.joint, joint, &info.name);
+            }
+        });
+        ui.add_space(4.0);
+        let (index, joint) = (desk.state.trajectory, desk.state.joint);
+        let run = &recording.trajectories[index];
+        let extent = time_extent(&run.time);
+        let shades = held_out_times(desk.session, index);
+        let style = palette.nth(joint);
+        let [position, velocity, acceleration, torque] = units(recording.joints[joint].kind);
+        let channels = [
+            ("position q", position, &run.q),
+            ("velocity q̇", velocity, &run.qd),
+            ("acceleration q̈", acceleration, &run.qdd),
+            ("torque τ", torque, &run.tau),
+        ];
+        let name = &recording.joints[joint].name;
+        for (number, (title, unit, signal)) in channels.into_iter().enumerate() {
+            let last = number == 3;
+            let style = if last { (palette.measured, style.1) } else { style };
+            let chart = Chart::new(format!("{name}: {title}"), unit, extent)
+                .line("", &run.time, &signal[joint], (style.0, &[]))
+                .shaded(shades.iter().copied())
+                .cursor(&mut desk.state.cursor);
+            let chart =
+                if last { chart.x_axis("time t", "s").height(134.0) } else { chart.without_ticks().height(104.0) };
+            chart.show(ui, &mut desk.state.window, &mut desk.state.decimator);
+        }
+        let hint = "Shaded: held out. Drag: time cursor. Ctrl+wheel: zoom. Right drag: move. Double click: all.";
+        ui.label(RichText::new(hint).size(SMALL).color(palette.weak));
+    });
+}
+
+/// Units of position, velocity, acceleration and torque.
+pub(super) fn units(kind: JointKind) -> [&'static str; 4] {
+    match kind {
+        JointKind::Revolute => ["rad", "rad/s", "rad/s²", "N m"],
+        JointKind::Prismatic => ["m", "m/s", "m/s²", "N"],
+    }
+}
+
+fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "Trajectories", |ui| {
+        egui::Grid::new("trajectories").striped(true).spacing([GROUP, 5.0]).show(ui, |ui| {
+            for title in ["name", "samples", "time step", "train / held out"] {
+                ui.label(RichText::new(title).size(SMALL).color(palette.weak));
+            }
+            ui.end_row();
+            for (index, run) in recording.trajectories.iter().enumerate() {
+                if ui.selectable_label(desk.state.trajectory == index, &run.name).clicked() {
+                    desk.state.trajectory = index;
+                    desk.state.window = Default::default();
+                    desk.state.cursor = None;
+                }
+                ui.label(thousands(run.len()));
+                ui.label(format!("{} ms", ticks::short((1e6 * run.time_step()).round() / 1e3)));
+                ui.horizontal(|ui| {
+                    let held_out = held_out_times(desk.session, index);
+                    split_line(ui, time_extent(&run.time), &held_out);
+                    let text = match held_out.len() {
+                        0 => "train".to_owned(),
+                        _ if super::is_held_out(desk.session, index) => "held out".to_owned(),
+                        count => format!("train, {count} blocks held out"),
+                    };
+                    ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+                });
+                ui.end_row();
+            }
+        });
+    });
+}
+
+/// The time line of a trajectory: train is empty, held out is filled.
+fn split_line(ui: &mut Ui, extent: [f64; 2], held_out: &[[f64; 2]]) {
+    let palette = Palette::in_ui(ui);
+    let (rect, _) = ui.allocate_exact_size(egui::vec2(180.0, 12.0), egui::Sense::hover());
+    ui.painter().rect_filled(rect, 3, palette.grid);
+    let place =
+        |time: f64| rect.left() + rect.width() * ((time - extent[0]) / (extent[1] - extent[0]).max(1e-12)) as f32;
+    for [from, to] in held_out {
+        let block = egui::Rect::from_x_y_ranges(place(*from)..=place(*to), rect.y_range());
+        ui.painter().rect_filled(block, 3, palette.nth(0).0);
+    }
+}
+
+fn sources(ui: &mut Ui, desk: &mut Desk) {
+    widgets::card(ui, "Open a recording", |ui| {
+        widgets::weak(ui, "CSV or NPZ with position, torque and, where measured, velocity and acceleration.");
+        let label = ui.label("Path of a file");
+        let edit = TextEdit::singleline(&mut desk.state.path).hint_text("path/to/log.csv").desired_width(f32::INFINITY);
+        let entered =
+            ui.add(edit).labelled_by(label.id).lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        ui.horizontal(|ui| {
+            let path = desk.state.path.trim().to_owned();
+            let open = ui.add_enabled(!path.is_empty(), Button::new("Open this file"));
+            if !path.is_empty() && (open.clicked() || entered) {
+                desk.orders.push(Order::open(vec![path.into()]));
+            }
+            if ui.button("Choose files…").clicked() {
+                desk.orders.push(Order::OpenDialog);
+            }
+        });
+    });
+    widgets::card(ui, "Draw a mystery", |ui| {
+        widgets::weak(ui, "A three-joint arm with one hidden effect, drawn by a seed and sealed.");
+        ui.horizontal(|ui| {
+            let label = ui.label("Seed");
+            ui.add(DragValue::new(&mut desk.state.wish.seed).range(0..=999_999)).labelled_by(label.id);
+            if ui.button("Draw a mystery").clicked() {
+                match Scenario::mystery(desk.state.wish.seed) {
+                    Ok(scenario) => desk.run(Command::Simulate(Box::new(scenario))),
+                    Err(error) => report(desk, &error),
+                }
+                desk.state.wish.seed += 1;
+            }
+        });
+    });
+    widgets::card(ui, "Simulate your own", |ui| simulate(ui, desk));
+}
+
+fn simulate(ui: &mut Ui, desk: &mut Desk) {
+    let wish = &mut desk.state.wish;
+    let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].spec().name);
+    ui.horizontal(|ui| {
+        let label = ui.label("Hidden effect");
+        let chooser = egui::ComboBox::from_id_salt("hidden effect").selected_text(name(wish.effect)).width(170.0);
+        let chooser = chooser.show_ui(ui, |ui| {
+            ui.selectable_value(&mut wish.effect, None, name(None));
+            for index in 0..registry::ALL.len() {
+                ui.selectable_value(&mut wish.effect, Some(index), name(Some(index)));
+            }
+        });
+        chooser.response.labelled_by(label.id);
+    });
+    let spec = wish.effect.map(|index| registry::ALL[index].spec());
+    if spec.is_some_and(|spec| spec.scope == Scope::Joint) {
+        ui.horizontal(|ui| {
+            for (joint, on) in wish.joints.iter_mut().enumerate() {
+                ui.checkbox(on, format!("joint {}", joint + 1));
+            }
+        });
+    }
+    let slider =
+        |value, range, text: &str| Slider::new(value, range).suffix(" %").max_decimals(1).text(text.to_owned());
+    ui.add_enabled(spec.is_some(), slider(&mut wish.strength_percent, 1.0..=40.0, "of the torque"));
+    ui.add(slider(&mut wish.noise_percent, 0.0..=20.0, "torque noise"));
+    if let Some(spec) = spec {
+        widgets::weak(ui, spec.description);
+    }
+    if ui.button("Simulate").clicked() {
+        match scenario(wish) {
+            Ok(scenario) => desk.run(Command::Simulate(Box::new(scenario))),
+            Err(error) => report(desk, &error),
+        }
+    }
+}
+
+fn scenario(wish: &crate::app::state::Wish) -> Result<Scenario, SimulationError> {
+    let bare = Scenario {
+        name: "simulated arm".to_owned(),
+        torque_noise: wish.noise_percent / 100.0,
+        seed: wish.seed,
+        effects: Vec::new(),
+        ..Scenario::embedded()
+    };
+    let Some(index) = wish.effect else { return Ok(bare) };
+    let joints: Vec<usize> = (0..wish.joints.len()).filter(|&joint| wish.joints[joint]).collect();
+    let effects = bare.hide_by_strength(registry::ALL[index].spec().id, &joints, wish.strength_percent / 100.0)?;
+    Ok(Scenario { effects, ..bare })
+}
+
+fn report(desk: &mut Desk, error: &SimulationError) {
+    use crate::app::state::{Notice, Tone};
+    desk.state.notices.push(Notice::new(Tone::Error, format!("Nothing was simulated: {error}."), ""));
+}

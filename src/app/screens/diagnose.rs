@@ -1,0 +1,301 @@
+//! What is missing: the verdict in plain words, the evidence for each effect, and the button that adds it.
+
+use egui::{Align, Layout, RichText, Ui, WidgetText};
+
+use super::Screen;
+use super::data::units;
+use super::residuals::{axis_text, point_color};
+use crate::app::plot::{Chart, Decimator, Window, ticks};
+use crate::app::state::{Desk, Order};
+use crate::app::theme::{GAP, Palette, SMALL};
+use crate::app::widgets;
+use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
+use crate::effect::{Scope, Spec, registry};
+use crate::model::Parameter;
+use crate::recording::{Recording, joints_text};
+use crate::session::Command;
+
+/// Width of the list of candidates \[points\].
+const LIST: f32 = 400.0;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    let Some(report) = desk.session.report.clone() else {
+        let sentence = "Every known effect is laid beside the model and judged on data that it has not seen.";
+        if let Some((name, progress)) = desk.busy {
+            widgets::empty(ui, "Looking for what is missing…", &format!("{name}: {}", progress.activity), "");
+        } else if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
+            desk.run(Command::Diagnose);
+        }
+        return;
+    };
+    headline(ui, &report, &recording);
+    let [main, side] = widgets::beside(ui, LIST);
+    widgets::scrolling(ui, "verdict", main, |ui| {
+        if report.effects.is_empty() {
+            return without_effect(ui, desk, &report, &recording);
+        }
+        chooser(ui, desk, &report);
+        let chosen = desk.state.chosen_effect.min(report.effects.len() - 1);
+        effect(ui, desk, &report.effects[chosen], &recording);
+    });
+    widgets::scrolling(ui, "candidates", side, |ui| {
+        widgets::card(ui, "What to do", |ui| ui.label(&report.advice));
+        candidates(ui, &report);
+    });
+}
+
+/// The verdict as one sentence.
+fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    let named: Vec<String> = report.effects.iter().map(|effect| effect_text(effect, recording)).collect();
+    let (word, color, text) = match report.verdict {
+        Verdict::Missing => ("missing", palette.accent, format!("The model lacks {}.", named.join(" and "))),
+        Verdict::Ambiguous => {
+            ("ambiguous", palette.warning, format!("The model lacks {}, or something like it.", named.join(" and ")))
+        }
+        Verdict::NothingMissing => {
+            ("nothing missing", palette.good, "Nothing is missing that these data could show.".to_owned())
+        }
+        Verdict::UnknownEffect => {
+            ("unknown effect", palette.warning, "Something is missing that no known effect explains.".to_owned())
+        }
+    };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(text).size(crate::app::theme::HEADLINE).color(palette.text));
+        widgets::chip(ui, word, color);
+    });
+    let errors = report.held_out_nmse.iter().copied().map(ticks::percent).collect::<Vec<_>>().join(" · ");
+    let floor = match &report.noise_floor_nmse {
+        Some(floor) => format!(
+            "noise alone would leave {}",
+            floor.iter().copied().map(ticks::percent).collect::<Vec<_>>().join(" · ")
+        ),
+        None => "how much of it is noise can't be told".to_owned(),
+    };
+    widgets::weak(ui, format!("Held-out error by joint (nMSE): {errors}; {floor}."));
+    ui.add_space(GAP);
+}
+
+fn effect_text(effect: &MissingEffect, recording: &Recording) -> String {
+    let spec = spec(&effect.effect);
+    let name = spec.map_or(effect.effect.as_str(), |spec| spec.name);
+    if spec.is_some_and(|spec| spec.scope == Scope::Arm) {
+        name.to_owned()
+    } else if effect.joints.len() == recording.joint_count() && effect.joints.len() > 1 {
+        format!("{name} on all joints")
+    } else {
+        format!("{name} on {}", joints_text(&effect.joints))
+    }
+}
+
+fn spec(id: &str) -> Option<&'static Spec> {
+    registry::find(id).ok().map(|effect| effect.spec())
+}
+
+fn chooser(ui: &mut Ui, desk: &mut Desk, report: &Report) {
+    if report.effects.len() < 2 {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        for (number, effect) in report.effects.iter().enumerate() {
+            let name = spec(&effect.effect).map_or(effect.effect.as_str(), |spec| spec.name);
+            let text = format!("{}. {name} · {:.0} %", number + 1, 100.0 * effect.confidence);
+            ui.selectable_value(&mut desk.state.chosen_effect, number, text);
+        }
+    });
+    ui.add_space(4.0);
+}
+
+fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    let text = effect_text(effect, recording);
+    widgets::card(ui, &text, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(format!("Confidence {:.0} %", 100.0 * effect.confidence));
+            widgets::share_bar(ui, effect.confidence, 90.0, palette.accent);
+            ui.add_space(GAP);
+            let best = effect
+                .nmse_before
+                .iter()
+                .zip(&effect.nmse_after)
+                .map(|(before, after)| before / after)
+                .fold(1.0, f64::max);
+            ui.label(format!("held-out error falls up to {best:.*}×", usize::from(best < 10.0)));
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let name = spec(&effect.effect).map_or(effect.effect.as_str(), |spec| spec.name);
+                if widgets::primary(ui, desk.busy.is_none(), &format!("Add {name}")).clicked() {
+                    desk.run(Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() });
+                }
+            });
+        });
+        if !effect.alternatives.is_empty() {
+            let text = format!("These data can hardly tell it from {}.", effect.alternatives.join(", "));
+            ui.label(RichText::new(text).color(palette.warning));
+        }
+        let height = if effect.evidence.len() > 2 { 190.0 } else { 250.0 };
+        let columns = effect.evidence.len().clamp(1, 2);
+        for row in effect.evidence.chunks(columns) {
+            ui.columns(columns, |columns| {
+                for (ui, evidence) in columns.iter_mut().zip(row) {
+                    evidence_plot(ui, evidence, recording, height);
+                }
+            });
+        }
+        let text = "Points: what the rest of the model leaves on held-out data. Line: torque of the effect as fitted.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+    });
+    widgets::card(ui, "Parameters, with 95 % intervals", |ui| {
+        let rows: Vec<Vec<WidgetText>> =
+            effect.parameters.iter().map(|parameter| parameter_row(parameter).to_vec()).collect();
+        widgets::table(ui, "parameters", &["parameter", "joint", "value", "interval", "unit"], &rows);
+    });
+    widgets::card(ui, "Held-out error before and after", |ui| {
+        let rows: Vec<Vec<WidgetText>> = (0..effect.nmse_before.len())
+            .map(|joint| {
+                vec![
+                    recording.joints[joint].name.clone().into(),
+                    ticks::percent(effect.nmse_before[joint]).into(),
+                    ticks::percent(effect.nmse_after[joint]).into(),
+                ]
+            })
+            .collect();
+        widgets::table(ui, "before and after", &["", "nMSE before", "nMSE after"], &rows);
+    });
+    if let Some(spec) = spec(&effect.effect) {
+        widgets::card(ui, "About this effect", |ui| {
+            ui.label(RichText::new(spec.formula).monospace().color(palette.accent));
+            ui.label(spec.description);
+            widgets::weak(ui, format!("Looks like: {}", spec.fingerprint));
+            widgets::weak(ui, format!("What hides it: {}", spec.absorbed));
+            widgets::weak(ui, format!("Source: {}", spec.source));
+        });
+    }
+}
+
+fn evidence_plot(ui: &mut Ui, evidence: &Evidence, recording: &Recording, height: f32) {
+    let palette = Palette::in_ui(ui);
+    let unit = units(recording.joints[evidence.joint].kind);
+    let (name, label, x_unit) = axis_text(evidence.axis, unit);
+    let (x, y): (Vec<f64>, Vec<f64>) = evidence.explained.iter().map(|point| (point[0], point[1])).unzip();
+    let extent = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0)];
+    let title = format!("{}: torque left against {name}", recording.joints[evidence.joint].name);
+    let chart = Chart::new(title, unit[3], extent).x_axis(label, x_unit).height(height).points(
+        &evidence.residual,
+        point_color(palette.residual),
+        1.3,
+    );
+    // The line lives for this frame only, so its decimation is not to be kept.
+    let mut decimator = Decimator::default();
+    let explained = match is_curve(&y) {
+        true => chart.curve("explained", &x, &y, (palette.predicted, &[])),
+        false => chart.points(&evidence.explained, palette.predicted, 1.3),
+    };
+    explained.show(ui, &mut Window::default(), &mut decimator);
+}
+
+/// Whether the values, sorted along the axis, are a function of it. A payload's torque, say, is none of one state: as a line
+/// it would be a scribble.
+fn is_curve(values: &[f64]) -> bool {
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let steps: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+    // A curve goes up and down a few times; a cloud jumps about a third of its height at every sample.
+    steps < 8.0 * (high - low)
+}
+
+/// Name, joint, value, interval and unit.
+pub(super) fn parameter_row(parameter: &Parameter) -> [WidgetText; 5] {
+    let interval = match parameter.interval {
+        Some([low, high]) => format!("{} … {}", ticks::number(low), ticks::number(high)),
+        None => "not shown by the data".to_owned(),
+    };
+    [
+        format!("{}  ({})", parameter.symbol, parameter.name.replace('_', " ")).into(),
+        parameter.joint.map_or("arm".to_owned(), |joint| (joint + 1).to_string()).into(),
+        ticks::number(parameter.value).into(),
+        interval.into(),
+        parameter.unit.clone().into(),
+    ]
+}
+
+/// The page for "nothing" and "unknown": answers too, not failures.
+fn without_effect(ui: &mut Ui, desk: &mut Desk, report: &Report, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "Held-out error beside the noise", |ui| {
+        let rows: Vec<Vec<WidgetText>> = (0..report.held_out_nmse.len())
+            .map(|joint| {
+                let floor = report.noise_floor_nmse.as_ref().map(|floor| floor[joint]);
+                let structure =
+                    if report.unexplained_joints.contains(&joint) { "more than noise" } else { "noise only" };
+                vec![
+                    recording.joints[joint].name.clone().into(),
+                    ticks::percent(report.held_out_nmse[joint]).into(),
+                    floor.map_or("—".to_owned(), ticks::percent).into(),
+                    structure.into(),
+                ]
+            })
+            .collect();
+        widgets::table(ui, "beside the noise", &["", "held-out nMSE", "noise floor", "what is left is"], &rows);
+    });
+    let (title, text, screen) = if report.verdict == Verdict::NothingMissing {
+        (
+            "What this means",
+            "The model explains these measurements as well as their noise allows. That is no proof that it is complete: an \
+             effect that this motion does not excite leaves no trace. Look at the ladder for what was gained so far.",
+            Screen::Ladder,
+        )
+    } else {
+        (
+            "What this means",
+            "The residual has structure, but no effect of the catalogue explains it on data that it has not seen. Look where it \
+             fails: the state over which it has a shape says what kind of effect it is.",
+            Screen::Residuals,
+        )
+    };
+    widgets::card(ui, title, |ui| {
+        ui.label(RichText::new(text).color(palette.text));
+        if ui.button(format!("Go to: {}", screen.title())).clicked() {
+            desk.orders.push(Order::Show(screen));
+        }
+    });
+}
+
+/// All candidates with their cross-validated drop.
+fn candidates(ui: &mut Ui, report: &Report) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "All candidates", |ui| {
+        let text = "Drop of the squared residual in cross-validation, when this effect alone is added.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        ui.add_space(4.0);
+        for candidate in &report.ranking {
+            row(ui, candidate);
+        }
+    });
+}
+
+fn row(ui: &mut Ui, candidate: &Candidate) {
+    let palette = Palette::in_ui(ui);
+    let name = spec(&candidate.effect).map_or(candidate.effect.as_str(), |spec| spec.name);
+    let place = candidate.joint.map_or("arm".to_owned(), |joint| format!("joint {}", joint + 1));
+    let color = if candidate.accepted { palette.accent } else { palette.weak };
+    let mark = if candidate.accepted { "✔" } else { "·" };
+    let response = ui.horizontal(|ui| {
+        ui.label(RichText::new(mark).color(color));
+        let text = RichText::new(format!("{name}, {place}")).color(if candidate.accepted {
+            palette.text
+        } else {
+            palette.weak
+        });
+        ui.label(text);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            widgets::share_bar(ui, candidate.error_drop, 70.0, color);
+            ui.label(RichText::new(ticks::percent(candidate.error_drop)).color(color));
+        });
+    });
+    response.response.on_hover_text(&candidate.reason);
+    if candidate.accepted {
+        ui.label(RichText::new(&candidate.reason).size(SMALL).color(palette.weak));
+    }
+}

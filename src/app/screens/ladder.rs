@@ -1,0 +1,259 @@
+//! The ladder: held-out error of every joint over the steps of the model, beside the noise; and the seal.
+
+use egui::{
+    Align2, FontId, Rect, RichText, ScrollArea, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, WidgetText, pos2,
+    vec2,
+};
+
+use super::Screen;
+use super::diagnose::parameter_row;
+use crate::app::plot::ticks;
+use crate::app::state::{Desk, Order};
+use crate::app::theme::{GAP, Palette, SMALL};
+use crate::app::widgets;
+use crate::effect::registry;
+use crate::model::Term;
+use crate::recording::Recording;
+use crate::recording::seal::{HiddenEffect, Truth};
+use crate::session::{Command, Session};
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    widgets::headline(ui, "The ladder", &summary(desk.session));
+    ScrollArea::vertical().id_salt("ladder").auto_shrink(false).show(ui, |ui| {
+        widgets::card(ui, "Held-out error by step (nMSE, logarithmic)", |ui| bars(ui, desk.session, &recording));
+        steps(ui, desk, &recording);
+        ui.columns(2, |columns| {
+            found(&mut columns[0], desk);
+            seal(&mut columns[1], desk, &recording);
+        });
+    });
+}
+
+/// One sentence: from where to where.
+fn summary(session: &Session) -> String {
+    let (Some(first), Some(last)) = (session.ladder.first(), session.ladder.last()) else { return String::new() };
+    let list = |errors: Vec<f64>| errors.into_iter().map(ticks::percent).collect::<Vec<_>>().join(" · ");
+    let (from, to) = (list(first.evaluation.held_out_nmse()), list(last.evaluation.held_out_nmse()));
+    if session.ladder.len() == 1 {
+        return format!("Held-out error by joint: {from}. Each effect that you add is a step down.");
+    }
+    format!("Held-out error by joint fell from {from} to {to}.")
+}
+
+/// For every step a group of bars, one for each joint, down from 100 % on a logarithmic axis; a line marks the noise floor.
+fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 270.0), Sense::hover());
+    response.widget_info(|| {
+        WidgetInfo::labeled(egui::Role::GraphicsObject, true, "bars of held-out error by step and joint")
+    });
+    let floor = session.current().and_then(|step| step.evaluation.noise_floor_nmse.clone());
+    let errors: Vec<Vec<f64>> = session.ladder.iter().map(|step| step.evaluation.held_out_nmse()).collect();
+    let all = errors
+        .iter()
+        .flatten()
+        .chain(floor.iter().flatten())
+        .copied()
+        .filter(|error| error.is_finite() && *error > 0.0);
+    let (low, high) =
+        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), error| (low.min(error), high.max(error)));
+    if low > high {
+        widgets::weak(ui, "There are no held-out samples, so there is no error to show.");
+        return;
+    }
+    let (bottom, top) = ((0.7 * low).log10().floor(), (1.05 * high).log10().ceil());
+    let plot = Rect::from_min_max(rect.min + vec2(62.0, 26.0), rect.max - vec2(8.0, 26.0));
+    let painter = ui.painter();
+    painter.rect_filled(plot, 0, palette.canvas);
+    let y = |error: f64| {
+        plot.bottom() - ((error.max(1e-300).log10() - bottom) / (top - bottom).max(1.0)) as f32 * plot.height()
+    };
+    let font = FontId::proportional(SMALL);
+    for decade in bottom as i32..=top as i32 {
+        let at = y(10f64.powi(decade)).round() + 0.5;
+        painter.hline(plot.x_range(), at, Stroke::new(1.0, palette.grid));
+        let text = ticks::percent(10f64.powi(decade));
+        painter.text(pos2(plot.left() - 6.0, at), Align2::RIGHT_CENTER, text, font.clone(), palette.weak);
+    }
+    let joints = recording.joint_count();
+    let group = plot.width() / errors.len().max(1) as f32;
+    let width = (group * 0.7 / joints as f32).min(64.0);
+    for (step, errors) in errors.iter().enumerate() {
+        let middle = plot.left() + group * (step as f32 + 0.5);
+        for (joint, error) in errors.iter().enumerate() {
+            let left = middle + (joint as f32 - joints as f32 / 2.0) * width;
+            let bar = Rect::from_min_max(pos2(left + 2.0, y(*error)), pos2(left + width - 2.0, plot.bottom()));
+            let (color, _) = palette.nth(joint);
+            painter.rect_filled(bar, 2, color.gamma_multiply(0.35));
+            painter.rect_stroke(bar, 2, Stroke::new(1.2, color), StrokeKind::Inside);
+            painter.text(
+                pos2(bar.center().x, bar.top() - 2.0),
+                Align2::CENTER_BOTTOM,
+                ticks::percent(*error),
+                font.clone(),
+                palette.text,
+            );
+            let name = format!("{}", joint + 1);
+            if bar.height() > 18.0 {
+                painter.text(
+                    pos2(bar.center().x, plot.bottom() - 3.0),
+                    Align2::CENTER_BOTTOM,
+                    name,
+                    font.clone(),
+                    palette.text,
+                );
+            }
+            if let Some(floor) = floor.as_ref().map(|floor| floor[joint]) {
+                let line = [pos2(left, y(floor)), pos2(left + width, y(floor))];
+                let stroke = Stroke::new(2.0, palette.text);
+                painter.extend(Shape::dashed_line(&line, stroke, 4.0, 2.0));
+            }
+        }
+        let title = session.ladder[step].title.as_str();
+        let galley = painter.layout(title.to_owned(), font.clone(), palette.text, group - 8.0);
+        let size = galley.size();
+        painter.galley(pos2(middle - size.x / 2.0, plot.bottom() + 5.0), galley, palette.text);
+    }
+    painter.rect_stroke(plot, 0, Stroke::new(1.0, palette.border), StrokeKind::Outside);
+    let legend =
+        if floor.is_some() { "bars: joints 1, 2, …   dashed line: noise floor" } else { "bars: joints 1, 2, …" };
+    painter.text(pos2(plot.right(), rect.top() + 4.0), Align2::RIGHT_TOP, legend, font, palette.weak);
+}
+
+fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "Steps", |ui| {
+        let count = desk.session.ladder.len();
+        egui::Grid::new("steps").striped(true).spacing([18.0, 6.0]).show(ui, |ui| {
+            ui.label(RichText::new("step").size(SMALL).color(palette.weak));
+            for joint in &recording.joints {
+                ui.label(RichText::new(format!("{}: nMSE", joint.name)).size(SMALL).color(palette.weak));
+                ui.label(RichText::new("R²").size(SMALL).color(palette.weak));
+            }
+            ui.label("");
+            ui.end_row();
+            for (number, step) in desk.session.ladder.iter().enumerate() {
+                ui.label(format!("{}  {}", number + 1, step.title));
+                for error in &step.evaluation.held_out {
+                    ui.label(ticks::percent(error.nmse));
+                    ui.label(ticks::number(error.r2));
+                }
+                if number + 1 == count {
+                    ui.label(RichText::new("current model").size(SMALL).color(palette.weak));
+                } else if ui.button(format!("Go back to step {}", number + 1)).clicked() {
+                    desk.orders.push(Order::run(Command::GoTo { step: number }));
+                }
+                ui.end_row();
+            }
+            if let Some(floor) = desk.session.current().and_then(|step| step.evaluation.noise_floor_nmse.as_ref()) {
+                ui.label(RichText::new("noise floor").color(palette.weak));
+                for error in floor {
+                    ui.label(RichText::new(ticks::percent(*error)).color(palette.weak));
+                    ui.label("");
+                }
+                ui.end_row();
+            }
+        });
+        ui.add_space(4.0);
+        ui.horizontal(|ui| {
+            let ready = desk.busy.is_none();
+            if widgets::primary(ui, ready, "Diagnose again")
+                .on_hover_text("Ask what the current model still lacks")
+                .clicked()
+            {
+                desk.run(Command::Diagnose);
+            }
+            if ui.add_enabled(count > 1 && ready, egui::Button::new("Remove the last step")).clicked() {
+                desk.run(Command::GoTo { step: count.saturating_sub(2) });
+            }
+        });
+    });
+}
+
+/// The parameters of the effects in the current model.
+fn found(ui: &mut Ui, desk: &mut Desk) {
+    let Some(step) = desk.session.current() else { return };
+    widgets::card(ui, "What was found", |ui| {
+        let of_effects = |term: usize| matches!(step.fitted.model.terms.get(term), Some(Term::Effect(_)));
+        let rows: Vec<Vec<WidgetText>> = step
+            .fitted
+            .parameters
+            .iter()
+            .filter(|parameter| of_effects(parameter.term))
+            .map(|parameter| parameter_row(parameter).to_vec())
+            .collect();
+        if rows.is_empty() {
+            widgets::weak(ui, "The model is still the bare rigid body.");
+            if ui.button(format!("Go to: {}", Screen::Diagnose.title())).clicked() {
+                desk.orders.push(Order::Show(Screen::Diagnose));
+            }
+            return;
+        }
+        widgets::table(ui, "found", &["parameter", "joint", "value", "95 % interval", "unit"], &rows);
+    });
+}
+
+/// The sealed truth beside what was found.
+fn seal(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let Some(truth) = desk.session.truth.clone() else {
+        widgets::card(ui, "The truth", |ui| {
+            if recording.seal.is_none() {
+                widgets::weak(
+                    ui,
+                    "This was measured on a real arm: nobody knows the truth. Judge by the held-out error.",
+                );
+                return;
+            }
+            widgets::weak(ui, "What was hidden is sealed. Open it once you are done: then nothing is left to find.");
+            ui.add_space(GAP);
+            if ui.button("Open the seal").clicked() {
+                desk.run(Command::OpenSeal);
+            }
+        });
+        return;
+    };
+    widgets::card(ui, "The truth, from the seal", |ui| revealed(ui, desk.session, &truth));
+}
+
+fn revealed(ui: &mut Ui, session: &Session, truth: &Truth) {
+    let palette = Palette::in_ui(ui);
+    if truth.effects.is_empty() {
+        ui.label("Nothing was hidden.");
+    }
+    for hidden in &truth.effects {
+        let Some(spec) = registry::find(&hidden.effect).ok().map(|effect| effect.spec()) else {
+            ui.label(&hidden.effect);
+            continue;
+        };
+        let place = hidden.joint.map_or("the whole arm".to_owned(), |joint| format!("joint {}", joint + 1));
+        ui.label(RichText::new(format!("{} on {place}", spec.name)).color(palette.text));
+        for (parameter, value) in spec.parameters.iter().zip(&hidden.parameters) {
+            let estimate = estimate(session, hidden, parameter.name);
+            let (word, color) = match &estimate {
+                None => ("not in the model", palette.warning),
+                Some((_, Some([low, high]))) if (*low..=*high).contains(value) => ("inside the interval", palette.good),
+                Some((_, Some(_))) => ("outside the interval", palette.error),
+                Some((_, None)) => ("no interval", palette.warning),
+            };
+            let found = estimate.map_or(String::new(), |(value, _)| format!(", found {}", ticks::number(value)));
+            ui.horizontal(|ui| {
+                ui.add_space(GAP);
+                ui.label(format!("{} = {}{found}", parameter.symbol, ticks::number(*value)));
+                widgets::chip(ui, word, color);
+            });
+        }
+    }
+    let noise: Vec<String> = truth.torque_noise.iter().copied().map(ticks::number).collect();
+    widgets::weak(ui, format!("Torque noise by joint: {} N m. Seed {}.", noise.join(" · "), truth.seed));
+}
+
+/// The current model's value and interval of a hidden parameter.
+fn estimate(session: &Session, hidden: &HiddenEffect, name: &str) -> Option<(f64, Option<[f64; 2]>)> {
+    let fitted = &session.current()?.fitted;
+    let term = fitted.model.terms.iter().position(
+        |term| matches!(term, Term::Effect(term) if term.effect == hidden.effect && term.joint == hidden.joint),
+    )?;
+    let parameter = fitted.parameters.iter().find(|parameter| parameter.term == term && parameter.name == name)?;
+    Some((parameter.value, parameter.interval))
+}

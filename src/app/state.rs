@@ -1,0 +1,171 @@
+//! What the window knows beside the session: where one looks, and what was derived for drawing.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::plot::{Decimator, Window};
+use super::screens::{Screen, residuals::Scatter};
+use crate::effect::Axis;
+use crate::progress::Progress;
+use crate::recording::PerJoint;
+use crate::recording::read::ReadOptions;
+use crate::session::{Command, Session};
+
+/// What a click asks for; carried out before the next frame.
+#[derive(Debug, Clone)]
+pub enum Order {
+    /// Change the session.
+    Run(Box<Command>),
+    /// Show a screen.
+    Show(Screen),
+    /// Take back the last change.
+    Undo,
+    /// Do it again.
+    Redo,
+    /// Stop the running job.
+    Stop,
+    /// Between light and dark.
+    ToggleTheme,
+    /// Let the user choose files.
+    OpenDialog,
+    /// Remove a message.
+    Dismiss(usize),
+}
+
+impl Order {
+    /// Change the session.
+    pub fn run(command: Command) -> Self {
+        Order::Run(Box::new(command))
+    }
+
+    /// Open these files as one recording.
+    pub fn open(paths: Vec<PathBuf>) -> Self {
+        Order::run(Command::Open { paths, options: ReadOptions::default(), held_out: Vec::new() })
+    }
+}
+
+/// How serious a message is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Tone {
+    Info,
+    Warning,
+    Error,
+}
+
+/// A message that stays until it is dismissed.
+#[derive(Debug, Clone)]
+pub(super) struct Notice {
+    pub tone: Tone,
+    pub text: String,
+    pub remedy: String,
+}
+
+impl Notice {
+    pub fn new(tone: Tone, text: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Notice { tone, text: text.into(), remedy: remedy.into() }
+    }
+}
+
+/// What to simulate, as set in the panel.
+#[derive(Debug, Clone)]
+pub(super) struct Wish {
+    pub seed: u64,
+    /// Index into the registry; `None` hides nothing.
+    pub effect: Option<usize>,
+    pub joints: [bool; 3],
+    pub strength_percent: f64,
+    pub noise_percent: f64,
+}
+
+/// Key of a scatter plot: joint, state, held out or not.
+pub(super) type ScatterKey = (usize, Axis, bool);
+
+/// Where one looks.
+pub struct State {
+    pub(super) screen: Screen,
+    pub(super) trajectory: usize,
+    pub(super) joint: usize,
+    pub(super) window: Window,
+    pub(super) cursor: Option<f64>,
+    pub(super) show_terms: bool,
+    pub(super) held_out_only: bool,
+    pub(super) chosen_effect: usize,
+    pub(super) path: String,
+    pub(super) wish: Wish,
+    pub(super) notices: Vec<Notice>,
+    pub(super) decimator: Decimator,
+    residuals: HashMap<usize, Arc<PerJoint>>,
+    pub(super) scatters: HashMap<ScatterKey, Arc<Scatter>>,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        State {
+            screen: Screen::Data,
+            trajectory: 0,
+            joint: 0,
+            window: Window::default(),
+            cursor: None,
+            show_terms: false,
+            held_out_only: true,
+            chosen_effect: 0,
+            path: String::new(),
+            wish: Wish {
+                seed: 7,
+                effect: Some(1),
+                joints: [true, false, false],
+                strength_percent: 10.0,
+                noise_percent: 2.0,
+            },
+            notices: Vec::new(),
+            decimator: Decimator::default(),
+            residuals: HashMap::new(),
+            scatters: HashMap::new(),
+        }
+    }
+}
+
+impl State {
+    /// Forgets what was derived from the old session.
+    pub(super) fn data_changed(&mut self) {
+        self.decimator.clear();
+        self.residuals.clear();
+        self.scatters.clear();
+        self.chosen_effect = 0;
+    }
+
+    /// Looks at the beginning of another recording.
+    pub(super) fn recording_changed(&mut self) {
+        (self.trajectory, self.joint) = (0, 0);
+        self.window = Window::default();
+        self.cursor = None;
+    }
+
+    /// Measured minus predicted torque of one trajectory; `None` without a model.
+    pub(super) fn residual(&mut self, session: &Session, trajectory: usize) -> Option<Arc<PerJoint>> {
+        let (recording, step) = (session.recording.as_deref()?, session.current()?);
+        if trajectory >= recording.trajectories.len() {
+            return None;
+        }
+        let compute = || Arc::new(step.evaluation.residual(recording, trajectory));
+        Some(Arc::clone(self.residuals.entry(trajectory).or_insert_with(compute)))
+    }
+}
+
+/// What a screen works with: it reads the session and gives orders.
+pub struct Desk<'a> {
+    pub(super) session: &'a Session,
+    pub(super) state: &'a mut State,
+    pub(super) orders: &'a mut Vec<Order>,
+    pub(super) busy: Option<&'a (String, Progress)>,
+    pub(super) undo: Option<&'a str>,
+    pub(super) redo: Option<&'a str>,
+}
+
+impl Desk<'_> {
+    /// Gives an order to change the session.
+    pub(super) fn run(&mut self, command: Command) {
+        self.orders.push(Order::run(command));
+    }
+}

@@ -1,0 +1,262 @@
+//! Design tokens: every colour, size and distance of the window stands here.
+//!
+//! A quantity has the same colour and dash in every screen. The colours are those of Okabe and Ito, which people with a
+//! colour vision deficiency can tell apart; dash and label tell the same without colour.
+
+use egui::style::{Selection, WidgetVisuals, Widgets};
+use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, TextStyle, Theme, Visuals, vec2};
+
+/// Distance between things that belong together \[points\].
+pub const GAP: f32 = 8.0;
+/// Distance between groups \[points\].
+pub const GROUP: f32 = 16.0;
+/// Rounding of cards and buttons \[points\].
+pub const RADIUS: u8 = 6;
+/// Width of the column beside the main content \[points\].
+pub const SIDE: f32 = 320.0;
+
+/// Size of a screen's headline \[points\].
+pub const HEADLINE: f32 = 20.0;
+/// Size of a card's title \[points\].
+pub const TITLE: f32 = 14.5;
+/// Size of running text \[points\].
+pub const BODY: f32 = 13.0;
+/// Size of axis labels and captions \[points\].
+pub const SMALL: f32 = 11.0;
+
+/// The colours of one theme.
+#[derive(Debug, Clone, Copy)]
+pub struct Palette {
+    /// Behind everything.
+    pub background: Color32,
+    /// Behind groups of content.
+    pub card: Color32,
+    /// Behind plots.
+    pub canvas: Color32,
+    /// Borders of cards and plots.
+    pub border: Color32,
+    /// Lines of the grid of plots.
+    pub grid: Color32,
+    /// Text.
+    pub text: Color32,
+    /// Text of less weight.
+    pub weak: Color32,
+    /// The next step, links, selection.
+    pub accent: Color32,
+    /// Behind what is selected.
+    pub accent_soft: Color32,
+    /// Text on the accent colour.
+    pub on_accent: Color32,
+    /// Good news.
+    pub good: Color32,
+    /// What needs care.
+    pub warning: Color32,
+    /// What failed.
+    pub error: Color32,
+    /// Measured signals.
+    pub measured: Color32,
+    /// Predicted signals.
+    pub predicted: Color32,
+    /// Measured minus predicted.
+    pub residual: Color32,
+    /// Behind stretches that are held out.
+    pub held_out: Color32,
+    /// The shared cursor.
+    pub cursor: Color32,
+    series: [Color32; 7],
+}
+
+/// How a line is broken: lengths of ink and gap \[points\]. Empty for an unbroken line.
+pub type Dash = &'static [f32];
+
+const DASHES: [Dash; 7] =
+    [&[], &[7.0, 3.0], &[2.0, 2.5], &[9.0, 3.0, 2.0, 3.0], &[4.0, 2.0], &[12.0, 3.0], &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0]];
+
+/// Dash of measured signals.
+pub const MEASURED_DASH: Dash = &[];
+/// Dash of predicted signals.
+pub const PREDICTED_DASH: Dash = &[7.0, 4.0];
+
+const DARK: Palette = Palette {
+    background: Color32::from_rgb(0x10, 0x12, 0x16),
+    card: Color32::from_rgb(0x17, 0x1a, 0x20),
+    canvas: Color32::from_rgb(0x12, 0x15, 0x1a),
+    border: Color32::from_rgb(0x2a, 0x2f, 0x39),
+    grid: Color32::from_rgb(0x22, 0x26, 0x2f),
+    text: Color32::from_rgb(0xe4, 0xe7, 0xec),
+    weak: Color32::from_rgb(0x9b, 0xa4, 0xb2),
+    accent: Color32::from_rgb(0x6c, 0xb0, 0xff),
+    accent_soft: Color32::from_rgb(0x1d, 0x30, 0x48),
+    on_accent: Color32::from_rgb(0x0a, 0x14, 0x20),
+    good: Color32::from_rgb(0x3f, 0xcf, 0xa0),
+    warning: Color32::from_rgb(0xf0, 0xb4, 0x3c),
+    error: Color32::from_rgb(0xff, 0x7b, 0x6b),
+    measured: Color32::from_rgb(0xc9, 0xcf, 0xd9),
+    predicted: Color32::from_rgb(0xf5, 0xa6, 0x23),
+    residual: Color32::from_rgb(0xdd, 0x8f, 0xbb),
+    held_out: Color32::from_rgb(0x1a, 0x2a, 0x34),
+    cursor: Color32::from_rgb(0xf0, 0xe4, 0x42),
+    series: [
+        Color32::from_rgb(0x56, 0xb4, 0xe9),
+        Color32::from_rgb(0x2f, 0xc0, 0x92),
+        Color32::from_rgb(0xe6, 0x9f, 0x00),
+        Color32::from_rgb(0xcc, 0x79, 0xa7),
+        Color32::from_rgb(0x6f, 0x8f, 0xff),
+        Color32::from_rgb(0xf0, 0x74, 0x3a),
+        Color32::from_rgb(0xe8, 0xdf, 0x5e),
+    ],
+};
+
+const LIGHT: Palette = Palette {
+    background: Color32::from_rgb(0xf4, 0xf5, 0xf7),
+    card: Color32::from_rgb(0xff, 0xff, 0xff),
+    canvas: Color32::from_rgb(0xfc, 0xfc, 0xfd),
+    border: Color32::from_rgb(0xda, 0xde, 0xe5),
+    grid: Color32::from_rgb(0xeb, 0xed, 0xf1),
+    text: Color32::from_rgb(0x1a, 0x1e, 0x26),
+    weak: Color32::from_rgb(0x5a, 0x63, 0x72),
+    accent: Color32::from_rgb(0x1a, 0x66, 0xc8),
+    accent_soft: Color32::from_rgb(0xdf, 0xeb, 0xfa),
+    on_accent: Color32::from_rgb(0xff, 0xff, 0xff),
+    good: Color32::from_rgb(0x0b, 0x7a, 0x58),
+    warning: Color32::from_rgb(0x9a, 0x62, 0x00),
+    error: Color32::from_rgb(0xb8, 0x2c, 0x1c),
+    measured: Color32::from_rgb(0x3a, 0x42, 0x50),
+    predicted: Color32::from_rgb(0xd5, 0x5e, 0x00),
+    residual: Color32::from_rgb(0xa8, 0x3f, 0x7d),
+    held_out: Color32::from_rgb(0xe2, 0xf0, 0xf6),
+    cursor: Color32::from_rgb(0x7a, 0x5c, 0x00),
+    series: [
+        Color32::from_rgb(0x00, 0x72, 0xb2),
+        Color32::from_rgb(0x00, 0x86, 0x62),
+        Color32::from_rgb(0xc8, 0x7a, 0x00),
+        Color32::from_rgb(0xb0, 0x4c, 0x86),
+        Color32::from_rgb(0x4a, 0x55, 0xc8),
+        Color32::from_rgb(0xd5, 0x5e, 0x00),
+        Color32::from_rgb(0x75, 0x6c, 0x00),
+    ],
+};
+
+impl Palette {
+    /// The colours of a theme.
+    pub fn of(theme: Theme) -> &'static Palette {
+        match theme {
+            Theme::Dark => &DARK,
+            Theme::Light => &LIGHT,
+        }
+    }
+
+    /// The colours of the theme in which `ui` is drawn.
+    pub fn in_ui(ui: &egui::Ui) -> &'static Palette {
+        Palette::of(if ui.visuals().dark_mode { Theme::Dark } else { Theme::Light })
+    }
+
+    /// Colour and dash of the n-th joint, effect or term.
+    pub fn nth(&self, n: usize) -> (Color32, Dash) {
+        (self.series[n % self.series.len()], DASHES[n % DASHES.len()])
+    }
+}
+
+/// Gives the context both themes, the fonts and the sizes.
+pub fn install(ctx: &egui::Context) {
+    ctx.set_fonts(super::fonts::definitions());
+    for theme in [Theme::Dark, Theme::Light] {
+        ctx.style_mut_of(theme, |style| {
+            style.visuals = visuals(theme);
+            let font = |size| FontId::new(size, FontFamily::Proportional);
+            style.text_styles = [
+                (TextStyle::Heading, font(HEADLINE)),
+                (TextStyle::Body, font(BODY)),
+                (TextStyle::Button, font(BODY)),
+                (TextStyle::Small, font(SMALL)),
+                (TextStyle::Monospace, font(BODY - 0.5)),
+            ]
+            .into();
+            style.spacing.item_spacing = vec2(GAP, 6.0);
+            style.spacing.button_padding = vec2(10.0, 5.0);
+            style.spacing.interact_size = vec2(40.0, 26.0);
+            style.spacing.menu_margin = Margin::same(6);
+            style.spacing.window_margin = Margin::same(12);
+            style.spacing.scroll.floating = false;
+            style.spacing.scroll.foreground_color = false;
+            style.spacing.scroll.bar_width = 6.0;
+            style.spacing.scroll.bar_inner_margin = 6.0;
+            style.interaction.selectable_labels = false;
+            style.animation_time = 0.08;
+        });
+    }
+}
+
+fn visuals(theme: Theme) -> Visuals {
+    let palette = Palette::of(theme);
+    let dark = theme == Theme::Dark;
+    let mut visuals = if dark { Visuals::dark() } else { Visuals::light() };
+    let towards_text = |share: f32| palette.card.lerp_to_gamma(palette.text, share);
+    // Handles of sliders and scroll bars take `bg_fill`, buttons `weak_bg_fill`.
+    let widget = |fill: Color32, border: Color32, text: Color32| WidgetVisuals {
+        bg_fill: fill.lerp_to_gamma(palette.text, 0.12),
+        weak_bg_fill: fill,
+        bg_stroke: Stroke::new(1.0, border),
+        corner_radius: CornerRadius::same(RADIUS),
+        fg_stroke: Stroke::new(1.0, text),
+        expansion: 0.0,
+    };
+    visuals.widgets = Widgets {
+        noninteractive: widget(palette.card, palette.border, palette.text),
+        inactive: widget(towards_text(0.06), palette.border, palette.text),
+        hovered: widget(towards_text(0.12), palette.weak, palette.text),
+        active: widget(towards_text(0.18), palette.accent, palette.text),
+        open: widget(towards_text(0.1), palette.border, palette.text),
+    };
+    visuals.selection = Selection { bg_fill: palette.accent_soft, stroke: Stroke::new(1.0, palette.accent) };
+    visuals.panel_fill = palette.background;
+    visuals.window_fill = palette.card;
+    visuals.window_stroke = Stroke::new(1.0, palette.border);
+    visuals.window_corner_radius = CornerRadius::same(RADIUS + 2);
+    visuals.menu_corner_radius = CornerRadius::same(RADIUS);
+    let shadow =
+        Shadow { offset: [0, 4], blur: 16, spread: 0, color: Color32::from_black_alpha(if dark { 110 } else { 40 }) };
+    visuals.window_shadow = shadow;
+    visuals.popup_shadow = shadow;
+    visuals.extreme_bg_color = palette.canvas;
+    visuals.faint_bg_color = towards_text(0.03);
+    visuals.code_bg_color = towards_text(0.06);
+    visuals.hyperlink_color = palette.accent;
+    visuals.warn_fg_color = palette.warning;
+    visuals.error_fg_color = palette.error;
+    visuals.weak_text_color = Some(palette.weak);
+    visuals.slider_trailing_fill = true;
+    visuals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn luminance(color: Color32) -> f32 {
+        let rgba = egui::Rgba::from(color);
+        0.2126 * rgba.r() + 0.7152 * rgba.g() + 0.0722 * rgba.b()
+    }
+
+    /// Contrast ratio of the Web Content Accessibility Guidelines.
+    fn contrast(a: Color32, b: Color32) -> f32 {
+        let (a, b) = (luminance(a) + 0.05, luminance(b) + 0.05);
+        a.max(b) / a.min(b)
+    }
+
+    #[test]
+    fn text_is_readable_and_lines_are_visible_in_both_themes() {
+        for theme in [Theme::Dark, Theme::Light] {
+            let palette = Palette::of(theme);
+            for ground in [palette.background, palette.card, palette.canvas] {
+                for ink in [palette.text, palette.weak, palette.accent, palette.good, palette.warning, palette.error] {
+                    assert!(contrast(ink, ground) >= 4.5, "{theme:?}: {ink:?} on {ground:?}");
+                }
+                for line in palette.series.iter().chain([&palette.measured, &palette.predicted, &palette.residual]) {
+                    assert!(contrast(*line, ground) >= 3.0, "{theme:?}: {line:?} on {ground:?}");
+                }
+            }
+            assert!(contrast(palette.on_accent, palette.accent) >= 4.5);
+        }
+    }
+}

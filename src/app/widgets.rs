@@ -1,0 +1,138 @@
+//! Small parts that all screens are made of.
+
+use egui::{Align, Button, Color32, Frame, Layout, Margin, Response, RichText, Stroke, Ui, WidgetText};
+
+use super::theme::{GAP, HEADLINE, Palette, RADIUS, SMALL, TITLE};
+
+/// A headline with a sentence below it.
+pub fn headline(ui: &mut Ui, title: &str, sentence: &str) {
+    let palette = Palette::in_ui(ui);
+    ui.label(RichText::new(title).size(HEADLINE).color(palette.text));
+    if !sentence.is_empty() {
+        ui.label(RichText::new(sentence).color(palette.weak));
+    }
+    ui.add_space(GAP);
+}
+
+/// A group of content with a title.
+pub fn card<R>(ui: &mut Ui, title: &str, content: impl FnOnce(&mut Ui) -> R) -> R {
+    let palette = Palette::in_ui(ui);
+    let frame = Frame::new()
+        .fill(palette.card)
+        .stroke(Stroke::new(1.0, palette.border))
+        .corner_radius(RADIUS + 2)
+        .inner_margin(Margin::symmetric(14, 12));
+    let inner = frame.show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        if !title.is_empty() {
+            ui.label(RichText::new(title).size(TITLE).color(palette.text));
+            ui.add_space(2.0);
+        }
+        content(ui)
+    });
+    ui.add_space(GAP - 2.0);
+    inner.inner
+}
+
+/// The button of the next step.
+pub fn primary(ui: &mut Ui, enabled: bool, text: &str) -> Response {
+    let palette = Palette::in_ui(ui);
+    let button = Button::new(RichText::new(text).color(palette.on_accent)).fill(palette.accent).stroke(Stroke::NONE);
+    ui.add_enabled(enabled, button)
+}
+
+/// Text of less weight.
+pub fn weak(ui: &mut Ui, text: impl Into<String>) -> Response {
+    ui.label(RichText::new(text).color(Palette::in_ui(ui).weak))
+}
+
+/// A word in a coloured frame; the word tells the same as the colour.
+pub fn chip(ui: &mut Ui, text: &str, color: Color32) -> Response {
+    let frame = Frame::new()
+        .fill(color.gamma_multiply(0.14))
+        .stroke(Stroke::new(1.0, color.gamma_multiply(0.6)))
+        .corner_radius(4)
+        .inner_margin(Margin::symmetric(6, 1));
+    frame.show(ui, |ui| ui.label(RichText::new(text).size(SMALL).color(color))).response
+}
+
+/// A table: header, then rows. Numbers are aligned at their right, texts at their left.
+pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
+    let palette = Palette::in_ui(ui);
+    let header: Vec<WidgetText> =
+        header.iter().map(|title| RichText::new(*title).size(SMALL).color(palette.weak).into()).collect();
+    let width = |cell: &WidgetText| {
+        let galley = cell.clone().into_galley(ui, None, f32::INFINITY, egui::TextStyle::Body);
+        galley.size().x.ceil()
+    };
+    let widths: Vec<f32> = (0..header.len())
+        .map(|column| {
+            rows.iter().filter_map(|row| row.get(column)).chain([&header[column]]).map(width).fold(0.0, f32::max)
+        })
+        .collect();
+    let is_number = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells
+            .map(WidgetText::text)
+            .all(|text| text.starts_with(|first: char| first.is_ascii_digit() || "−—".contains(first)))
+    };
+    let layouts: Vec<Layout> = (0..header.len())
+        .map(|column| match is_number(column) {
+            true => Layout::right_to_left(Align::Center),
+            false => Layout::left_to_right(Align::Center),
+        })
+        .collect();
+    let spacing =
+        16.0f32.min((ui.available_width() - widths.iter().sum::<f32>()) / header.len().max(1) as f32).max(4.0);
+    let grid = egui::Grid::new(id).striped(true).num_columns(header.len()).spacing([spacing, 6.0]);
+    grid.show(ui, |ui| {
+        for row in std::iter::once(&header).chain(rows) {
+            for (column, cell) in row.iter().enumerate().take(widths.len()) {
+                let size = egui::vec2(widths[column], 18.0);
+                ui.allocate_ui_with_layout(size, layouts[column], |ui| {
+                    ui.set_min_width(size.x);
+                    ui.add(egui::Label::new(cell.clone()).extend());
+                });
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// The main part of a screen and a column of this width at its right.
+pub fn beside(ui: &Ui, side: f32) -> [egui::Rect; 2] {
+    let whole = ui.available_rect_before_wrap();
+    let middle = whole.right() - side;
+    let main = egui::Rect::from_min_max(whole.min, egui::pos2(middle - GAP, whole.bottom()));
+    [main, egui::Rect::from_min_max(egui::pos2(middle, whole.top()), whole.max)]
+}
+
+/// Content that scrolls within a part of the screen.
+pub fn scrolling(ui: &mut Ui, id: &str, rect: egui::Rect, content: impl FnOnce(&mut Ui)) {
+    let builder = egui::UiBuilder::new().max_rect(rect).layout(Layout::top_down(Align::Min));
+    ui.scope_builder(builder, |ui| {
+        egui::ScrollArea::vertical().id_salt(id).auto_shrink(false).show(ui, content);
+    });
+}
+
+/// What an empty screen says, and its way out.
+pub fn empty(ui: &mut Ui, title: &str, sentence: &str, action: &str) -> bool {
+    let palette = Palette::in_ui(ui);
+    ui.add_space(ui.available_height() * 0.28);
+    ui.vertical_centered(|ui| {
+        ui.label(RichText::new(title).size(HEADLINE).color(palette.text));
+        ui.label(RichText::new(sentence).color(palette.weak));
+        ui.add_space(GAP);
+        !action.is_empty() && primary(ui, true, action).clicked()
+    })
+    .inner
+}
+
+/// A thin bar that shows a share of 0 to 1.
+pub fn share_bar(ui: &mut Ui, share: f64, width: f32, color: Color32) {
+    let (rect, _) = ui.allocate_exact_size(egui::vec2(width, 10.0), egui::Sense::hover());
+    let palette = Palette::in_ui(ui);
+    ui.painter().rect_filled(rect, 3, palette.grid);
+    let filled = egui::Rect::from_min_size(rect.min, egui::vec2(width * share.clamp(0.0, 1.0) as f32, rect.height()));
+    ui.painter().rect_filled(filled, 3, color);
+}

@@ -1,0 +1,89 @@
+//! The window in a test: the real app, drawn on the CPU, driven through its accessible names.
+
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use egui::TexturesDelta;
+use egui_kittest::{Harness, TestRenderer};
+use torquescope::app::raster::Raster;
+use torquescope::app::{Screen, TorquescopeApp, theme};
+use torquescope::progress::Monitor;
+use torquescope::session::{Command, Session};
+use torquescope::simulation::Scenario;
+
+/// The window under test.
+pub type Window = Harness<'static, TorquescopeApp>;
+
+/// Size of the window in tests \[points\].
+pub const SIZE: [f32; 2] = [1280.0, 800.0];
+
+#[derive(Default)]
+struct CpuRenderer(Raster);
+
+impl TestRenderer for CpuRenderer {
+    fn handle_delta(&mut self, delta: &mut TexturesDelta) {
+        self.0.update_textures(delta);
+    }
+
+    fn render(&mut self, ctx: &egui::Context, output: &egui::FullOutput) -> Result<image::RgbaImage, String> {
+        let scale = output.pixels_per_point;
+        let size = (ctx.content_rect().size() * scale).round();
+        let primitives = ctx.tessellate(output.shapes.clone(), scale);
+        let picture = self.0.paint(&primitives, [size.x as usize, size.y as usize], scale, egui::Color32::BLACK);
+        image::RgbaImage::from_raw(picture.width as u32, picture.height as u32, picture.rgba)
+            .ok_or_else(|| "the picture has a wrong size".to_owned())
+    }
+}
+
+/// The window on a session and screen.
+pub fn window(session: Session, screen: Screen, theme: egui::Theme) -> Window {
+    let mut app = TorquescopeApp::new(session);
+    app.show_screen(screen);
+    Harness::builder()
+        .with_size(SIZE)
+        .with_theme(theme)
+        .with_max_steps(16)
+        .with_render_cursor(false)
+        .with_context_setup(theme::install)
+        .renderer(CpuRenderer::default())
+        .build_eframe(|_| app)
+}
+
+/// Steps until no job is at work.
+pub fn settle(window: &mut Window) {
+    let begin = Instant::now();
+    window.run_steps(3);
+    while window.state().is_busy() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "a job does not end");
+        std::thread::sleep(Duration::from_millis(5));
+        window.step();
+    }
+    window.run_steps(3);
+}
+
+/// The demonstration arm with its first model; made once.
+pub fn demonstration() -> Session {
+    static SESSION: OnceLock<Session> = OnceLock::new();
+    SESSION.get_or_init(|| run(Command::Simulate(Box::new(Scenario::embedded())), &Session::default())).clone()
+}
+
+/// The session after a command.
+pub fn run(command: Command, session: &Session) -> Session {
+    command.run(session, &Monitor::new()).unwrap()
+}
+
+/// The demonstration arm, diagnosed.
+pub fn diagnosed() -> Session {
+    run(Command::Diagnose, &demonstration())
+}
+
+/// The demonstration arm with everything added that the diagnosis names.
+pub fn repaired() -> Session {
+    let mut session = diagnosed();
+    let report = session.report.clone().unwrap();
+    for effect in &report.effects {
+        let command = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+        session = run(command, &session);
+    }
+    session
+}

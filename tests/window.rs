@@ -1,0 +1,182 @@
+//! Clicks, types and drops through the real widgets, found by the names that a screen reader speaks.
+
+mod support;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use egui::{Key, Modifiers, Role, Theme};
+use egui_kittest::kittest::{NodeT, Queryable};
+use support::{Window, demonstration, diagnosed, run, settle, window};
+use torquescope::app::{Order, Screen};
+use torquescope::session::{Command, Session};
+use torquescope::simulation::{Excitation, Scenario};
+
+fn click(window: &mut Window, name: &str) {
+    window.get_by_role_and_label(Role::Button, name).click();
+    settle(window);
+}
+
+/// Clicks that follow the highlighted way lead to a repaired model.
+#[test]
+fn a_newcomer_finds_the_hidden_effect() {
+    let mut window = window(demonstration(), Screen::Data, Theme::Dark);
+    for (name, screen) in
+        [("Compare", Screen::Compare), ("Where it fails", Screen::Residuals), ("What is missing", Screen::Diagnose)]
+    {
+        click(&mut window, name);
+        assert_eq!(window.state().screen(), screen);
+    }
+    let before = window.state().session().current().unwrap().evaluation.held_out_nmse();
+    click(&mut window, "Diagnose");
+    assert!(window.query_by_label_contains("The model lacks Coulomb friction on joints 1, 2").is_some());
+    click(&mut window, "Add Coulomb friction");
+    assert_eq!(window.state().screen(), Screen::Ladder);
+    let after = window.state().session().current().unwrap().evaluation.held_out_nmse();
+    assert!(after[0] < 0.1 * before[0] && after[1] < 0.1 * before[1], "{before:?} -> {after:?}");
+    assert!(window.state().session().truth.is_none(), "the seal is closed until the user opens it");
+    click(&mut window, "Open the seal");
+    assert_eq!(window.get_all_by_label("inside the interval").count(), 2);
+    click(&mut window, "Diagnose again");
+    assert!(window.query_by_label("nothing missing").is_some());
+}
+
+#[test]
+fn undo_and_redo_by_button_and_key() {
+    let mut window = window(diagnosed(), Screen::Diagnose, Theme::Light);
+    click(&mut window, "Add Coulomb friction");
+    assert_eq!(window.state().session().ladder.len(), 2);
+    click(&mut window, "Undo");
+    assert_eq!(window.state().session().ladder.len(), 1);
+    click(&mut window, "Redo");
+    assert_eq!(window.state().session().ladder.len(), 2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert_eq!(window.state().session().ladder.len(), 1);
+    window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    settle(&mut window);
+    assert_eq!(window.state().session().ladder.len(), 2);
+    click(&mut window, "Remove the last step");
+    assert_eq!(window.state().session().ladder.len(), 1);
+}
+
+#[test]
+fn the_theme_changes_and_back() {
+    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    click(&mut window, "Light");
+    assert_eq!(window.ctx.theme(), Theme::Light);
+    click(&mut window, "Dark");
+    assert_eq!(window.ctx.theme(), Theme::Dark);
+}
+
+#[test]
+fn stop_answers_at_once_and_changes_nothing() {
+    let mut window = window(demonstration(), Screen::Data, Theme::Dark);
+    let motion = Excitation::MultiSine {
+        trajectories: 40,
+        duration: 200.0,
+        rate: 200.0,
+        harmonics: 5,
+        lowest_frequency: 0.1,
+        highest_frequency: 1.0,
+        max_position: 2.0,
+        max_velocity: 3.5,
+    };
+    let slow = Command::Simulate(Box::new(Scenario { name: "slow".into(), motion, ..Scenario::embedded() }));
+    window.state_mut().order(Order::run(slow.clone()));
+    window.run_steps(2);
+    assert!(window.state().is_busy());
+    window.state_mut().order(Order::run(slow));
+    window.run_steps(2);
+    assert!(window.query_by_label_contains("was not started").is_some(), "a second job is refused visibly");
+    window.get_by_role_and_label(Role::Button, "Stop").click();
+    window.run_steps(3);
+    assert!(!window.state().is_busy());
+    assert!(window.query_by_label_contains("Stopped: simulate a recording").is_some());
+    assert_eq!(window.state().session().recording.as_ref().unwrap().name, "three-joint demo");
+}
+
+#[test]
+fn an_error_stays_until_it_is_dismissed() {
+    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    window.get_by_role_and_label(Role::TextInput, "Path of a file").focus();
+    window.step();
+    window.get_by_role_and_label(Role::TextInput, "Path of a file").type_text("no/such/log.csv");
+    window.run_steps(2);
+    click(&mut window, "Open this file");
+    assert!(window.query_by_label_contains("Could not open log.csv").is_some());
+    click(&mut window, "Compare");
+    assert!(window.query_by_label_contains("Could not open log.csv").is_some(), "it survives a change of screens");
+    click(&mut window, "Dismiss message 1");
+    assert!(window.query_by_label_contains("Could not open log.csv").is_none());
+}
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn a_dropped_file_is_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("swing.csv");
+    let mut text = "time,q1,qd1,qdd1,tau1\n".to_owned();
+    for sample in 0..2000 {
+        let t = f64::from(sample) * 0.01;
+        let (q, qd, qdd) = (t.sin(), t.cos(), -t.sin());
+        text += &format!("{t},{q},{qd},{qdd},{}\n", 0.3 * qdd + 2.0 * q.cos() + 0.2 * qd);
+    }
+    std::fs::write(&path, text).unwrap();
+    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    window.input_mut().dropped_files.push(Arc::new(Dropped(path)));
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    assert_eq!((recording.joint_count(), recording.sample_count()), (1, 2000));
+}
+
+#[test]
+fn a_mystery_is_drawn() {
+    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    click(&mut window, "Draw a mystery");
+    assert_eq!(window.state().session().recording.as_ref().unwrap().name, "mystery 7");
+}
+
+/// What a screen reader would announce as a control has a name, on every screen.
+#[test]
+fn every_control_has_a_name() {
+    let opened = run(Command::OpenSeal, &support::repaired());
+    let sessions = [Session::default(), demonstration(), diagnosed(), opened];
+    for (number, session) in sessions.into_iter().enumerate() {
+        for screen in Screen::ALL {
+            let window = window(session.clone(), screen, Theme::Light);
+            let unnamed = window.root().children_recursive().find(|node| {
+                let node = node.accesskit_node();
+                let is_control = matches!(
+                    node.role(),
+                    Role::Button | Role::CheckBox | Role::Slider | Role::SpinButton | Role::TextInput | Role::ComboBox
+                );
+                is_control
+                    && node.label().is_none_or(|name| name.trim().is_empty())
+                    && node.labelled_by().next().is_none()
+            });
+            assert!(unnamed.is_none(), "session {number}, screen {}: {unnamed:?}", screen.id());
+        }
+    }
+}
+
+#[test]
+fn empty_screens_offer_a_way_on() {
+    for screen in Screen::ALL {
+        let mut window = window(Session::default(), screen, Theme::Dark);
+        click(&mut window, "Simulate the demonstration arm");
+        assert!(window.state().session().current().is_some(), "{}", screen.id());
+    }
+}
