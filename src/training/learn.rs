@@ -359,6 +359,8 @@ struct Run<'e, 'a, E: Element> {
     epoch: u64,
     step: u64,
     first_loss: Option<f64>,
+    /// Mean loss of the steps of this epoch so far, as a share of the whole epoch.
+    epoch_loss: f64,
     best_error: f64,
     best: Buffer<E>,
     history: Vec<Epoch>,
@@ -377,6 +379,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             epoch: 0,
             step: 0,
             first_loss: None,
+            epoch_loss: 0.0,
             best_error: f64::INFINITY,
             best,
             history: Vec::new(),
@@ -385,7 +388,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             before_s: 0.0,
         };
         if let Begin::Resume(checkpoint) = begin {
-            (run.epoch, run.step) = (checkpoint.epoch, checkpoint.step);
+            (run.epoch, run.step, run.epoch_loss) = (checkpoint.epoch, checkpoint.step, checkpoint.epoch_loss);
             (run.first_loss, run.best_error) = (checkpoint.first_loss, checkpoint.best_error.unwrap_or(f64::INFINITY));
             run.history.clone_from(&checkpoint.history);
             run.before_s = run.history.last().map_or(0.0, |epoch| epoch.elapsed_s);
@@ -401,10 +404,11 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         while self.epoch < epochs {
             let epoch_began = Instant::now();
             write(&engine.step).order = data::order(samples, engine.options.seed, self.epoch);
-            let mut loss = 0.0;
-            for index in 0..batches {
+            // A resumed run goes on in the middle of its epoch.
+            let first = (self.step - self.epoch * batches as u64) as usize;
+            for index in first..batches {
                 match self.one_step(team, index * batch, epochs * batches as u64) {
-                    Ok(step_loss) => loss += step_loss / batches as f64,
+                    Ok(loss) => self.epoch_loss += loss / batches as f64,
                     Err(reason) => return Ending::Failed(reason),
                 }
                 if let Err(stopped) = self.report(monitor, (index + 1) as f64 / batches as f64) {
@@ -412,7 +416,8 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
                 }
             }
             self.epoch += 1;
-            let epoch = self.close_epoch(team, loss, (batches * batch) as f64 / epoch_began.elapsed().as_secs_f64());
+            let samples_per_s = ((batches - first) * batch) as f64 / epoch_began.elapsed().as_secs_f64();
+            let epoch = self.close_epoch(team, samples_per_s);
             watch(&epoch);
             if epoch.held_out.is_some_and(|error| engine.options.goal.is_some_and(|goal| error <= goal)) {
                 return Ending::GoalReached;
@@ -477,8 +482,9 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
     }
 
     /// Measures, keeps the best, and remembers the epoch.
-    fn close_epoch(&mut self, team: &mut Team, loss: f64, samples_per_s: f64) -> Epoch {
+    fn close_epoch(&mut self, team: &mut Team, samples_per_s: f64) -> Epoch {
         let engine = self.engine;
+        let loss = std::mem::take(&mut self.epoch_loss);
         let held_out = engine.data.held_out.map(|_| {
             engine.run(team, EVALUATE);
             let add = |sum: (f64, f64), group: &RwLock<Group<E>>| {
@@ -529,6 +535,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             epoch: self.epoch,
             step: self.step,
             first_loss: self.first_loss,
+            epoch_loss: self.epoch_loss,
             best_error: self.best_error.is_finite().then_some(self.best_error),
             history: self.history.clone(),
         };
