@@ -26,7 +26,7 @@ const PRESETS: [&str; 5] = ["ff-nn", "black-box-delan", "structured-delan", "del
 #[divan::bench(args = PRESETS)]
 fn tile(bencher: Bencher, preset: &str) {
     let preset = LearnedPreset::parse(preset).expect("a preset");
-    let (program, _) = loss_program::<f32>(&preset.architecture(3, &layers()));
+    let program = loss_program::<f32>(&preset.architecture(3, &layers()));
     let mut random: rand_chacha::ChaCha8Rng = rand::SeedableRng::seed_from_u64(1);
     let weights = Buffer::from_slice(&draw_weights::<f32>(program.layout(), &mut random));
     let (mut arena, mut gradient) = (program.arena(), Buffer::<f32>::zeros(weights.len()));

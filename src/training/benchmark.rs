@@ -165,7 +165,7 @@ pub fn speed(
         _ => start.elapsed().as_secs_f64() * threads as f64,
     };
     let samples_per_s = outcome.history.iter().map(|epoch| epoch.samples_per_s).fold(0.0, f64::max);
-    let (program, _) = loss_program::<f32>(&architecture);
+    let program = loss_program::<f32>(&architecture);
     let operations = program.product_operations() as f64 / TILE as f64;
     Ok(Speed {
         model: preset.id().into(),

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{self, Samples};
 use super::learned::{Checkpoint, LearnedModel};
-use super::loss::{Inputs, MOTION_INPUTS, loss_program};
+use super::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use super::optimiser::{Optimiser, Part};
 use super::options::Options;
 use super::{TrainError, predict};
@@ -132,7 +132,6 @@ pub(super) struct Engine<'a, E: Element> {
     options: &'a Options,
     data: TrainingData<'a, E>,
     program: Program<E>,
-    inputs: Inputs,
     torque: predict::TorqueProgram<E>,
     /// 1 / variance of the torque of each joint.
     loss_weights: Vec<f64>,
@@ -201,7 +200,7 @@ impl<'a, E: Element> Engine<'a, E> {
             }
             loss_weights.push(1.0 / variance);
         }
-        let (program, inputs) = loss_program::<E>(architecture);
+        let program = loss_program::<E>(architecture);
         let torque = predict::torque_program(architecture);
         let weights = first_weights(program.layout(), architecture, options, begin)?;
         let mut parts = share_parts(program.layout(), options.optimiser, &weights);
@@ -228,7 +227,6 @@ impl<'a, E: Element> Engine<'a, E> {
             groups: (0..GROUPS).map(|_| RwLock::new(group())).collect(),
             parts: parts.into_iter().map(Mutex::new).collect(),
             threads: (0..GROUPS).map(|_| Mutex::new(memory())).collect(),
-            inputs,
             torque,
             program,
         })
@@ -259,7 +257,7 @@ impl<'a, E: Element> Engine<'a, E> {
         for tile in tiles * index / GROUPS..tiles * (index + 1) / GROUPS {
             let picks = &batch[tile * TILE..batch.len().min((tile + 1) * TILE)];
             let ThreadMemory { arena, weighted, .. } = &mut *memory;
-            self.deal(self.data.train, picks, arena);
+            self.data.train.deal(kernels, picks, self.program.input(arena, 0));
             if *weighted != picks.len() {
                 self.weigh(picks.len(), arena);
                 *weighted = picks.len();
@@ -269,20 +267,10 @@ impl<'a, E: Element> Engine<'a, E> {
         }
     }
 
-    fn deal(&self, samples: &Samples<E>, picks: &[u32], arena: &mut Arena<E>) {
-        for input in MOTION_INPUTS {
-            samples.deal(input, picks, self.program.input(arena, input));
-        }
-        samples.deal(3, picks, self.program.input(arena, self.inputs.torque));
-        if let Some(columns) = self.inputs.columns {
-            samples.deal(4, picks, self.program.input(arena, columns));
-        }
-    }
-
     /// Sets the weights of the loss for a tile of which `valid` samples count.
     fn weigh(&self, valid: usize, arena: &mut Arena<E>) {
         let share = 1.0 / self.options.batch as f64;
-        for (input, is_weight) in [(self.inputs.weight, true), (self.inputs.share, false)] {
+        for (input, is_weight) in [(WEIGHT_INPUT, true), (SHARE_INPUT, false)] {
             for (joint, row) in self.program.input(arena, input).chunks_exact_mut(TILE).enumerate() {
                 let value = if is_weight { share * self.loss_weights[joint] } else { share };
                 row[..valid].fill(E::from_f64(value));
@@ -453,11 +441,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
                 "the gradient is exactly zero {at}: the model can't learn from these data as it stands"
             ));
         }
-        match options.optimiser {
-            // Sharing so little work would cost more than it saves.
-            Optimiser::AdamW { .. } => (0..GROUPS).for_each(|index| engine.update(index)),
-            Optimiser::Soap { .. } => engine.run(team, UPDATE),
-        }
+        engine.run(team, UPDATE);
         let mut weights = write(&engine.weights);
         for share in &engine.parts {
             for part in lock(share).iter() {

@@ -126,6 +126,8 @@ pub struct Kernels<E: Element> {
     pub combine: fn(E, &[Single<E>], &[Pair<E>], &mut [E]),
     /// y\[sample\]\[feature\] = x\[feature\]\[sample\], rows of y padded with zeros; the argument is the number of features
     pub transpose: fn(&[E], usize, &mut [E]),
+    /// tile\[feature\]\[sample\] = rows\[pick of sample\]\[feature\] for [`TILE`] picks among rows of the given padded length
+    pub gather: fn(&[E], usize, &[u32; TILE], &mut [E]),
     /// sums\[feature\] += Σ over samples of a transposed tile
     pub add_column_sums: fn(&[E], &mut [E]),
     /// sums\[feature\] += Σ over samples of a tile
@@ -390,6 +392,25 @@ fn transpose<L: Lanes>(lanes: L, x: &[L::Element], features: usize, y: &mut [L::
 }
 
 #[inline(always)]
+fn gather<L: Lanes>(lanes: L, rows: &[L::Element], row: usize, picks: &[u32; TILE], tile: &mut [L::Element]) {
+    assert!(row.is_multiple_of(PAD) && tile.len() == row * TILE, "a tile of padded rows");
+    assert!(picks.iter().all(|pick| (*pick as usize + 1) * row <= rows.len()), "all picks exist");
+    let mut near = [L::Element::ZERO; PAD * PAD];
+    for first in (0..TILE).step_by(L::WIDTH) {
+        for feature in (0..row).step_by(L::WIDTH) {
+            // SAFETY: the picks were checked; WIDTH is at most PAD, so the block fits `near`; the tile has `row` features.
+            unsafe {
+                for sample in 0..L::WIDTH {
+                    let from = rows.as_ptr().add(picks[first + sample] as usize * row + feature);
+                    lanes.store(near.as_mut_ptr().add(sample * PAD), lanes.load(from));
+                }
+                lanes.transpose(near.as_ptr(), PAD, tile.as_mut_ptr().add(feature * TILE + first), TILE);
+            }
+        }
+    }
+}
+
+#[inline(always)]
 fn add_column_sums<L: Lanes>(lanes: L, x: &[L::Element], sums: &mut [L::Element]) {
     let row = sums.len();
     assert!(x.len() == row * TILE && row % PAD == 0, "a transposed tile and its sums");
@@ -525,6 +546,8 @@ macro_rules! table {
                 combine: table!(@ $($features)?; $lanes; combine;
                     (constant: $element, singles: &[Single<$element>], pairs: &[Pair<$element>], y: &mut [$element])),
                 transpose: table!(@ $($features)?; $lanes; transpose; (x: &[$element], n: usize, y: &mut [$element])),
+                gather: table!(@ $($features)?; $lanes; gather;
+                    (rows: &[$element], row: usize, picks: &[u32; TILE], tile: &mut [$element])),
                 add_column_sums: table!(@ $($features)?; $lanes; add_column_sums; (x: &[$element], y: &mut [$element])),
                 add_row_sums: table!(@ $($features)?; $lanes; add_row_sums; (x: &[$element], y: &mut [$element])),
                 fill: table!(@ $($features)?; $lanes; fill; (x: &[$element], y: &mut [$element])),
