@@ -10,6 +10,7 @@ mod lanes;
 
 use std::marker::PhantomData;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::OnceLock;
 
 pub use functions::Function;
 use lanes::{Lanes, Portable};
@@ -640,7 +641,8 @@ macro_rules! element {
                 all
             }
             fn kernels() -> &'static Kernels<Self> {
-                Self::all_kernels()[0]
+                static BEST: OnceLock<&'static Kernels<$element>> = OnceLock::new();
+                BEST.get_or_init(|| Self::all_kernels()[0])
             }
             #[inline(always)]
             fn function<L: Lanes<Element = Self>>($lanes: L, $function: Function, $x: L::Vector) -> L::Vector {
