@@ -116,6 +116,7 @@ pub struct AdamStep<E> {
 }
 
 /// One machine's set of kernels for one element type. All slices are whole tiles unless said otherwise.
+#[allow(clippy::type_complexity)] // signatures are all that stands here
 pub struct Kernels<E: Element> {
     /// `AVX-512`, `AVX2` or `portable`.
     pub name: &'static str,
