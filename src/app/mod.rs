@@ -211,7 +211,10 @@ impl TorquescopeApp {
         self.history.push(session, &command.title());
         self.state.data_changed();
         match command {
-            Command::Open { .. } | Command::Simulate(_) => self.state.recording_changed(),
+            Command::Open { .. } | Command::Simulate(_) => {
+                self.state.opened = matches!(command, Command::Open { .. }).then(|| command.clone());
+                self.state.recording_changed();
+            }
             Command::Diagnose => self.state.screen = Screen::Diagnose,
             Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
             Command::ChoosePreset(_) | Command::UseModel { .. } | Command::GoTo { .. } | Command::OpenSeal => (),

@@ -92,6 +92,8 @@ pub struct State {
     pub(super) held_out_only: bool,
     pub(super) chosen_effect: usize,
     pub(super) path: String,
+    /// How the current recording was opened, to open it again in another way.
+    pub(super) opened: Option<Command>,
     pub(super) wish: Wish,
     pub(super) notices: Vec<Notice>,
     pub(super) decimator: Decimator,
@@ -111,6 +113,7 @@ impl Default for State {
             held_out_only: true,
             chosen_effect: 0,
             path: String::new(),
+            opened: None,
             wish: Wish {
                 seed: 7,
                 effect: Some(1),
