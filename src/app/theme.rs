@@ -194,7 +194,7 @@ fn visuals(theme: Theme) -> Visuals {
     let towards_text = |share: f32| palette.card.lerp_to_gamma(palette.text, share);
     // Handles of sliders and scroll bars take `bg_fill`, buttons `weak_bg_fill`.
     let widget = |fill: Color32, border: Color32, text: Color32| WidgetVisuals {
-        bg_fill: fill.lerp_to_gamma(palette.text, 0.12),
+        bg_fill: fill.lerp_to_gamma(palette.text, if dark { 0.12 } else { 0.08 }),
         weak_bg_fill: fill,
         bg_stroke: Stroke::new(1.0, border),
         corner_radius: CornerRadius::same(RADIUS),

@@ -6,8 +6,8 @@
 
 use egui::epaint::{Mesh, Shape, Vertex};
 use egui::{
-    Align2, Color32, CursorIcon, FontId, Key, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2,
-    vec2,
+    Align2, Color32, CursorIcon, EventFilter, FontId, Key, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui,
+    WidgetInfo, pos2, vec2,
 };
 
 use super::decimate::Decimator;
@@ -259,6 +259,9 @@ impl<'a> Chart<'a> {
         if response.has_focus()
             && let Some(cursor) = self.cursor.as_deref_mut()
         {
+            // The arrows are ours while the chart has the focus; else they would move the focus.
+            let arrows = EventFilter { horizontal_arrows: true, ..EventFilter::default() };
+            ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
             let pressed = |key| ui.input(|input| input.num_presses(key)) as f64;
             let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft);
             if steps != 0.0 {

@@ -148,7 +148,7 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 if last { chart.x_axis("time t", "s").height(134.0) } else { chart.without_ticks().height(104.0) };
             chart.show(ui, &mut desk.state.window, &mut desk.state.decimator);
         }
-        let hint = "Shaded: held out. Drag: time cursor. Ctrl+wheel: zoom. Right drag: move. Double click: all.";
+        let hint = format!("Shaded: held out. {}", super::compare::HINT);
         ui.label(RichText::new(hint).size(SMALL).color(palette.weak));
     });
 }
@@ -163,6 +163,7 @@ pub(super) fn units(kind: JointKind) -> [&'static str; 4] {
 
 fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
+    let time_steps = desk.state.time_steps(desk.session);
     widgets::card(ui, "Trajectories", |ui| {
         egui::Grid::new("trajectories").striped(true).spacing([GROUP, 5.0]).show(ui, |ui| {
             for title in ["name", "samples", "time step", "train / held out"] {
@@ -176,7 +177,7 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                     desk.state.cursor = None;
                 }
                 ui.label(thousands(run.len()));
-                ui.label(format!("{} ms", ticks::short((1e6 * run.time_step()).round() / 1e3)));
+                ui.label(format!("{} ms", ticks::short((1e6 * time_steps[index]).round() / 1e3)));
                 ui.horizontal(|ui| {
                     let held_out = held_out_times(desk.session, index);
                     split_line(ui, time_extent(&run.time), &held_out);
