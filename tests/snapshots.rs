@@ -6,8 +6,8 @@ mod support;
 
 use egui::Theme;
 use egui_kittest::{SnapshotOptions, SnapshotResults};
-use support::{demonstration, diagnosed, repaired, run, window};
-use torquescope::app::Screen;
+use support::{demonstration, diagnosed, repaired, run, settle, window};
+use torquescope::app::{Order, Screen};
 use torquescope::session::{Command, Session};
 
 /// Pixels that may differ. Everything is drawn on the CPU in the same way, but `sin` and `cos` of the system may differ in
@@ -28,6 +28,7 @@ fn every_screen_looks_as_it_did() {
         ("diagnose-unasked", Screen::Diagnose, demonstration()),
         ("ladder", Screen::Ladder, opened),
         ("empty", Screen::Data, Session::default()),
+        ("error", Screen::Compare, Session::default()),
     ];
     let mut results = SnapshotResults::new();
     let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS);
@@ -35,6 +36,11 @@ fn every_screen_looks_as_it_did() {
         for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
             let mut window = window(session.clone(), screen, theme);
             window.run_steps(2);
+            if name == "error" {
+                let missing = ["no/such/recording.csv".into()].to_vec();
+                window.state_mut().order(Order::open(missing));
+                settle(&mut window);
+            }
             results.add(window.try_snapshot_options(format!("{name}-{suffix}"), &options));
         }
     }

@@ -180,3 +180,61 @@ fn empty_screens_offer_a_way_on() {
         assert!(window.state().session().current().is_some(), "{}", screen.id());
     }
 }
+
+/// The cursor follows a drag in a chart and the arrow keys, in all charts at once.
+#[test]
+fn the_time_cursor_moves_by_drag_and_key() {
+    let mut window = window(demonstration(), Screen::Compare, Theme::Dark);
+    let shown = |window: &Window| {
+        let slider = window.get_by_role_and_label(Role::Slider, "time cursor");
+        slider.accesskit_node().numeric_value().unwrap()
+    };
+    let first = shown(&window);
+    let chart = window.get_by_label("plot of joint 1: torque [N m]").rect();
+    window.drag_at(chart.center());
+    window.run_steps(2);
+    window.drop_at(chart.center() + egui::vec2(150.0, 0.0));
+    window.run_steps(3);
+    let dragged = shown(&window);
+    assert!(dragged > first + 0.5, "{first} -> {dragged}");
+    window.get_by_label("plot of joint 1: torque [N m]").focus();
+    window.run_steps(2);
+    window.key_press(Key::ArrowRight);
+    window.run_steps(3);
+    let stepped = shown(&window);
+    assert!(stepped > dragged && stepped < dragged + 0.2, "{dragged} -> {stepped}");
+}
+
+/// Thousands of random clicks and keys find no panic, and the recording is still there.
+#[test]
+fn a_monkey_breaks_nothing() {
+    use rand::{RngExt, SeedableRng};
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(11);
+    let mut window = window(diagnosed(), Screen::Data, Theme::Dark);
+    let keys = [Key::Tab, Key::Enter, Key::ArrowRight, Key::ArrowLeft, Key::Space, Key::Escape, Key::Z, Key::Y];
+    for _ in 0..400 {
+        let at = egui::pos2(random.random_range(0.0..support::SIZE[0]), random.random_range(0.0..support::SIZE[1]));
+        match random.random_range(0..10) {
+            0 => window.key_press_modifiers(Modifiers::COMMAND, keys[random.random_range(6..keys.len())]),
+            1 => window.key_press(keys[random.random_range(0..6)]),
+            2 => {
+                let screen = Screen::ALL[random.random_range(0..Screen::ALL.len())];
+                window.get_by_role_and_label(Role::Button, screen.title()).click();
+            }
+            3 => {
+                window.drag_at(at);
+                window.step();
+                window.drop_at(at + egui::vec2(random.random_range(-200.0..200.0), 0.0));
+            }
+            // The file dialog is the system's, not ours to click.
+            _ if at.y < 46.0 && at.x > 900.0 => continue,
+            _ => {
+                window.drag_at(at);
+                window.drop_at(at);
+            }
+        }
+        window.step();
+        assert!(window.state().session().recording.is_some());
+    }
+    settle(&mut window);
+}

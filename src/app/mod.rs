@@ -48,6 +48,16 @@ struct Running {
 /// # Errors
 /// What the system says if it gives no window.
 pub fn run_window(session: Session) -> anyhow::Result<()> {
+    run_window_with(session, None)
+}
+
+/// [`run_window`], and a command that is carried out as soon as the window stands, with its progress shown: a file that was
+/// named on the command line, say. A file that was opened in this way can be opened again in another way, for instance with
+/// another posture of the arm.
+///
+/// # Errors
+/// What the system says if it gives no window.
+pub fn run_window_with(session: Session, first: Option<Command>) -> anyhow::Result<()> {
     let viewport = egui::ViewportBuilder::default()
         .with_title("Torquescope")
         .with_app_id("torquescope")
@@ -57,7 +67,9 @@ pub fn run_window(session: Session) -> anyhow::Result<()> {
     let options = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
     let create: eframe::AppCreator = Box::new(move |context| {
         theme::install(&context.egui_ctx);
-        Ok(Box::new(TorquescopeApp::new(session)))
+        let mut app = TorquescopeApp::new(session);
+        app.orders.extend(first.map(Order::run));
+        Ok(Box::new(app))
     });
     eframe::run_native("torquescope", options, create).map_err(|error| {
         anyhow::anyhow!("no window could be opened ({error}): `torquescope --help` lists the commands that need none")
@@ -211,7 +223,10 @@ impl TorquescopeApp {
         self.history.push(session, &command.title());
         self.state.data_changed();
         match command {
-            Command::Open { .. } | Command::Simulate(_) => self.state.recording_changed(),
+            Command::Open { .. } | Command::Simulate(_) => {
+                self.state.opened = matches!(command, Command::Open { .. }).then(|| command.clone());
+                self.state.recording_changed();
+            }
             Command::Diagnose => self.state.screen = Screen::Diagnose,
             Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
             Command::ChoosePreset(_) | Command::UseModel { .. } | Command::GoTo { .. } | Command::OpenSeal => (),

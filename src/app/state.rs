@@ -81,6 +81,14 @@ pub(super) struct Wish {
 /// Key of a scatter plot: joint, state, held out or not.
 pub(super) type ScatterKey = (usize, Axis, bool);
 
+/// What drawing asks of a trajectory in every frame, computed once.
+pub(super) struct Facts {
+    /// Largest torque of each joint.
+    pub largest: Vec<f64>,
+    /// Whether a term of the model acts on a joint at all: `acts[term][joint]`.
+    pub acts: Vec<Vec<bool>>,
+}
+
 /// Where one looks.
 pub struct State {
     pub(super) screen: Screen,
@@ -92,10 +100,14 @@ pub struct State {
     pub(super) held_out_only: bool,
     pub(super) chosen_effect: usize,
     pub(super) path: String,
+    /// How the current recording was opened, to open it again in another way.
+    pub(super) opened: Option<Command>,
     pub(super) wish: Wish,
     pub(super) notices: Vec<Notice>,
     pub(super) decimator: Decimator,
     residuals: HashMap<usize, Arc<PerJoint>>,
+    facts: HashMap<usize, Arc<Facts>>,
+    time_steps: Option<Arc<Vec<f64>>>,
     pub(super) scatters: HashMap<ScatterKey, Arc<Scatter>>,
 }
 
@@ -111,6 +123,7 @@ impl Default for State {
             held_out_only: true,
             chosen_effect: 0,
             path: String::new(),
+            opened: None,
             wish: Wish {
                 seed: 7,
                 effect: Some(1),
@@ -121,6 +134,8 @@ impl Default for State {
             notices: Vec::new(),
             decimator: Decimator::default(),
             residuals: HashMap::new(),
+            facts: HashMap::new(),
+            time_steps: None,
             scatters: HashMap::new(),
         }
     }
@@ -131,6 +146,8 @@ impl State {
     pub(super) fn data_changed(&mut self) {
         self.decimator.clear();
         self.residuals.clear();
+        self.facts.clear();
+        self.time_steps = None;
         self.scatters.clear();
         self.chosen_effect = 0;
     }
@@ -140,6 +157,31 @@ impl State {
         (self.trajectory, self.joint) = (0, 0);
         self.window = Window::default();
         self.cursor = None;
+    }
+
+    /// Median time step of each trajectory \[s\].
+    pub(super) fn time_steps(&mut self, session: &Session) -> Arc<Vec<f64>> {
+        let compute = || {
+            let runs = session.recording.iter().flat_map(|recording| &recording.trajectories);
+            Arc::new(runs.map(|run| run.time_step()).collect())
+        };
+        Arc::clone(self.time_steps.get_or_insert_with(compute))
+    }
+
+    /// What drawing asks of one trajectory; `None` without a model.
+    pub(super) fn facts(&mut self, session: &Session, trajectory: usize) -> Option<Arc<Facts>> {
+        let (recording, step) = (session.recording.as_deref()?, session.current()?);
+        let run = recording.trajectories.get(trajectory)?;
+        let prediction = step.evaluation.predictions.get(trajectory)?;
+        let compute = || {
+            let largest = |torque: &Vec<f64>| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+            let acts = |torque: &Vec<f64>| torque.iter().any(|value| *value != 0.0);
+            Arc::new(Facts {
+                largest: run.tau.iter().map(largest).collect(),
+                acts: prediction.terms.iter().map(|term| term.iter().map(acts).collect()).collect(),
+            })
+        };
+        Some(Arc::clone(self.facts.entry(trajectory).or_insert_with(compute)))
     }
 
     /// Measured minus predicted torque of one trajectory; `None` without a model.

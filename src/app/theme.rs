@@ -91,7 +91,7 @@ const DARK: Palette = Palette {
     good: Color32::from_rgb(0x3f, 0xcf, 0xa0),
     warning: Color32::from_rgb(0xf0, 0xb4, 0x3c),
     error: Color32::from_rgb(0xff, 0x7b, 0x6b),
-    measured: Color32::from_rgb(0xc9, 0xcf, 0xd9),
+    measured: Color32::from_rgb(0xa4, 0xad, 0xbb),
     predicted: Color32::from_rgb(0xf5, 0xa6, 0x23),
     residual: Color32::from_rgb(0xdd, 0x8f, 0xbb),
     held_out: Color32::from_rgb(0x1a, 0x2a, 0x34),
@@ -194,7 +194,7 @@ fn visuals(theme: Theme) -> Visuals {
     let towards_text = |share: f32| palette.card.lerp_to_gamma(palette.text, share);
     // Handles of sliders and scroll bars take `bg_fill`, buttons `weak_bg_fill`.
     let widget = |fill: Color32, border: Color32, text: Color32| WidgetVisuals {
-        bg_fill: fill.lerp_to_gamma(palette.text, 0.12),
+        bg_fill: fill.lerp_to_gamma(palette.text, if dark { 0.12 } else { 0.08 }),
         weak_bg_fill: fill,
         bg_stroke: Stroke::new(1.0, border),
         corner_radius: CornerRadius::same(RADIUS),

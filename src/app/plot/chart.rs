@@ -6,8 +6,8 @@
 
 use egui::epaint::{Mesh, Shape, Vertex};
 use egui::{
-    Align2, Color32, CursorIcon, FontId, Key, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2,
-    vec2,
+    Align2, Color32, CursorIcon, EventFilter, FontId, Key, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui,
+    WidgetInfo, pos2, vec2,
 };
 
 use super::decimate::Decimator;
@@ -113,7 +113,7 @@ impl<'a> Chart<'a> {
 
     /// Adds a line that is seen under another one.
     pub fn under_line(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], (color, dash): (Color32, Dash)) -> Self {
-        self.lines.push(Line { name, x, y, color, dash, width: 2.4, gaps: true });
+        self.lines.push(Line { name, x, y, color, dash, width: 1.9, gaps: true });
         self
     }
 
@@ -259,6 +259,9 @@ impl<'a> Chart<'a> {
         if response.has_focus()
             && let Some(cursor) = self.cursor.as_deref_mut()
         {
+            // The arrows are ours while the chart has the focus; else they would move the focus.
+            let arrows = EventFilter { horizontal_arrows: true, ..EventFilter::default() };
+            ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
             let pressed = |key| ui.input(|input| input.num_presses(key)) as f64;
             let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft);
             if steps != 0.0 {
@@ -299,7 +302,7 @@ impl<'a> Chart<'a> {
         let font = FontId::proportional(SMALL - 0.5);
         let plot = place.plot;
         let line = Stroke::new(1.0, palette.grid);
-        let y_ticks = ticks::linear(place.y_range, (plot.height() / 20.0).clamp(3.0, 8.0) as usize);
+        let y_ticks = ticks::linear(place.y_range, (plot.height() / 15.0).clamp(3.0, 8.0) as usize);
         for (tick, text) in y_ticks.iter().zip(ticks::labels(&y_ticks)) {
             let y = place.y(*tick).round() + 0.5;
             painter.hline(plot.x_range(), y, if *tick == 0.0 { Stroke::new(1.0, palette.border) } else { line });

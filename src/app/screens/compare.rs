@@ -11,6 +11,9 @@ use crate::arm::Arm;
 use crate::model::Term;
 use crate::recording::{JointKind, Recording};
 
+/// How charts are used.
+pub(super) const HINT: &str = "Drag: time cursor. Ctrl+wheel: zoom. Right drag: move. Double click: all.";
+
 /// Where the cursor stands at first, as a part of the trajectory.
 const START: f64 = 0.35;
 
@@ -28,6 +31,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         if ui.button("Show all of the time").clicked() {
             desk.state.window = Default::default();
         }
+        ui.label(RichText::new(HINT).size(SMALL).color(Palette::in_ui(ui).weak));
     });
     ui.add_space(4.0);
     let extent = time_extent(&recording.trajectories[desk.state.trajectory].time);
@@ -40,7 +44,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
 fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::session::Step) {
     let palette = Palette::in_ui(ui);
     let index = desk.state.trajectory;
-    let Some(residual) = desk.state.residual(desk.session, index) else { return };
+    let (Some(residual), Some(facts)) =
+        (desk.state.residual(desk.session, index), desk.state.facts(desk.session, index))
+    else {
+        return;
+    };
     let run = &recording.trajectories[index];
     let prediction = &step.evaluation.predictions[index];
     let extent = time_extent(&run.time);
@@ -61,7 +69,7 @@ fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::se
         if desk.state.show_terms {
             for (term, label) in labels.iter().enumerate() {
                 let torque = &prediction.terms[term][joint];
-                if torque.iter().any(|value| *value != 0.0) {
+                if facts.acts[term][joint] {
                     chart = chart.line(label, &run.time, torque, palette.nth(term));
                 }
             }
@@ -95,6 +103,7 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
     let index = desk.state.trajectory;
     let run = &recording.trajectories[index];
     let prediction = &step.evaluation.predictions[index];
+    let Some(facts) = desk.state.facts(desk.session, index) else { return };
     let extent = time_extent(&run.time);
     let mut time = desk.state.cursor.unwrap_or(extent[0]).clamp(extent[0], extent[1]);
     let before = time;
@@ -113,12 +122,8 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
             if let Some(posture) = recording.posture {
                 shown.posture = posture;
             }
-            let largest: Vec<f64> = run
-                .tau
-                .iter()
-                .map(|torque| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs())))
-                .collect();
-            let pose = arm::Pose { arm: &shown, q: &q, measured: &measured, predicted: &predicted, largest: &largest };
+            let pose =
+                arm::Pose { arm: &shown, q: &q, measured: &measured, predicted: &predicted, largest: &facts.largest };
             arm::show(ui, &pose, 250.0);
             let legend = "Arcs: torque, counter-clockwise positive, full line measured, dashed predicted.";
             ui.label(RichText::new(legend).size(SMALL).color(palette.weak));

@@ -8,8 +8,11 @@ use crate::app::shell::thousands;
 use crate::app::state::{Desk, Order};
 use crate::app::theme::{GAP, GROUP, Palette, SIDE, SMALL};
 use crate::app::widgets;
+use crate::arm::Posture;
 use crate::effect::{Scope, registry};
+use crate::model::Preset;
 use crate::recording::check::Severity;
+use crate::recording::read::ReadOptions;
 use crate::recording::{JointKind, Origin, Recording};
 use crate::session::Command;
 use crate::simulation::{Scenario, SimulationError};
@@ -40,6 +43,7 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
     );
     widgets::headline(ui, &recording.name, &summary);
     findings(ui, desk, &recording);
+    posture(ui, desk, &recording);
     signals(ui, desk, &recording);
     trajectories(ui, desk, &recording);
 }
@@ -82,6 +86,32 @@ fn findings(ui: &mut Ui, desk: &Desk, recording: &Recording) {
     });
 }
 
+/// A log hardly ever says where q = 0 points, but gravity depends on it: without the answer the model is wrong.
+fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let Some(Command::Open { paths, options, held_out }) = desk.state.opened.clone() else { return };
+    widgets::card(ui, "Where does the arm point at q = 0?", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            let choices = [("To the right", Posture::RIGHT), ("Up", Posture::UP), ("Down", Posture::DOWN)];
+            let current = recording.posture;
+            for (name, zero) in choices {
+                let same = current.is_some_and(|posture| (posture.zero_angle - zero.zero_angle).abs() < 1e-6);
+                if ui.selectable_label(same, name).clicked() && !same {
+                    let sense = current.unwrap_or_default().sense;
+                    let options = ReadOptions { zero: Some(Posture { sense, ..zero }), ..options.clone() };
+                    desk.run(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() });
+                }
+            }
+            if current.is_none() {
+                let color = Palette::in_ui(ui).warning;
+                ui.label(
+                    RichText::new("The file does not say: to the right is assumed. Gravity depends on it.")
+                        .color(color),
+                );
+            }
+        });
+    });
+}
+
 fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "Signals", |ui| {
@@ -118,7 +148,7 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 if last { chart.x_axis("time t", "s").height(134.0) } else { chart.without_ticks().height(104.0) };
             chart.show(ui, &mut desk.state.window, &mut desk.state.decimator);
         }
-        let hint = "Shaded: held out. Drag: time cursor. Ctrl+wheel: zoom. Right drag: move. Double click: all.";
+        let hint = format!("Shaded: held out. {}", super::compare::HINT);
         ui.label(RichText::new(hint).size(SMALL).color(palette.weak));
     });
 }
@@ -133,6 +163,7 @@ pub(super) fn units(kind: JointKind) -> [&'static str; 4] {
 
 fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
+    let time_steps = desk.state.time_steps(desk.session);
     widgets::card(ui, "Trajectories", |ui| {
         egui::Grid::new("trajectories").striped(true).spacing([GROUP, 5.0]).show(ui, |ui| {
             for title in ["name", "samples", "time step", "train / held out"] {
@@ -146,10 +177,24 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                     desk.state.cursor = None;
                 }
                 ui.label(thousands(run.len()));
-                ui.label(format!("{} ms", ticks::short((1e6 * run.time_step()).round() / 1e3)));
+                ui.label(format!("{} ms", ticks::short((1e6 * time_steps[index]).round() / 1e3)));
                 ui.horizontal(|ui| {
                     let held_out = held_out_times(desk.session, index);
                     split_line(ui, time_extent(&run.time), &held_out);
+                    if let Some(Command::Open { paths, options, .. }) = desk.state.opened.clone() {
+                        let mut out = super::is_held_out(desk.session, index);
+                        let check = ui.checkbox(&mut out, "");
+                        let spoken = format!("Hold out {}", run.name);
+                        check.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, out, &spoken));
+                        if check.on_hover_text(&spoken).changed() {
+                            let chosen = |other: &usize| {
+                                if *other == index { out } else { super::is_held_out(desk.session, *other) }
+                            };
+                            let names = (0..recording.trajectories.len()).filter(chosen);
+                            let held_out = names.map(|other| recording.trajectories[other].name.clone()).collect();
+                            desk.run(Command::Open { paths, options, held_out });
+                        }
+                    }
                     let text = match held_out.len() {
                         0 => "train".to_owned(),
                         _ if super::is_held_out(desk.session, index) => "held out".to_owned(),
@@ -194,6 +239,18 @@ fn sources(ui: &mut Ui, desk: &mut Desk) {
             }
         });
     });
+    if let Some(recording) = desk.session.recording.clone() {
+        widgets::card(ui, "Model to start from", |ui| {
+            for preset in Preset::ALL {
+                let possible = preset == Preset::RigidBody || recording.stated_arm.is_some();
+                let chosen = desk.session.preset == preset && desk.session.current().is_some();
+                let response = ui.add_enabled(possible, egui::RadioButton::new(chosen, preset.description()));
+                if response.on_disabled_hover_text("The recording states no arm.").clicked() && !chosen {
+                    desk.run(Command::ChoosePreset(preset));
+                }
+            }
+        });
+    }
     widgets::card(ui, "Draw a mystery", |ui| {
         widgets::weak(ui, "A three-joint arm with one hidden effect, drawn by a seed and sealed.");
         ui.horizontal(|ui| {

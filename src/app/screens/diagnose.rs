@@ -41,7 +41,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     });
     widgets::scrolling(ui, "candidates", side, |ui| {
         widgets::card(ui, "What to do", |ui| ui.label(&report.advice));
-        candidates(ui, &report);
+        candidates(ui, desk, &report);
     });
 }
 
@@ -121,7 +121,11 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
                 .zip(&effect.nmse_after)
                 .map(|(before, after)| before / after)
                 .fold(1.0, f64::max);
-            ui.label(format!("held-out error falls up to {best:.*}×", usize::from(best < 10.0)));
+            if best < 1.05 {
+                ui.label(RichText::new("held-out error does not fall").color(palette.warning));
+            } else {
+                ui.label(format!("held-out error falls up to {best:.*}×", usize::from(best < 10.0)));
+            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let name = spec(&effect.effect).map_or(effect.effect.as_str(), |spec| spec.name);
                 if widgets::primary(ui, desk.busy.is_none(), &format!("Add {name}")).clicked() {
@@ -263,19 +267,19 @@ fn without_effect(ui: &mut Ui, desk: &mut Desk, report: &Report, recording: &Rec
 }
 
 /// All candidates with their cross-validated drop.
-fn candidates(ui: &mut Ui, report: &Report) {
+fn candidates(ui: &mut Ui, desk: &mut Desk, report: &Report) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "All candidates", |ui| {
         let text = "Drop of the squared residual in cross-validation, when this effect alone is added.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
         ui.add_space(4.0);
         for candidate in &report.ranking {
-            row(ui, candidate);
+            row(ui, desk, candidate);
         }
     });
 }
 
-fn row(ui: &mut Ui, candidate: &Candidate) {
+fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
     let palette = Palette::in_ui(ui);
     let name = spec(&candidate.effect).map_or(candidate.effect.as_str(), |spec| spec.name);
     let place = candidate.joint.map_or("arm".to_owned(), |joint| format!("joint {}", joint + 1));
@@ -290,7 +294,16 @@ fn row(ui: &mut Ui, candidate: &Candidate) {
         });
         ui.label(text);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            widgets::share_bar(ui, candidate.error_drop, 70.0, color);
+            let add = ui.add_enabled(desk.busy.is_none(), egui::Button::new("+").small());
+            let spoken = format!("Add {name}, {place}");
+            add.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &spoken));
+            if add.on_hover_text(format!("{spoken}, whatever the diagnosis says")).clicked() {
+                desk.run(Command::AddEffect {
+                    effect: candidate.effect.clone(),
+                    joints: candidate.joint.into_iter().collect(),
+                });
+            }
+            widgets::share_bar(ui, candidate.error_drop, 60.0, color);
             ui.label(RichText::new(ticks::percent(candidate.error_drop)).color(color));
         });
     });

@@ -38,7 +38,11 @@ fn summary(session: &Session) -> String {
     if session.ladder.len() == 1 {
         return format!("Held-out error by joint: {from}. Each effect that you add is a step down.");
     }
-    format!("Held-out error by joint fell from {from} to {to}.")
+    let errors =
+        [&first.evaluation, &last.evaluation].map(|evaluation| evaluation.held_out.iter().map(|error| error.nmse));
+    let [before, after] = errors.map(|errors| errors.sum::<f64>());
+    let verb = if after < before { "fell" } else { "rose" };
+    format!("Held-out error by joint {verb} from {from} to {to}.")
 }
 
 /// For every step a group of bars, one for each joint, down from 100 % on a logarithmic axis; a line marks the noise floor.
