@@ -2,16 +2,19 @@
 
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
-use torquescope::arm::Arm;
+use torquescope::arm::{Arm, Posture};
+use torquescope::effect::Motion;
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
 use torquescope::network::{Activation, Element, TILE, draw_weights};
 use torquescope::progress::Monitor;
-use torquescope::recording::Trajectory;
+use torquescope::recording::{JointKind, Trajectory};
 use torquescope::training::benchmark::point_to_point;
+use torquescope::training::effects::{AddedEffect, columns, names};
 use torquescope::training::learn::{Begin, Ending, Outcome, TrainingData, train};
 use torquescope::training::learned::{Checkpoint, LearnedModel};
 use torquescope::training::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use torquescope::training::optimiser::Optimiser;
+use torquescope::training::options::scale_to;
 use torquescope::training::predict::component_program;
 use torquescope::training::{Options, Recipe, Samples, TrainError};
 
@@ -261,6 +264,42 @@ fn our_recipe_learns_the_arm_and_its_parts() {
     };
     let parts = outcome.model.components(&still, &vec![]).unwrap().lagrangian.unwrap();
     assert!((parts.gravity[0] - 2.0 * 9.81).abs() < 2.0 && (parts.gravity[1] - 0.5 * 9.81).abs() < 2.0, "{parts:?}");
+}
+
+#[test]
+fn a_hidden_friction_is_found_beside_a_learned_arm() {
+    // A frictional arm; the network learns the arm, the effect's factor the friction.
+    let damping = 3.0;
+    let frictional = |seed: u64, count: usize| {
+        let mut runs = trajectories(count, seed);
+        for run in &mut runs {
+            for sample in 0..run.len() {
+                run.tau[1][sample] += damping * run.qd[1][sample];
+            }
+        }
+        runs
+    };
+    let effects = [AddedEffect { effect: "viscous-friction".into(), joint: 1, shape: vec![] }];
+    let kinds = [JointKind::Revolute; 2];
+    let columns_of = |runs: &[Trajectory]| -> Vec<_> {
+        let motion = |trajectory| Motion { trajectory, kinds: &kinds, posture: Posture::RIGHT, arm: None };
+        runs.iter().map(|run| columns(&effects, &motion(run)).unwrap()).collect()
+    };
+    let (training, held_out) = (frictional(1, 20), frictional(2, 3));
+    let samples = |runs: &[Trajectory]| Samples::<f32>::new(2, runs, &columns_of(runs)).unwrap();
+    let (training, test) = (samples(&training), samples(&held_out));
+    let mut architecture = small(LearnedPreset::StructuredDelan);
+    architecture.terms.push(LearnedTerm::Columns { names: names(&effects).unwrap() });
+    scale_to(&mut architecture, &training);
+    let options = Options { epochs: 10, batch: 200, ..Options::ours() };
+    let data = TrainingData { train: &training, held_out: Some(&test) };
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
+    let (name, value) = outcome.model.coefficients().remove(0);
+    assert!(name.starts_with("viscous-friction") && (value / damping - 1.0).abs() < 0.05, "{name} = {value}");
+    let parts = outcome.model.components(&held_out[0], &columns_of(&held_out)[0]).unwrap();
+    assert!((parts.terms[1][2 * 200 + 1] - value * held_out[0].qd[1][200]).abs() < 1e-3);
+    let masses = parts.lagrangian.unwrap().mass_eigenvalues(2);
+    assert!(masses.len() == 800 && masses.iter().all(|mass| *mass > 0.0));
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! What a learned model says of a motion: torque, each term, and what a Lagrangian has inside.
 
+use nalgebra::{DMatrix, SymmetricEigen};
+
 use super::data::Samples;
 use crate::model::learned::Architecture;
 use crate::network::{Arena, Element, Graph, Kernels, Layout, Node, Program, TILE};
@@ -34,6 +36,19 @@ pub struct LagrangianComponents {
     pub potential: Option<Vec<f64>>,
     /// T = L + V \[J\], one for each sample; only structured Lagrangians have it.
     pub kinetic: Option<Vec<f64>>,
+}
+
+impl LagrangianComponents {
+    /// Eigenvalues of H \[kg m²\] for each sample, ascending, n for each: a physical arm has only positive ones.
+    pub fn mass_eigenvalues(&self, joints: usize) -> Vec<f64> {
+        let mut all = Vec::with_capacity(self.inertial.len());
+        for matrix in self.mass_matrix.chunks_exact(joints * joints) {
+            let mut values = SymmetricEigen::new(DMatrix::from_row_slice(joints, joints, matrix)).eigenvalues;
+            values.as_mut_slice().sort_by(f64::total_cmp);
+            all.extend_from_slice(values.as_slice());
+        }
+        all
+    }
 }
 
 /// Parts read off a torque f(q, q̇, q̈) alone, as Lutter does.
