@@ -237,7 +237,7 @@ fn a_model_is_saved_and_warms_up_another() {
     let options = Options { epochs: 1, rate: 1e-9, ..options() };
     let warm = run(&small(LearnedPreset::DelanFriction), &options, Begin::Warm(&loaded), &Monitor::new()).unwrap();
     assert!((warm.history[0].held_out.unwrap() / error - 1.0).abs() < 1e-3);
-    assert_eq!(warm.model.coefficients().len(), 8);
+    assert_eq!(warm.model.friction_coefficients().len(), 8);
 }
 
 #[test]
@@ -294,8 +294,8 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
     let options = Options { epochs: 10, batch: 200, ..Options::ours() };
     let data = TrainingData { train: &training, held_out: Some(&test) };
     let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
-    let (name, value) = outcome.model.coefficients().remove(0);
-    assert!(name.starts_with("viscous-friction") && (value / damping - 1.0).abs() < 0.05, "{name} = {value}");
+    let value = outcome.model.effect_factors()[0];
+    assert!((value / damping - 1.0).abs() < 0.05, "viscous friction is {value}, not {damping}");
     let parts = outcome.model.components(&held_out[0], &columns_of(&held_out)[0]).unwrap();
     assert!((parts.terms[1][2 * 200 + 1] - value * held_out[0].qd[1][200]).abs() < 1e-3);
     let masses = parts.lagrangian.unwrap().mass_eigenvalues(2);

@@ -229,7 +229,11 @@ impl TorquescopeApp {
             }
             Command::Diagnose => self.state.screen = Screen::Diagnose,
             Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
-            Command::ChoosePreset(_) | Command::UseModel { .. } | Command::GoTo { .. } | Command::OpenSeal => (),
+            Command::ChoosePreset(_)
+            | Command::Train { .. }
+            | Command::UseModel { .. }
+            | Command::GoTo { .. }
+            | Command::OpenSeal => (),
         }
     }
 

@@ -12,6 +12,8 @@ use crate::recording::mapping::MappingSpec;
 use crate::recording::read::ReadOptions;
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
+use crate::training::fit::Plan;
+use crate::training::{self, Recipe};
 
 /// Where the arm points at q = 0.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -66,14 +68,62 @@ pub struct OptionalData {
     reading: Reading,
 }
 
+/// How networks are trained; not used by models without networks.
+#[derive(Args, Debug, Clone)]
+pub struct Training {
+    /// Settings to start from: `ours` converges quickest, `paper` is table 1 of the paper.
+    #[arg(long, default_value = "ours", value_parser = parse_recipe)]
+    recipe: Recipe,
+    /// How often every sample is seen.
+    #[arg(long)]
+    epochs: Option<u64>,
+    /// Samples in a step.
+    #[arg(long)]
+    batch: Option<usize>,
+    /// Highest learning rate.
+    #[arg(long)]
+    learning_rate: Option<f64>,
+    /// Seed of first weights and of the order of samples.
+    #[arg(long, default_value_t = 0)]
+    training_seed: u64,
+    /// Threads; the result does not depend on them.
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+impl Training {
+    /// The plan that these options make.
+    pub fn plan(&self) -> Plan {
+        let mut plan = Plan::of(self.recipe);
+        let options = &mut plan.options;
+        options.epochs = self.epochs.unwrap_or(options.epochs);
+        options.batch = self.batch.unwrap_or(options.batch);
+        options.rate = self.learning_rate.unwrap_or(options.rate);
+        options.threads = self.threads;
+        options.seed = self.training_seed;
+        plan
+    }
+}
+
+fn parse_recipe(text: &str) -> Result<Recipe, String> {
+    match text {
+        "ours" => Ok(Recipe::Ours),
+        "paper" => Ok(Recipe::Paper),
+        other => Err(format!("there is no recipe `{other}`: choose ours or paper")),
+    }
+}
+
 /// Files and the model to use on them.
 #[derive(Args, Debug, Clone)]
 pub struct Data {
     #[command(flatten)]
     files: Files,
-    /// The model: a preset (`rigid-body`, `stated-arm`), or the terms of a file saved by `train`.
+    /// The model: a preset (rigid-body, stated-arm, ff-nn, black-box-delan, structured-delan, delan-friction, delan-ffnn), or
+    /// a file saved by `train`.
     #[arg(long, default_value = "rigid-body")]
     model: String,
+    #[command(flatten)]
+    training: Training,
     /// Add an effect to the model: its id, and its joints if not all, such as `coulomb-friction@1,2`. May be repeated.
     #[arg(long, value_name = "EFFECT[@JOINTS]")]
     add: Vec<String>,
@@ -102,9 +152,10 @@ impl Data {
         self.files.session()
     }
 
-    /// The saved model, if one was named.
+    /// The saved model, if one was named: presets have no ending.
     pub fn model_file(&self) -> Option<PathBuf> {
-        self.model.ends_with(".json").then(|| PathBuf::from(&self.model))
+        let path = Path::new(&self.model);
+        (path.extension().is_some() || path.exists()).then(|| path.to_owned())
     }
 
     /// A session with the recording and the model, identified from the training part, with all effects that were asked for.
@@ -127,13 +178,9 @@ impl Data {
     fn session_with_preset(&self) -> anyhow::Result<Session> {
         let preset = Preset::ALL.into_iter().find(|preset| preset.id() == self.model).with_context(|| {
             let known: Vec<&str> = Preset::ALL.iter().map(|preset| preset.id()).collect();
-            format!(
-                "there is no model `{}`; known: {}, or a file `….json` saved by `train`",
-                self.model,
-                known.join(", ")
-            )
+            format!("there is no model `{}`; known: {}, or a file saved by `train`", self.model, known.join(", "))
         })?;
-        let session = self.session()?;
+        let session = Session { plan: self.training.plan(), ..self.session()? };
         if session.current().is_some() && session.preset == preset {
             return Ok(session);
         }
@@ -143,8 +190,8 @@ impl Data {
 
 /// Reads a model that `train` saved.
 pub fn read_model(path: &Path) -> anyhow::Result<Fitted> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
-    Fitted::from_json(&text).with_context(|| format!("{}", path.display()))
+    let bytes = std::fs::read(path).with_context(|| format!("can't read {}", path.display()))?;
+    training::fit::from_bytes(&bytes).with_context(|| format!("{}", path.display()))
 }
 
 /// `coulomb-friction@1,3` → the effect and its joints counted from 0; all joints if none are named.

@@ -1,13 +1,16 @@
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
 use super::data::{Data, read_model};
+use super::predict::components;
+use super::progress;
 use super::table::{number, table};
-use crate::model::{Evaluation, JointError};
+use crate::model::{Evaluation, Fitted, JointError};
 use crate::recording::split::{Segment, Split};
+use crate::session::{Command, Session};
 
 /// Measure a model's error on recordings.
 ///
@@ -17,9 +20,19 @@ use crate::recording::split::{Segment, Split};
 pub struct Evaluate {
     #[command(flatten)]
     data: Data,
+    /// Open the seal of a simulated recording, and compare inertial, Coriolis and gravity torque with the truth as well.
+    #[arg(long)]
+    open_seal: bool,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// Error of one component of the torque over all joints and trajectories.
+#[derive(Serialize)]
+struct ComponentError {
+    component: &'static str,
+    nmse: f64,
 }
 
 #[derive(Serialize)]
@@ -28,49 +41,80 @@ struct Answer {
     joints: Vec<JointError>,
     mean_r2: f64,
     noise_floor_nmse: Option<Vec<f64>>,
+    /// Only with an opened seal; over all samples.
+    components: Option<Vec<ComponentError>>,
 }
 
 impl Evaluate {
     /// Reads, predicts, prints.
     pub fn run(&self) -> anyhow::Result<()> {
-        let (data, evaluation) = match self.data.model_file() {
-            Some(path) => ("all samples", self.evaluate_saved(&path)?),
+        let (data, session, fitted, evaluation) = match self.data.model_file() {
+            Some(path) => {
+                let (session, fitted) = (self.data.session()?, read_model(&path)?);
+                let evaluation = evaluate_all(&session, &fitted, &path)?;
+                ("all samples", session, fitted, evaluation)
+            }
             None => {
                 let session = self.data.session_with_model()?;
-                let step = session.current().context("no model was fitted")?;
-                ("held-out samples", step.evaluation.clone())
+                let step = session.current().context("no model was fitted")?.clone();
+                ("held-out samples", session, step.fitted.clone(), step.evaluation.clone())
             }
         };
+        let components = if self.open_seal { Some(component_errors(&session, &fitted)?) } else { None };
         let joints = evaluation.held_out;
         let mean_r2 = joints.iter().map(|joint| joint.r2).sum::<f64>() / joints.len().max(1) as f64;
         if self.json {
-            let answer = Answer { data, joints, mean_r2, noise_floor_nmse: evaluation.noise_floor_nmse };
+            let noise_floor_nmse = evaluation.noise_floor_nmse;
+            let answer = Answer { data, joints, mean_r2, noise_floor_nmse, components };
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
             println!("{data}:\n{}", error_table(&joints));
             if let Some(floor) = &evaluation.noise_floor_nmse {
                 println!("noise floor (nMSE): {}", super::table::numbers(floor));
             }
+            for error in components.iter().flatten() {
+                println!("{} torque, against the truth (nMSE): {}", error.component, number(error.nmse));
+            }
         }
         Ok(())
     }
+}
 
-    fn evaluate_saved(&self, path: &PathBuf) -> anyhow::Result<Evaluation> {
-        let fitted = read_model(path)?;
-        let session = self.data.session()?;
-        let recording = session.recording.as_deref().context("no recording was read")?;
-        let joints = fitted.setting().kinds.len();
-        if recording.joint_count() != joints {
-            anyhow::bail!(
-                "{} is a model of {joints} joints, the recording has {}: use recordings of the arm that it was trained on",
-                path.display(),
-                recording.joint_count()
-            );
-        }
-        let everything = recording.trajectories.iter().enumerate();
-        let held_out = everything.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect();
-        Ok(Evaluation::of(&fitted, recording, &Split { train: Vec::new(), held_out })?)
+/// A saved model on all samples.
+fn evaluate_all(session: &Session, fitted: &Fitted, path: &Path) -> anyhow::Result<Evaluation> {
+    let recording = session.recording.as_deref().context("no recording was read")?;
+    let joints = fitted.setting().kinds.len();
+    if recording.joint_count() != joints {
+        anyhow::bail!(
+            "{} is a model of {joints} joints, the recording has {}: use recordings of the arm that it was trained on",
+            path.display(),
+            recording.joint_count()
+        );
     }
+    let everything = recording.trajectories.iter().enumerate();
+    let held_out = everything.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect();
+    Ok(Evaluation::of(fitted, recording, &Split { train: Vec::new(), held_out })?)
+}
+
+/// nMSE of inertial, Coriolis and gravity torque against those of the true arm.
+fn component_errors(session: &Session, fitted: &Fitted) -> anyhow::Result<Vec<ComponentError>> {
+    let opened = progress::run(Command::OpenSeal, session)?;
+    let truth = opened.truth.as_deref().context("the recording has no seal")?;
+    let recording = session.recording.as_deref().context("no recording was read")?;
+    let mut errors = [("inertial", 0.0, 0.0), ("coriolis", 0.0, 0.0), ("gravity", 0.0, 0.0)];
+    for trajectory in &recording.trajectories {
+        let parts = truth.arm.components_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
+        let own = components(fitted, trajectory)?;
+        for ((name, error, energy), exact) in errors.iter_mut().zip([parts.inertial, parts.coriolis, parts.gravity]) {
+            let Some((_, estimate)) = own.iter().find(|(other, _)| other == name) else { continue };
+            for (exact, estimate) in exact.iter().flatten().zip(estimate.iter().flatten()) {
+                *error += (exact - estimate).powi(2);
+                *energy += exact * exact;
+            }
+        }
+    }
+    let ratio = |(component, error, energy)| ComponentError { component, nmse: error / energy };
+    Ok(errors.map(ratio).into_iter().collect())
 }
 
 /// Errors by joint as text.

@@ -9,6 +9,7 @@ mod demo;
 mod diagnose;
 mod evaluate;
 mod inspect;
+mod predict;
 mod progress;
 mod screenshot;
 mod simulate;
@@ -41,6 +42,7 @@ enum Command {
     Inspect(inspect::Inspect),
     Train(train::Train),
     Evaluate(evaluate::Evaluate),
+    Predict(predict::Predict),
     Diagnose(diagnose::Diagnose),
     Demo(demo::Demo),
     Screenshot(screenshot::Screenshot),
@@ -64,6 +66,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Inspect(command)) => command.run(),
         Some(Command::Train(command)) => command.run(),
         Some(Command::Evaluate(command)) => command.run(),
+        Some(Command::Predict(command)) => command.run(),
         Some(Command::Diagnose(command)) => command.run(),
         Some(Command::Demo(command)) => command.run(),
         Some(Command::Screenshot(command)) => command.run(),

@@ -8,14 +8,15 @@ use super::data::Data;
 use super::table::{number, table};
 use super::{evaluate, write_file};
 use crate::model::{JointError, Parameter};
+use crate::training::{self, Epoch};
 
 /// Identify a model from recordings and save it.
 #[derive(Args)]
 pub struct Train {
     #[command(flatten)]
     data: Data,
-    /// Where to save the model (JSON).
-    #[arg(short, long, value_name = "MODEL.json")]
+    /// Where to save the model: JSON, or an archive of JSON and weights if it has networks.
+    #[arg(short, long, value_name = "MODEL")]
     output: Option<PathBuf>,
     /// Print the result as JSON.
     #[arg(long)]
@@ -29,6 +30,8 @@ struct Answer<'a> {
     train: &'a [JointError],
     held_out: &'a [JointError],
     noise_floor_nmse: &'a Option<Vec<f64>>,
+    /// Epochs of training; empty for models without networks.
+    history: &'a [Epoch],
 }
 
 impl Train {
@@ -37,7 +40,7 @@ impl Train {
         let session = self.data.session_with_model()?;
         let step = session.current().context("no model was fitted")?;
         if let Some(path) = &self.output {
-            write_file(path, step.fitted.to_json().as_bytes())?;
+            write_file(path, &training::fit::to_bytes(&step.fitted)?)?;
         }
         let evaluation = &step.evaluation;
         if self.json {
@@ -47,6 +50,7 @@ impl Train {
                 train: &evaluation.train,
                 held_out: &evaluation.held_out,
                 noise_floor_nmse: &evaluation.noise_floor_nmse,
+                history: &step.history,
             };
             println!("{}", serde_json::to_string_pretty(&answer)?);
             return Ok(());
@@ -65,7 +69,17 @@ impl Train {
                 vec![term, parameter.name.clone(), joint, number(parameter.value), interval, parameter.unit.clone()]
             })
             .collect();
-        println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
+        if let Some(last) = step.history.last() {
+            println!(
+                "trained {} epochs in {:.1} s, {} samples/s\n",
+                last.epoch,
+                last.elapsed_s,
+                number(last.samples_per_s)
+            );
+        }
+        if !rows.is_empty() {
+            println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
+        }
         println!("training data:\n{}\n", evaluate::error_table(&evaluation.train));
         println!("held-out data:\n{}", evaluate::error_table(&evaluation.held_out));
         if let Some(path) = &self.output {

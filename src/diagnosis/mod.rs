@@ -25,7 +25,7 @@ pub use report::{Candidate, Evidence, MissingEffect, Report, Verdict};
 
 use crate::effect::{Scope, registry};
 use crate::model::design::Design;
-use crate::model::{Evaluation, Fitted, Model, ModelError, Preset, fit};
+use crate::model::{Evaluation, Fitted, Model, ModelError, Preset, Term, fit};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
 use crate::recording::{Recording, joints_text};
@@ -57,6 +57,9 @@ pub fn diagnose(
     split: &Split,
     monitor: &Monitor,
 ) -> Result<Report, ModelError> {
+    if let Some(term) = fitted.model.terms.iter().find(|term| matches!(term, Term::Learned(_))) {
+        return Err(ModelError::Undiagnosable(term.label()));
+    }
     let before = Evaluation::of(fitted, recording, split)?;
     monitor.report(0.1, "computing candidate effects")?;
     let design = Design::new(recording, split)?;
@@ -220,7 +223,8 @@ fn measure_steps(
     }
     let mut effects = Vec::new();
     for (effect, (nmse_before, nmse_after)) in named.iter().zip(errors) {
-        let of_effect = |term: usize| matches!(&last_fitted.model.terms[term], crate::model::Term::Effect(term) if term.effect == effect.effect);
+        let of_effect =
+            |term: usize| matches!(&last_fitted.model.terms[term], Term::Effect(term) if term.effect == effect.effect);
         let parameters = last_fitted.parameters.iter().filter(|parameter| of_effect(parameter.term)).cloned().collect();
         let evidence = evidence::of_effect(&last_fitted, &last, recording, split, effect.effect, &effect.joints);
         effects.push(MissingEffect {

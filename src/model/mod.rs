@@ -131,6 +131,12 @@ pub enum ModelError {
     /// A model with networks was to be solved for.
     #[error("{0} is a network: it is trained, not identified by least squares")]
     Learned(String),
+    /// The diagnosis does not know what networks absorb.
+    #[error(
+        "the model has a {0} term, and what a network absorbs of an effect is not known: diagnose the same recording with \
+         the preset `rigid-body`, then add what it names to the network"
+    )]
+    Undiagnosable(String),
     /// A trained network can't be used here.
     #[error("{0}")]
     Network(String),

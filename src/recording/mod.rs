@@ -13,6 +13,7 @@ pub mod npy;
 pub mod read;
 pub mod seal;
 pub mod split;
+pub mod table;
 pub mod write;
 
 use serde::{Deserialize, Serialize};

@@ -6,13 +6,15 @@ use std::sync::Arc;
 use super::{Session, Step};
 use crate::diagnosis;
 use crate::effect::{Scope, registry};
-use crate::model::{self, Evaluation, Model, ModelError, Preset, Term};
+use crate::model::{self, Evaluation, Fitted, Model, ModelError, Preset, Term};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::joints_text;
 use crate::recording::read::{self, ReadError, ReadOptions};
 use crate::recording::seal::SealError;
 use crate::recording::split::{Split, SplitError};
 use crate::simulation::{self, Scenario, SimulationError};
+use crate::training::fit::Plan;
+use crate::training::{self, Ending, TrainError};
 
 /// A change of the session.
 #[derive(Debug, Clone)]
@@ -30,6 +32,13 @@ pub enum Command {
     Simulate(Box<Scenario>),
     /// Starts the ladder anew from another preset.
     ChoosePreset(Preset),
+    /// Trains the current model anew, or on from where it is, by another plan.
+    Train {
+        /// How.
+        plan: Box<Plan>,
+        /// Whether the weights of the current model are where it begins.
+        warm: bool,
+    },
     /// Starts the ladder anew from a given model, its parameters identified from this recording.
     UseModel {
         /// The terms.
@@ -64,6 +73,14 @@ pub enum SessionError {
     /// Nothing was fitted.
     #[error("there is no model yet: choose a preset first")]
     NoModel,
+    /// The current model has no networks.
+    #[error(
+        "the current model is identified by least squares, there is nothing to train: choose a preset with networks"
+    )]
+    NothingToTrain,
+    /// The run could not go on.
+    #[error("training ended: {0}. Choose a lower learning rate, or look for faults in the data")]
+    TrainingFailed(String),
     /// The recording has no seal.
     #[error("this recording has no sealed truth: only simulated recordings have one")]
     NoSeal,
@@ -99,6 +116,9 @@ pub enum SessionError {
     /// The model does not fit the recording.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// Training can't begin.
+    #[error(transparent)]
+    Train(#[from] TrainError),
     /// The seal is damaged.
     #[error(transparent)]
     Seal(#[from] SealError),
@@ -126,6 +146,7 @@ impl Command {
                     mapping: Some(Arc::new(import.mapping)),
                     split,
                     preset: session.preset,
+                    plan: session.plan.clone(),
                     ..Session::default()
                 };
                 fitted_if_possible(loaded, monitor)
@@ -134,16 +155,31 @@ impl Command {
                 let recording = simulation::simulate(scenario, monitor)?;
                 let split = Split::automatic(&recording);
                 let preset = session.preset;
-                let loaded = Session { recording: Some(Arc::new(recording)), split, preset, ..Session::default() };
+                let plan = session.plan.clone();
+                let loaded =
+                    Session { recording: Some(Arc::new(recording)), split, preset, plan, ..Session::default() };
                 fitted_if_possible(loaded, monitor)
             }
             Command::ChoosePreset(preset) => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
-                let step = step(preset.description().to_owned(), preset.model(recording)?, session, monitor)?;
+                let step = step(preset.description().to_owned(), preset.model(recording)?, None, session, monitor)?;
                 Ok(Session { preset: *preset, ladder: vec![step], report: None, ..session.clone() })
             }
+            Command::Train { plan, warm } => {
+                let current = session.current().ok_or(SessionError::NoModel)?;
+                if !current.fitted.model.is_learned() {
+                    return Err(SessionError::NothingToTrain);
+                }
+                let planned = Session { plan: plan.as_ref().clone(), ..session.clone() };
+                let before = warm.then_some(&current.fitted);
+                let step = step(current.title.clone(), current.fitted.model.clone(), before, &planned, monitor)?;
+                let mut ladder = session.ladder.clone();
+                ladder.pop();
+                ladder.push(step);
+                Ok(Session { ladder, report: None, ..planned })
+            }
             Command::UseModel { model, title } => {
-                let step = step(title.clone(), model.clone(), session, monitor)?;
+                let step = step(title.clone(), model.clone(), None, session, monitor)?;
                 Ok(Session { ladder: vec![step], report: None, ..session.clone() })
             }
             Command::Diagnose => {
@@ -181,6 +217,7 @@ impl Command {
             }
             Command::Simulate(_) => "simulate a recording".to_owned(),
             Command::ChoosePreset(preset) => format!("start from {}", preset.id()),
+            Command::Train { warm, .. } => if *warm { "train on" } else { "train anew" }.to_owned(),
             Command::UseModel { title, .. } => format!("start from {title}"),
             Command::Diagnose => "diagnose".to_owned(),
             Command::AddEffect { effect, joints } => format!("add {}", effect_text(effect, joints)),
@@ -198,7 +235,9 @@ impl Command {
 /// Fits the preset right after loading. A recording that no preset fits (eight joints, say) is still worth looking at, so
 /// the session then has no ladder; choosing a preset tells why.
 fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session, SessionError> {
-    if session.recording.as_ref().is_some_and(|recording| recording.stated_arm.is_none()) {
+    let states_arm = session.recording.as_ref().is_some_and(|recording| recording.stated_arm.is_some());
+    if session.preset != Preset::StatedArm || !states_arm {
+        // Networks are trained on order only: that takes longer than opening a file may.
         session.preset = Preset::RigidBody;
     }
     match Command::ChoosePreset(session.preset).run(&session, monitor) {
@@ -208,11 +247,30 @@ fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session
     }
 }
 
-fn step(title: String, model: Model, session: &Session, monitor: &Monitor) -> Result<Arc<Step>, SessionError> {
+/// Identifies or trains a model and measures it. With `before`, networks start from its weights.
+fn step(
+    title: String,
+    model: Model,
+    before: Option<&Fitted>,
+    session: &Session,
+    monitor: &Monitor,
+) -> Result<Arc<Step>, SessionError> {
     let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
-    let fitted = model::fit(&model, recording, &session.split, monitor)?;
+    let (fitted, history) = if model.is_learned() {
+        let curve = session.curve.clone();
+        let trained =
+            training::fit::fit(&model, recording, &session.split, &session.plan, before, monitor, &mut |epoch| {
+                curve.push(*epoch);
+            })?;
+        if let Ending::Failed(reason) = &trained.ending {
+            return Err(SessionError::TrainingFailed(reason.clone()));
+        }
+        (trained.fitted, trained.history)
+    } else {
+        (model::fit(&model, recording, &session.split, monitor)?, Vec::new())
+    };
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    Ok(Arc::new(Step { title, fitted, evaluation }))
+    Ok(Arc::new(Step { title, fitted, evaluation, history }))
 }
 
 fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {
@@ -229,7 +287,7 @@ fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) 
     }
     let title = format!("+ {}", effect_text(id, joints));
     let mut ladder = session.ladder.clone();
-    let added = step(title.clone(), model.clone(), session, monitor)?;
+    let added = step(title.clone(), model.clone(), Some(&current.fitted), session, monitor)?;
     let absorbed = added
         .fitted
         .parameters
@@ -245,8 +303,8 @@ fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) 
         Some(arm) if !old.is_pinned() => arm,
         _ => return Err(SessionError::Absorbed(effect_text(id, joints))),
     };
-    ladder.push(step("rigid body held at the stated arm".to_owned(), old.pinned_to(arm), session, monitor)?);
-    ladder.push(step(title, model.pinned_to(arm), session, monitor)?);
+    ladder.push(step("rigid body held at the stated arm".to_owned(), old.pinned_to(arm), None, session, monitor)?);
+    ladder.push(step(title, model.pinned_to(arm), None, session, monitor)?);
     Ok(Session { ladder, report: None, ..session.clone() })
 }
 

@@ -6,7 +6,7 @@
 mod command;
 mod history;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 pub use command::{Command, SessionError};
 pub use history::History;
@@ -18,6 +18,8 @@ use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
 use crate::recording::seal::Truth;
 use crate::recording::split::Split;
+use crate::training::Epoch;
+use crate::training::fit::Plan;
 
 /// The document.
 #[derive(Debug, Clone, Default)]
@@ -32,6 +34,10 @@ pub struct Session {
     pub split: Split,
     /// What the ladder starts from.
     pub preset: Preset,
+    /// How networks are trained.
+    pub plan: Plan,
+    /// The epochs of the newest training, also while it runs.
+    pub curve: Curve,
     /// The models, each with one effect more than the one before. The first is the bare preset, the last is the current
     /// model. Empty until the first fit.
     pub ladder: Vec<Arc<Step>>,
@@ -50,6 +56,28 @@ pub struct Step {
     pub fitted: Fitted,
     /// Its errors and predictions.
     pub evaluation: Evaluation,
+    /// The epochs of its training; empty if it was identified by least squares.
+    pub history: Vec<Epoch>,
+}
+
+/// Epochs that running training adds and a window reads: all copies share one list.
+#[derive(Debug, Clone, Default)]
+pub struct Curve(Arc<Mutex<Vec<Epoch>>>);
+
+impl Curve {
+    /// The epochs so far.
+    pub fn epochs(&self) -> Vec<Epoch> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Adds an epoch; the first one of a run begins the list anew.
+    pub(crate) fn push(&self, epoch: Epoch) {
+        let mut epochs = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if epoch.epoch <= 1 {
+            epochs.clear();
+        }
+        epochs.push(epoch);
+    }
 }
 
 impl Session {

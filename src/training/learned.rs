@@ -12,7 +12,7 @@ use super::learn::Epoch;
 use super::options::Options;
 use super::predict::{Components, component_program, torque_program};
 use super::{Samples, TrainError};
-use crate::model::learned::{Architecture, LearnedTerm};
+use crate::model::learned::Architecture;
 use crate::network::{Element, Layout};
 use crate::recording::{PerJoint, Trajectory, npy};
 
@@ -70,6 +70,21 @@ struct RunHeader {
     epoch_loss: f64,
     best_error: Option<f64>,
     history: Vec<Epoch>,
+}
+
+/// One coefficient of trained friction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrictionCoefficient {
+    /// Such as `coulomb_torque`.
+    pub name: &'static str,
+    /// Symbol for formulas.
+    pub symbol: &'static str,
+    /// The joint, from 0.
+    pub joint: usize,
+    /// In [`FrictionCoefficient::unit`].
+    pub value: f64,
+    /// SI unit.
+    pub unit: &'static str,
 }
 
 impl LearnedModel {
@@ -148,37 +163,33 @@ impl LearnedModel {
         Ok(error / size.max(f64::MIN_POSITIVE))
     }
 
-    /// Trained physical coefficients with their names, such as those of friction, in SI units.
-    pub fn coefficients(&self) -> Vec<(String, f64)> {
+    /// Trained factors of the effect columns, in SI units, in the order of the columns.
+    pub fn effect_factors(&self) -> Vec<f64> {
         let scale = self.architecture.scales.torque;
-        let mut named = Vec::new();
-        for term in &self.architecture.terms {
-            match term {
-                LearnedTerm::Friction => {
-                    for (block, title) in [
-                        ("tau_cv", "coulomb torque [N m]"),
-                        ("tau_cs", "stribeck torque [N m]"),
-                        ("d", "viscous damping [N m s/rad]"),
-                    ] {
-                        let values = self.weights.get(&format!("friction/{block}")).into_iter().flatten();
-                        named.extend(
-                            values
-                                .enumerate()
-                                .map(|(joint, value)| (format!("{title}, joint {}", joint + 1), scale * value)),
-                        );
-                    }
-                    let values = self.weights.get("friction/log_v").into_iter().flatten();
-                    let title = |joint| format!("stribeck width [rad²/s²], joint {}", joint + 1);
-                    named.extend(values.enumerate().map(|(joint, value)| (title(joint), value.exp())));
-                }
-                LearnedTerm::Columns { names } => {
-                    let values = self.weights.get("effects/factors").into_iter().flatten();
-                    named.extend(names.iter().cloned().zip(values.map(|value| scale * value)));
-                }
-                _ => {}
-            }
+        let values = self.weights.get("effects/factors").into_iter().flatten();
+        let count = self.architecture.column_count();
+        values.take(count).map(|value| scale * value).collect()
+    }
+
+    /// Trained coefficients of the friction term, in SI units; none without that term.
+    pub fn friction_coefficients(&self) -> Vec<FrictionCoefficient> {
+        let scale = self.architecture.scales.torque;
+        let blocks: [(&str, &str, &str, &str); 4] = [
+            ("tau_cv", "coulomb_torque", "τ_c", "N m"),
+            ("tau_cs", "stribeck_torque", "τ_s", "N m"),
+            ("log_v", "stribeck_width", "v", "rad²/s²"),
+            ("d", "viscous_coefficient", "d", "N m s/rad"),
+        ];
+        let mut coefficients = Vec::new();
+        for (block, name, symbol, unit) in blocks {
+            let values = self.weights.get(&format!("friction/{block}")).into_iter().flatten();
+            coefficients.extend(values.enumerate().map(|(joint, value)| {
+                // The width is trained as its logarithm, and the others as multiples of the torque scale.
+                let value = if block == "log_v" { value.exp() } else { scale * value };
+                FrictionCoefficient { name, symbol, joint, value, unit }
+            }));
         }
-        named
+        coefficients
     }
 
     /// The model as an NPZ file: its architecture as JSON in `header`, its weights by name.

@@ -1,11 +1,13 @@
 //! Learning: loss, optimisers, schedules, the training run with its stop rules, checkpoints, and what a trained model says.
 //!
+//! [`mod@fit`] trains a model of the session; inside it
 //! [`data`] (samples, checked) → [`learn`] (a run: [`loss`], [`optimiser`], [`schedule`]) → [`learned::LearnedModel`] → [`predict`]
 //! (torque and components). [`options`] holds the two recipes, the paper's and ours.
 
 pub mod benchmark;
 pub mod data;
 pub mod effects;
+pub mod fit;
 pub mod learn;
 pub mod learned;
 pub mod loss;
@@ -102,7 +104,10 @@ pub enum TrainError {
     /// An effect that can't be computed for these data.
     #[error(transparent)]
     NotApplicable(#[from] crate::effect::NotApplicable),
-    /// Somebody stopped a benchmark.
+    /// The model of the session can't be trained on this recording.
+    #[error("{0}")]
+    Model(String),
+    /// Somebody stopped it.
     #[error(transparent)]
     Stopped(#[from] crate::progress::Stopped),
     /// The model has effect columns, but the data brings another number of them.

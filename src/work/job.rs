@@ -82,6 +82,11 @@ impl<T: Send + 'static> Job<T> {
         self.stopped = Some(reason.to_owned());
     }
 
+    /// Asks the work to end early with what it has; the next polls wait for that result.
+    pub fn finish(&self, reason: &str) {
+        self.monitor.stop(reason);
+    }
+
     /// What it does, in words for people.
     pub fn name(&self) -> &str {
         &self.name

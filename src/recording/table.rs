@@ -1,0 +1,91 @@
+//! A table of named columns as NPZ or CSV, for results that other programs are to read.
+
+use std::fmt::Write as _;
+use std::io::{Cursor, Write};
+
+use zip::write::SimpleFileOptions;
+use zip::{DateTime, ZipWriter};
+
+use super::write::WriteError;
+use super::{PerJoint, npy};
+
+/// Columns of equal length, in the order in which they were begun.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    columns: Vec<(String, Vec<f64>)>,
+}
+
+impl Table {
+    /// Appends values to a column, which is begun if it is new.
+    pub fn extend(&mut self, name: &str, values: &[f64]) {
+        match self.columns.iter_mut().find(|(other, _)| other == name) {
+            Some((_, column)) => column.extend_from_slice(values),
+            None => self.columns.push((name.to_owned(), values.to_vec())),
+        }
+    }
+
+    /// Appends to one column per joint: `name1`, `name2`, …; a single signal keeps the plain name.
+    pub fn extend_joints(&mut self, name: &str, signal: &PerJoint) {
+        match signal.as_slice() {
+            [single] => self.extend(name, single),
+            joints => {
+                for (joint, values) in joints.iter().enumerate() {
+                    self.extend(&format!("{name}{}", joint + 1), values);
+                }
+            }
+        }
+    }
+
+    /// Names of the columns.
+    pub fn names(&self) -> Vec<&str> {
+        self.columns.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// One array of f64 per column.
+    ///
+    /// # Errors
+    /// [`WriteError`] if the archive can't be made, which memory never refuses.
+    pub fn to_npz_bytes(&self) -> Result<Vec<u8>, WriteError> {
+        let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
+        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, values) in &self.columns {
+            archive.start_file(format!("{name}.npy"), options)?;
+            archive.write_all(&npy::encode("<f8", &[values.len()], values.iter().flat_map(|v| v.to_le_bytes())))?;
+        }
+        Ok(archive.finish()?.into_inner())
+    }
+
+    /// A header and one line per row, with as many digits as it takes to read the same numbers back.
+    pub fn to_csv_bytes(&self) -> Vec<u8> {
+        let mut text = self.names().join(",");
+        text.push('\n');
+        let rows = self.columns.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
+        for row in 0..rows {
+            for (number, (_, values)) in self.columns.iter().enumerate() {
+                let comma = if number > 0 { "," } else { "" };
+                // Writing to a String can't fail.
+                let _ = match values.get(row) {
+                    Some(value) => write!(text, "{comma}{value:?}"),
+                    None => write!(text, "{comma}"),
+                };
+            }
+            text.push('\n');
+        }
+        text.into_bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_grow_and_are_written_in_order() {
+        let mut table = Table::default();
+        for _ in 0..2 {
+            table.extend("time", &[0.5]);
+            table.extend_joints("tau", &vec![vec![1.0], vec![-0.25]]);
+        }
+        assert_eq!(String::from_utf8(table.to_csv_bytes()).unwrap(), "time,tau1,tau2\n0.5,1.0,-0.25\n0.5,1.0,-0.25\n");
+    }
+}

@@ -1,0 +1,321 @@
+//! Training in the terms of the session: a model and a recording in, a model with its parameters out.
+//!
+//! Effects beside a network keep the shape parameters that a rigid body with the same effects finds; their linear
+//! parameters are trained together with the weights.
+
+use std::any::Any;
+use std::io::{Cursor, Read, Write};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use zip::write::SimpleFileOptions;
+use zip::{DateTime, ZipArchive, ZipWriter};
+
+use super::data::Columns;
+use super::effects::{self, AddedEffect};
+use super::learn::{Begin, Ending, Epoch, Outcome, TrainingData, train};
+use super::learned::LearnedModel;
+use super::options::{Options, Recipe, scale_to};
+use super::{Samples, TrainError};
+use crate::model::fit::TrainedTerms;
+use crate::model::learned::{Architecture, Features, LearnedTerm, Scales};
+use crate::model::terms::Setting;
+use crate::model::{self, Fitted, Model, ModelError, Parameter, RigidBody, Term};
+use crate::progress::Monitor;
+use crate::recording::split::{Segment, Split};
+use crate::recording::{PerJoint, Recording, Trajectory};
+
+/// How a model of the session is trained.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// Whether quantities are scaled to the data (ours) or taken as they are (the paper's).
+    pub recipe: Recipe,
+    /// Optimiser, schedule, budget.
+    pub options: Options,
+}
+
+impl Default for Plan {
+    fn default() -> Self {
+        Plan::of(Recipe::Ours)
+    }
+}
+
+impl Plan {
+    /// The plan of a recipe.
+    pub fn of(recipe: Recipe) -> Self {
+        Plan { recipe, options: recipe.options() }
+    }
+}
+
+/// A model after training.
+#[derive(Debug, Clone)]
+pub struct Trained {
+    /// The model with its best weights.
+    pub fitted: Fitted,
+    /// How the run ended.
+    pub ending: Ending,
+    /// Its epochs.
+    pub history: Vec<Epoch>,
+}
+
+/// Trained networks and what they need beside the motion.
+#[derive(Debug)]
+struct TrainedNetworks {
+    model: LearnedModel,
+    effects: Vec<AddedEffect>,
+    setting: Setting,
+    /// How many terms of the architecture are networks or trained friction.
+    terms: usize,
+}
+
+impl TrainedTerms for TrainedNetworks {
+    fn torques(&self, trajectory: &Trajectory) -> Result<Vec<PerJoint>, ModelError> {
+        let failed = |error: TrainError| ModelError::Network(error.to_string());
+        let columns = effects::columns(&self.effects, &self.setting.motion(trajectory)).map_err(failed)?;
+        let components = self.model.components(trajectory, &columns).map_err(failed)?;
+        let joints = self.model.architecture.joints;
+        let by_joint = |values: &Vec<f64>| {
+            (0..joints).map(|joint| values.iter().skip(joint).step_by(joints).copied().collect()).collect()
+        };
+        Ok(components.terms.iter().take(self.terms).map(by_joint).collect())
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+}
+
+/// The networks of a fitted model, for components and files; `None` if it has none.
+pub fn networks(fitted: &Fitted) -> Option<&LearnedModel> {
+    trained(fitted).map(|networks| &networks.model)
+}
+
+fn trained(fitted: &Fitted) -> Option<&TrainedNetworks> {
+    fitted.networks()?.as_any().downcast_ref()
+}
+
+/// Columns of the effects of a fitted model along a trajectory, as its networks expect them.
+///
+/// # Errors
+/// [`TrainError`] if an effect can't be computed.
+pub fn effect_columns(fitted: &Fitted, trajectory: &Trajectory) -> Result<Columns, TrainError> {
+    match trained(fitted) {
+        Some(networks) => effects::columns(&networks.effects, &networks.setting.motion(trajectory)),
+        None => Ok(Columns::new()),
+    }
+}
+
+/// Trains all terms of a model jointly. With `before`, weights of blocks that both models have are kept (warm start).
+///
+/// A stop, a loss that explodes or is not a number end the run with the best weights so far; [`Trained::ending`] says so.
+///
+/// # Errors
+/// [`TrainError`] if the run can't begin, or was stopped before its first epoch.
+pub fn fit(
+    model: &Model,
+    recording: &Recording,
+    split: &Split,
+    plan: &Plan,
+    before: Option<&Fitted>,
+    monitor: &Monitor,
+    watch: &mut dyn FnMut(&Epoch),
+) -> Result<Trained, TrainError> {
+    let setting = Setting::of(recording).map_err(failed)?;
+    let effects = added_effects(model, recording, split, monitor)?;
+    let samples = |segments: &[Segment]| -> Result<Samples<f32>, TrainError> {
+        let (mut cuts, mut columns) = (Vec::new(), Vec::new());
+        for segment in segments {
+            // Effects are computed along the whole trajectory, since they may have an inner state, and cut afterwards.
+            let trajectory = &recording.trajectories[segment.trajectory];
+            let whole = effects::columns(&effects, &setting.motion(trajectory))?;
+            let cut = |column: &PerJoint| -> PerJoint {
+                column.iter().map(|joint| joint[segment.samples.clone()].to_vec()).collect()
+            };
+            columns.push(whole.iter().map(cut).collect::<Columns>());
+            cuts.push(trajectory.slice(segment.samples.clone()));
+        }
+        Samples::new(recording.joint_count(), &cuts, &columns)
+    };
+    let train_samples = samples(&split.train)?;
+    let held_out = if split.held_out.is_empty() { None } else { Some(samples(&split.held_out)?) };
+    let architecture = architecture(model, &effects, recording.joint_count(), plan.recipe, &train_samples)?;
+    let data = TrainingData { train: &train_samples, held_out: held_out.as_ref() };
+    let begin = before.and_then(networks).map_or(Begin::Fresh, Begin::Warm);
+    let mut options = plan.options.clone();
+    options.batch = options.batch.min(train_samples.len());
+    let Outcome { model: learned, ending, history, .. } = train(&architecture, &options, data, begin, monitor, watch)?;
+    if history.is_empty()
+        && let Ending::Stopped(reason) = &ending
+    {
+        return Err(crate::progress::Stopped { reason: reason.clone() }.into());
+    }
+    Ok(Trained { fitted: fitted(model, learned, effects, setting)?, ending, history })
+}
+
+fn failed(error: ModelError) -> TrainError {
+    match error {
+        ModelError::Stopped(stopped) => stopped.into(),
+        other => TrainError::Model(other.to_string()),
+    }
+}
+
+/// The effects of a model with the shapes that a rigid body with the same effects finds.
+fn added_effects(
+    model: &Model,
+    recording: &Recording,
+    split: &Split,
+    monitor: &Monitor,
+) -> Result<Vec<AddedEffect>, TrainError> {
+    let effects: Vec<Term> = model.effects().cloned().map(Term::Effect).collect();
+    if effects.is_empty() {
+        return Ok(Vec::new());
+    }
+    let terms = [Term::RigidBody(RigidBody::Identified)].into_iter().chain(effects).collect();
+    let solved = model::fit(&Model { terms }, recording, split, monitor).map_err(failed)?;
+    let shapes = solved.shapes().iter().skip(1);
+    let added = |(term, shape): (&model::EffectTerm, &Vec<f64>)| AddedEffect {
+        effect: term.effect.clone(),
+        joint: term.joint.unwrap_or(0),
+        shape: shape.clone(),
+    };
+    Ok(model.effects().zip(shapes).map(added).collect())
+}
+
+fn architecture(
+    model: &Model,
+    effects: &[AddedEffect],
+    joints: usize,
+    recipe: Recipe,
+    samples: &Samples<f32>,
+) -> Result<Architecture, TrainError> {
+    let mut terms: Vec<LearnedTerm> = Vec::new();
+    for term in &model.terms {
+        match term {
+            Term::Learned(term) => terms.push(term.clone()),
+            Term::Effect(_) => {}
+            Term::RigidBody(_) => {
+                return Err(TrainError::Model(
+                    "a rigid body and a network can't be trained together: start from one of them".to_owned(),
+                ));
+            }
+        }
+    }
+    if !effects.is_empty() {
+        terms.push(LearnedTerm::Columns { names: effects::names(effects)? });
+    }
+    let mut architecture = Architecture { joints, features: Features::CosSin, terms, scales: Scales::default() };
+    if recipe == Recipe::Ours {
+        scale_to(&mut architecture, samples);
+    }
+    Ok(architecture)
+}
+
+/// Puts weights and effects together as a model of the session.
+fn fitted(
+    model: &Model,
+    learned: LearnedModel,
+    effects: Vec<AddedEffect>,
+    setting: Setting,
+) -> Result<Fitted, TrainError> {
+    let factors = learned.effect_factors();
+    let names = model.factors(&setting).map_err(failed)?;
+    let of_effect = |(factor, &value): (&model::terms::Factor, &f64)| Parameter {
+        name: factor.name.clone(),
+        symbol: factor.symbol.clone(),
+        term: factor.term,
+        joint: factor.joint,
+        value,
+        std_error: None,
+        interval: None,
+        unit: factor.unit.to_owned(),
+        identified: true,
+        physical: (factor.bounds[0]..=factor.bounds[1]).contains(&value),
+    };
+    let friction = model.terms.iter().position(|term| matches!(term, Term::Learned(LearnedTerm::Friction)));
+    let mut parameters: Vec<Parameter> = names.iter().zip(&factors).map(of_effect).collect();
+    for coefficient in friction.iter().flat_map(|_| learned.friction_coefficients()) {
+        parameters.push(Parameter {
+            name: coefficient.name.to_owned(),
+            symbol: coefficient.symbol.to_owned(),
+            term: friction.unwrap_or(0),
+            joint: Some(coefficient.joint),
+            value: coefficient.value,
+            std_error: None,
+            interval: None,
+            unit: coefficient.unit.to_owned(),
+            identified: true,
+            physical: coefficient.value >= 0.0,
+        });
+    }
+    parameters.sort_by_key(|parameter| parameter.term);
+    let mut own_shapes = effects.iter().map(|effect| effect.shape.clone());
+    let shapes = model
+        .terms
+        .iter()
+        .map(|term| if matches!(term, Term::Effect(_)) { own_shapes.next().unwrap_or_default() } else { Vec::new() })
+        .collect();
+    let terms = model.terms.iter().filter(|term| matches!(term, Term::Learned(_))).count();
+    let networks = Arc::new(TrainedNetworks { model: learned, effects, setting: setting.clone(), terms });
+    Ok(Fitted::trained(model.clone(), parameters, factors, shapes, setting, networks))
+}
+
+/// Names of the two entries of a file.
+const FITTED: &str = "model.json";
+const NETWORKS: &str = "networks.npz";
+
+/// A fitted model as a file: JSON if it has no networks, else an archive of that JSON and of the weights.
+///
+/// # Errors
+/// [`TrainError::Damaged`] if the archive can't be written, which memory never refuses.
+pub fn to_bytes(fitted: &Fitted) -> Result<Vec<u8>, TrainError> {
+    let damaged = |error: &dyn std::fmt::Display| TrainError::Damaged(error.to_string());
+    let Some(networks) = networks(fitted) else { return Ok(fitted.to_json().into_bytes()) };
+    let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in [(FITTED, fitted.to_json().into_bytes()), (NETWORKS, networks.to_bytes()?)] {
+        archive.start_file(name, options).map_err(|error| damaged(&error))?;
+        archive.write_all(&bytes).map_err(|error| damaged(&error))?;
+    }
+    Ok(archive.finish().map_err(|error| damaged(&error))?.into_inner())
+}
+
+/// A fitted model from the bytes of a file.
+///
+/// # Errors
+/// [`TrainError::Damaged`] says what is wrong.
+pub fn from_bytes(bytes: &[u8]) -> Result<Fitted, TrainError> {
+    let damaged = |error: &dyn std::fmt::Display| TrainError::Damaged(error.to_string());
+    if !bytes.starts_with(b"PK") {
+        let text = std::str::from_utf8(bytes).map_err(|_| TrainError::Damaged("it is not text".to_owned()))?;
+        return Fitted::from_json(text).map_err(|error| damaged(&error));
+    }
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
+    let mut entry = |name: &str| -> Result<Vec<u8>, TrainError> {
+        let file = archive.by_name(name).map_err(|error| damaged(&error))?;
+        let mut content = Vec::new();
+        file.take(1 << 30).read_to_end(&mut content).map_err(|error| damaged(&error))?;
+        Ok(content)
+    };
+    let text = String::from_utf8(entry(FITTED)?).map_err(|error| damaged(&error))?;
+    let plain = Fitted::from_json(&text).map_err(|error| damaged(&error))?;
+    let learned = LearnedModel::from_bytes(&entry(NETWORKS)?)?;
+    let shapes = plain.model.terms.iter().zip(plain.shapes()).filter(|(term, _)| matches!(term, Term::Effect(_)));
+    let effects: Vec<AddedEffect> = plain
+        .model
+        .effects()
+        .zip(shapes)
+        .map(|(term, (_, shape))| AddedEffect {
+            effect: term.effect.clone(),
+            joint: term.joint.unwrap_or(0),
+            shape: shape.clone(),
+        })
+        .collect();
+    if learned.architecture.joints != plain.setting().kinds.len()
+        || learned.effect_factors().len() != plain.factor_count()
+    {
+        return Err(TrainError::Damaged("its networks are of another model".to_owned()));
+    }
+    let setting = plain.setting().clone();
+    fitted(&plain.model, learned, effects, setting)
+}
