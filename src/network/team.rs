@@ -133,7 +133,7 @@ fn help(shared: &Shared, helper: usize, task: Task) {
         }
         let since = *waiting_since.get_or_insert_with(Instant::now);
         if since.elapsed() < PATIENCE {
-            (0..32).for_each(|_| std::hint::spin_loop());
+            (0..4).for_each(|_| std::hint::spin_loop());
             continue;
         }
         shared.asleep[helper].store(true, Ordering::SeqCst);

@@ -17,6 +17,7 @@ use super::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use super::optimiser::{Optimiser, Part};
 use super::options::Options;
 use super::{TrainError, predict};
+use crate::arm::MOST_JOINTS;
 use crate::model::learned::Architecture;
 use crate::network::team::{self, Team, with_team};
 use crate::network::{Arena, Buffer, Element, Layout, Program, TILE, draw_weights};
@@ -263,7 +264,10 @@ impl<'a, E: Element> Engine<'a, E> {
                 *weighted = picks.len();
             }
             self.program.run(kernels, &weights, arena, &mut group.gradient);
-            group.loss += self.program.output(arena, 0).iter().map(|loss| loss.to_f64()).sum::<f64>();
+            // Within a tile in the training precision, over tiles in double.
+            let mut sums = [E::ZERO; MOST_JOINTS];
+            (kernels.add_row_sums)(self.program.output(arena, 0), &mut sums);
+            group.loss += sums.into_iter().map(Element::to_f64).sum::<f64>();
         }
     }
 
