@@ -3,6 +3,8 @@
 //! The values are not part of the repository: they are looked for in `../shared/oracle` beside it, or where
 //! `TORQUESCOPE_ORACLE` says; where they are absent the test says so and passes.
 
+#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
+
 use std::collections::HashMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -10,7 +12,7 @@ use std::path::{Path, PathBuf};
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedTerm, Positive, Scales};
 use torquescope::network::{Activation, AdamStep, Element, Kernels, Layout, Program, TILE};
 use torquescope::recording::npy::{self, NpyError};
-use torquescope::training::loss::{Inputs, loss_program};
+use torquescope::training::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use torquescope::training::predict::{Components, component_program};
 
 const TOLERANCE: f64 = 1e-9;
@@ -114,13 +116,14 @@ impl Case {
         }
     }
 
-    fn load<E: Element>(&self, program: &Program<E>, inputs: Inputs, arena: &mut torquescope::network::Arena<E>) {
-        for (input, key) in [(0, "q"), (1, "qd"), (2, "qdd"), (inputs.torque, "tau_target")] {
-            let values = self.values(key);
-            self.fill(program.input(arena, input), |sample, joint| values[sample * self.n + joint]);
+    fn load<E: Element>(&self, program: &Program<E>, arena: &mut torquescope::network::Arena<E>) {
+        for (part, key) in ["q", "qd", "qdd", "tau_target"].into_iter().enumerate() {
+            let (values, size) = (self.values(key), self.n * TILE);
+            let tile = &mut program.input(arena, 0)[part * size..(part + 1) * size];
+            self.fill(tile, |sample, joint| values[sample * self.n + joint]);
         }
         let (share, weight) = (1.0 / self.samples as f64, self.values("loss_weight"));
-        for (input, with_weight) in [(inputs.weight, true), (inputs.share, false)] {
+        for (input, with_weight) in [(WEIGHT_INPUT, true), (SHARE_INPUT, false)] {
             for (joint, row) in program.input(arena, input).chunks_exact_mut(TILE).enumerate() {
                 for (sample, element) in row.iter_mut().enumerate() {
                     let value = if sample < self.samples { share } else { 0.0 };
@@ -131,14 +134,14 @@ impl Case {
     }
 
     fn check_training<E: Element>(&self, kernels: &Kernels<E>, tolerance: f64) {
-        let (program, inputs) = loss_program::<E>(&self.architecture);
+        let program = loss_program::<E>(&self.architecture);
         let layout = program.layout().clone();
         let mut weights = self.weights::<E>(&layout, "param");
         let mut arena = program.arena();
         let (mut mean, mut square) = (vec![E::ZERO; layout.size()], vec![E::ZERO; layout.size()]);
         for step in 1..=5 {
             let mut gradient = vec![E::ZERO; layout.size()];
-            self.load(&program, inputs, &mut arena);
+            self.load(&program, &mut arena);
             program.run(kernels, &weights, &mut arena, &mut gradient);
             let loss: f64 = program.output(&arena, 0).iter().map(|value| value.to_f64()).sum();
             self.agree("loss", &[loss], &self.values("adamw5_losses")[step - 1..step], tolerance);

@@ -6,7 +6,7 @@ use clap::Args;
 use super::diagnose::text;
 use super::table::{numbers, table};
 use super::{progress, write_file};
-use crate::app::{self, ScreenshotOptions};
+use crate::app::{self, Screen, ScreenshotOptions};
 use crate::recording::{joints_text, write};
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
@@ -63,17 +63,12 @@ impl Demo {
             println!("   {} on {place}: {}", hidden.effect, numbers(&hidden.parameters));
         }
         if !self.no_pictures {
-            let screens = [
-                ("data", &diagnosed),
-                ("compare", &diagnosed),
-                ("residuals", &diagnosed),
-                ("diagnose", &diagnosed),
-                ("ladder", &session),
-            ];
-            for (screen, session) in screens {
-                let options = ScreenshotOptions { screen: screen.to_owned(), ..ScreenshotOptions::default() };
-                let png = app::screenshot(session.clone(), &options)?;
-                write_file(&self.output.join(format!("{screen}.png")), &png)?;
+            for screen in Screen::ALL {
+                // The ladder shows the repaired model, the other screens the one that still lacks the effect.
+                let shown = if screen == Screen::Ladder { &session } else { &diagnosed };
+                let options = ScreenshotOptions { screen: screen.id().to_owned(), ..ScreenshotOptions::default() };
+                let picture = app::screenshot(shown.clone(), &options)?;
+                write_file(&self.output.join(format!("{}.png", screen.id())), &picture)?;
             }
         }
         println!("\nThe recording and the pictures are in {}.", self.output.display());

@@ -1,10 +1,81 @@
-//! Stub.
+use std::path::PathBuf;
+
+use anyhow::Context;
 use clap::Args;
-/// Stub
+
+use super::data::OptionalData;
+use super::{progress, write_file};
+use crate::app::headless::Look;
+use crate::app::{self, Screen, ScreenshotOptions};
+use crate::session::{Command, Session};
+
+/// Draw a screen of the window as a picture, without display or GPU.
+///
+/// For the screen `diagnose` the diagnosis is run first; for `ladder` what it names is added too.
 #[derive(Args)]
-pub struct Screenshot {}
+pub struct Screenshot {
+    #[command(flatten)]
+    data: OptionalData,
+    /// Which screen.
+    #[arg(long, value_name = "SCREEN", required_unless_present = "all", conflicts_with = "all")]
+    screen: Option<Screen>,
+    /// All screens; the output is then a folder.
+    #[arg(long)]
+    all: bool,
+    /// Light or dark.
+    #[arg(long, default_value = "dark")]
+    theme: Look,
+    /// Width and height of the window.
+    #[arg(long, default_value = "1600x1000", value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    size: [f32; 2],
+    /// Pixels per point.
+    #[arg(long, default_value_t = 1.0)]
+    scale: f32,
+    /// The picture (PNG), or the folder for all.
+    #[arg(short, long, value_name = "PICTURE.png|FOLDER")]
+    output: PathBuf,
+}
+
 impl Screenshot {
+    /// Reads or simulates, does what the screen is about, draws.
     pub fn run(&self) -> anyhow::Result<()> {
-        Ok(())
+        let start = self.data.session_or_embedded()?;
+        let Some(screen) = self.screen else {
+            std::fs::create_dir_all(&self.output)
+                .with_context(|| format!("can't make the folder {}", self.output.display()))?;
+            for screen in Screen::ALL {
+                let name = format!("{}.png", screen.id());
+                write_file(&self.output.join(name), &self.draw(screen, &start)?)?;
+            }
+            return Ok(());
+        };
+        write_file(&self.output, &self.draw(screen, &start)?)
     }
+
+    fn draw(&self, screen: Screen, start: &Session) -> anyhow::Result<Vec<u8>> {
+        let session = prepared(screen, start)?;
+        let options =
+            ScreenshotOptions { screen: screen.id().to_owned(), theme: self.theme, size: self.size, scale: self.scale };
+        app::screenshot(session, &options)
+    }
+}
+
+/// The session in the state that the screen is about.
+pub fn prepared(screen: Screen, start: &Session) -> anyhow::Result<Session> {
+    let mut session = start.clone();
+    if matches!(screen, Screen::Diagnose | Screen::Ladder) && session.current().is_some() {
+        session = progress::run(Command::Diagnose, &session)?;
+    }
+    if screen == Screen::Ladder {
+        for effect in session.report.clone().iter().flat_map(|report| &report.effects) {
+            let command = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+            session = progress::run(command, &session)?;
+        }
+    }
+    Ok(session)
+}
+
+fn parse_size(text: &str) -> Result<[f32; 2], String> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    sides.ok_or_else(|| format!("`{text}` is not a size: write it like 1600x1000"))
 }

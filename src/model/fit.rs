@@ -5,6 +5,8 @@
 //! turn), so they hold for correlated residuals too; shape parameters take part in it by the derivative of their columns.
 //! Source: Efron and Stein, Ann. Stat. 9 (1981) 586 (delete-one jackknife).
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -30,6 +32,31 @@ pub struct Fitted {
     /// Shape parameters of each term; empty for most.
     shapes: Vec<Vec<f64>>,
     setting: Setting,
+    /// The trained networks; they are saved in a file of their own kind.
+    #[serde(skip)]
+    networks: Option<Networks>,
+}
+
+/// What trained networks are asked for; training implements it.
+pub trait TrainedTerms: std::fmt::Debug + Send + Sync {
+    /// Torque of each learned term, in the order of the model.
+    ///
+    /// # Errors
+    /// [`ModelError::Network`] if the trajectory does not fit the networks.
+    fn torques(&self, trajectory: &Trajectory) -> Result<Vec<PerJoint>, ModelError>;
+
+    /// For code that knows which kind it is.
+    fn as_any(&self) -> &dyn std::any::Any;
+}
+
+/// Trained networks, shared by all copies of a model.
+#[derive(Debug, Clone)]
+pub struct Networks(pub Arc<dyn TrainedTerms>);
+
+impl PartialEq for Networks {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
 }
 
 /// One identified parameter.
@@ -98,6 +125,9 @@ pub fn fit(model: &Model, recording: &Recording, split: &Split, monitor: &Monito
 /// # Errors
 /// As [`fit`].
 pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
+    if let Some(term) = model.terms.iter().find(|term| matches!(term, Term::Learned(_))) {
+        return Err(ModelError::Learned(term.label()));
+    }
     let factors = model.factors(&design.setting)?;
     let samples: usize = (0..design.recording.joint_count()).map(|joint| design.sample_count(joint)).sum();
     if samples < 4 * factors.len() {
@@ -122,6 +152,7 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
         factors: solution.factors.iter().copied().collect(),
         shapes: search.shapes,
         setting: design.setting.clone(),
+        networks: None,
     })
 }
 
@@ -171,7 +202,7 @@ impl<'a> ShapeSearch<'a> {
         for term in &model.terms {
             shapes.push(match term {
                 Term::Effect(effect) => effect.find()?.spec().shapes().map(|(_, grid)| grid[grid.len() / 2]).collect(),
-                Term::RigidBody(_) => Vec::new(),
+                Term::RigidBody(_) | Term::Learned(_) => Vec::new(),
             });
         }
         let columns = prepared_columns(model, design, &shapes)?;
@@ -377,7 +408,7 @@ pub(crate) fn prepared_columns(
     let mut columns = Vec::new();
     for (term, shape) in model.terms.iter().zip(shapes) {
         match term {
-            Term::RigidBody(RigidBody::Stated(_)) => {}
+            Term::RigidBody(RigidBody::Stated(_)) | Term::Learned(_) => {}
             Term::RigidBody(body) => {
                 columns.extend(design.prepare(|trajectory| Ok(body.columns(&design.setting, trajectory)))?);
             }
@@ -388,12 +419,34 @@ pub(crate) fn prepared_columns(
 }
 
 impl Fitted {
+    /// A model whose networks were trained, with the factors and shapes of its effects.
+    pub fn trained(
+        model: Model,
+        parameters: Vec<Parameter>,
+        factors: Vec<f64>,
+        shapes: Vec<Vec<f64>>,
+        setting: Setting,
+        networks: Arc<dyn TrainedTerms>,
+    ) -> Self {
+        Fitted { model, parameters, factors, shapes, setting, networks: Some(Networks(networks)) }
+    }
+
+    /// The trained networks, if it has any.
+    pub fn networks(&self) -> Option<&dyn TrainedTerms> {
+        self.networks.as_ref().map(|networks| networks.0.as_ref())
+    }
+
     /// The torque of each term along a trajectory of the same arm.
     ///
     /// # Errors
     /// [`ModelError`] if a term can't be computed for it.
     pub fn predict(&self, trajectory: &Trajectory) -> Result<Prediction, ModelError> {
         let zero = vec![vec![0.0; trajectory.len()]; trajectory.joint_count()];
+        let mut learned = match &self.networks {
+            Some(networks) => networks.0.torques(trajectory)?,
+            None => Vec::new(),
+        }
+        .into_iter();
         let mut terms = Vec::new();
         let mut factors = self.factors.iter();
         for (term, shape) in self.model.terms.iter().zip(&self.shapes) {
@@ -402,6 +455,7 @@ impl Fitted {
                     (body.known_torque(&self.setting, trajectory), body.columns(&self.setting, trajectory))
                 }
                 Term::Effect(effect) => (None, effect.columns(&self.setting, trajectory, shape)?),
+                Term::Learned(_) => (learned.next(), Vec::new()),
             };
             let mut torque = known.unwrap_or_else(|| zero.clone());
             for (column, factor) in columns.iter().zip(factors.by_ref()) {

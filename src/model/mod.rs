@@ -19,10 +19,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
 use crate::effect::{self, Effect, Scope, registry};
+use crate::network::Activation;
 use crate::recording::Recording;
 
 pub use evaluate::{Evaluation, JointError, Prediction};
 pub use fit::{Fitted, Parameter, fit};
+use learned::{Layers, LearnedPreset, LearnedTerm};
 
 /// A list of torque terms; their order is the order in which they are shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,6 +41,8 @@ pub enum Term {
     RigidBody(RigidBody),
     /// A physical effect.
     Effect(EffectTerm),
+    /// A network.
+    Learned(LearnedTerm),
 }
 
 /// Where the rigid body's parameters come from.
@@ -69,6 +73,9 @@ pub enum Preset {
     RigidBody,
     /// A rigid body with the parameters that the recording states.
     StatedArm,
+    /// One of the paper's models, whose terms are networks.
+    #[serde(untagged)]
+    Learned(LearnedPreset),
 }
 
 /// The model can't be used on this recording.
@@ -121,6 +128,12 @@ pub enum ModelError {
         /// To be identified.
         parameters: usize,
     },
+    /// A model with networks was to be solved for.
+    #[error("{0} is a network: it is trained, not identified by least squares")]
+    Learned(String),
+    /// A trained network can't be used here.
+    #[error("{0}")]
+    Network(String),
     /// Nothing varies.
     #[error("{0}: no parameter can be identified from it")]
     NothingToLearn(String),
@@ -131,13 +144,22 @@ pub enum ModelError {
 
 impl Preset {
     /// All presets, in the order in which lists show them.
-    pub const ALL: [Preset; 2] = [Preset::RigidBody, Preset::StatedArm];
+    pub const ALL: [Preset; 7] = [
+        Preset::RigidBody,
+        Preset::StatedArm,
+        Preset::Learned(LearnedPreset::FfNn),
+        Preset::Learned(LearnedPreset::BlackBoxDelan),
+        Preset::Learned(LearnedPreset::StructuredDelan),
+        Preset::Learned(LearnedPreset::DelanFriction),
+        Preset::Learned(LearnedPreset::DelanFfnn),
+    ];
 
     /// Its name on the command line and in files.
     pub fn id(self) -> &'static str {
         match self {
             Preset::RigidBody => "rigid-body",
             Preset::StatedArm => "stated-arm",
+            Preset::Learned(preset) => preset.id(),
         }
     }
 
@@ -146,19 +168,37 @@ impl Preset {
         match self {
             Preset::RigidBody => "rigid body, base parameters identified from the data",
             Preset::StatedArm => "rigid body with the masses and lengths that the recording states",
+            Preset::Learned(preset) => preset.description(),
         }
     }
 
-    /// The model for this recording.
+    /// Its name for people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Preset::RigidBody => "rigid body",
+            Preset::StatedArm => "stated arm",
+            Preset::Learned(preset) => preset.title(),
+        }
+    }
+
+    /// The model for this recording; networks have the sizes of the paper's table 1.
     ///
     /// # Errors
     /// [`ModelError::NoStatedArm`] if the preset needs an arm that the recording does not state.
     pub fn model(self, recording: &Recording) -> Result<Model, ModelError> {
-        let body = match self {
-            Preset::RigidBody => RigidBody::Identified,
-            Preset::StatedArm => RigidBody::Stated(recording.stated_arm.clone().ok_or(ModelError::NoStatedArm)?),
+        let terms = match self {
+            Preset::RigidBody => vec![Term::RigidBody(RigidBody::Identified)],
+            Preset::StatedArm => {
+                let arm = recording.stated_arm.clone().ok_or(ModelError::NoStatedArm)?;
+                vec![Term::RigidBody(RigidBody::Stated(arm))]
+            }
+            Preset::Learned(preset) => {
+                let layers = Layers { hidden: vec![64, 64], activation: Activation::Tanh };
+                let architecture = preset.architecture(recording.joint_count(), &layers);
+                architecture.terms.into_iter().map(Term::Learned).collect()
+            }
         };
-        Ok(Model { terms: vec![Term::RigidBody(body)] })
+        Ok(Model { terms })
     }
 }
 
@@ -187,7 +227,7 @@ impl Model {
             }
             model.terms.retain(|term| match term {
                 Term::Effect(old) => old.joint != joint || !spec.includes.contains(&old.effect.as_str()),
-                Term::RigidBody(_) => true,
+                Term::RigidBody(_) | Term::Learned(_) => true,
             });
             model.terms.push(Term::Effect(EffectTerm { effect: id.to_owned(), joint }));
         }
@@ -209,8 +249,13 @@ impl Model {
     pub fn effects(&self) -> impl Iterator<Item = &EffectTerm> {
         self.terms.iter().filter_map(|term| match term {
             Term::Effect(effect) => Some(effect),
-            Term::RigidBody(_) => None,
+            Term::RigidBody(_) | Term::Learned(_) => None,
         })
+    }
+
+    /// Whether some of its terms are networks, so that it is trained and not solved for.
+    pub fn is_learned(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term, Term::Learned(_)))
     }
 
     /// Whether its rigid body is held at a stated arm.
@@ -225,6 +270,7 @@ impl Term {
         match self {
             Term::RigidBody(RigidBody::Identified) => "rigid body".to_owned(),
             Term::RigidBody(RigidBody::Stated(_)) => "stated rigid body".to_owned(),
+            Term::Learned(term) => term.kind().to_owned(),
             Term::Effect(term) => {
                 let name = registry::find(&term.effect).map_or(term.effect.as_str(), |effect| effect.spec().name);
                 match term.joint {

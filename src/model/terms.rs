@@ -178,6 +178,7 @@ impl Model {
         for (index, term) in self.terms.iter().enumerate() {
             match term {
                 Term::RigidBody(body) => factors.extend(body.factors(index, setting)),
+                Term::Learned(_) => {}
                 Term::Effect(effect) => {
                     let joints = setting.kinds.len();
                     if let Some(joint) = effect.joint.filter(|&joint| joint >= joints) {

@@ -293,7 +293,8 @@ impl<E: Element> Program<E> {
         arena: &mut Arena<E>,
         gradient: &mut [E],
     ) {
-        // The result is taken out of the arena while the rest is read: no value is its own operand.
+        // The result is taken out of the arena while the rest is read. Where it takes the place of an operand, the kernel is
+        // told so.
         let mut taken = instruction.to.map(|place| std::mem::take(&mut arena.places[place]));
         let nothing: &mut [E] = &mut [];
         let y: &mut [E] = match &mut taken {
@@ -318,18 +319,21 @@ impl<E: Element> Program<E> {
                 (kernels.product)(&factors, y, TILE);
             }
             Action::Combine { constant, singles, pairs } => {
-                let none: &[E] = &[];
-                let mut ones = [(E::ZERO, none); MOST_TERMS];
-                let mut twos = [(E::ZERO, none, none); MOST_TERMS];
+                let operand = |view: &View| (Some(view.place) != instruction.to).then(|| view.of(places));
+                let mut ones = [(E::ZERO, None); MOST_TERMS];
+                let mut twos = [(E::ZERO, None, None); MOST_TERMS];
                 for (one, (factor, a)) in ones.iter_mut().zip(singles) {
-                    *one = (*factor, a.of(places));
+                    *one = (*factor, operand(a));
                 }
                 for (two, (factor, a, b)) in twos.iter_mut().zip(pairs) {
-                    *two = (*factor, a.of(places), b.of(places));
+                    *two = (*factor, operand(a), operand(b));
                 }
                 (kernels.combine)(*constant, &ones[..singles.len()], &twos[..pairs.len()], y);
             }
-            Action::Apply { function, x } => (kernels.apply)(*function, x.of(places), y),
+            Action::Apply { function, x } => {
+                let operand = (Some(x.place) != instruction.to).then(|| x.of(places));
+                (kernels.apply)(*function, operand, y);
+            }
             Action::SumFeatures { x } => (kernels.sum_features)(x.of(places), y),
             Action::Spread { x } => y.chunks_exact_mut(TILE).for_each(|row| (kernels.copy)(x.of(places), row)),
             Action::Lower { packed, v, transposed } => {
@@ -608,21 +612,27 @@ fn share_memory<E>(
                 ended.push(view.place);
             }
         });
+        ended.sort_unstable();
+        ended.dedup();
         if let Some(value) = instruction.to {
             let size = instruction.features;
             value_sizes.insert(value, size);
-            let place = free.get_mut(&size).and_then(Vec::pop).unwrap_or_else(|| {
-                sizes.push(size);
-                sizes.len() - 1
-            });
+            // Best is the place of an operand that ends here: it is in the cache already.
+            let is_elementwise = matches!(instruction.action, Action::Combine { .. } | Action::Apply { .. });
+            let inherited = ended.iter().position(|operand| is_elementwise && value_sizes[operand] == size);
+            let place = match inherited {
+                Some(index) => places[&ended.swap_remove(index)],
+                None => free.get_mut(&size).and_then(Vec::pop).unwrap_or_else(|| {
+                    sizes.push(size);
+                    sizes.len() - 1
+                }),
+            };
             places.insert(value, place);
             instruction.to = Some(place);
             if !last_read.contains_key(&value) && !is_output(value) {
                 free.entry(size).or_default().push(place);
             }
         }
-        ended.sort_unstable();
-        ended.dedup();
         for value in ended {
             free.entry(value_sizes[&value]).or_default().push(places[&value]);
         }

@@ -6,13 +6,14 @@ use rand_chacha::ChaCha8Rng;
 
 use super::TrainError;
 use crate::model::learned::Architecture;
-use crate::network::{Buffer, Element, TILE};
+use crate::network::kernel::PAD;
+use crate::network::{Buffer, Element, Kernels, TILE};
 use crate::recording::Trajectory;
 
 /// Samples of motion and torque, one after the other.
 #[derive(Debug, Clone)]
 pub struct Samples<E: Element> {
-    /// q, q̇, q̈, τ, effect columns of each sample.
+    /// q, q̇, q̈, τ, effect columns of each sample, padded to whole vectors: one row, so that a sample is mostly one cache line.
     values: Buffer<E>,
     joints: usize,
     columns: usize,
@@ -31,7 +32,8 @@ impl<E: Element> Samples<E> {
         let column_count = columns.first().map_or(0, Vec::len);
         let count: usize = trajectories.iter().map(Trajectory::len).sum();
         let width = (4 + column_count) * joints;
-        let mut values = Buffer::zeros(count * width);
+        let row = width.next_multiple_of(PAD);
+        let mut values = Buffer::zeros(count * row);
         let mut at = 0;
         for (index, trajectory) in trajectories.iter().enumerate() {
             if trajectory.joint_count() != joints {
@@ -54,7 +56,7 @@ impl<E: Element> Samples<E> {
                     }
                     values[at + channel] = E::from_f64(signal[sample]);
                 }
-                at += width;
+                at += row;
             }
         }
         Ok(Samples { values, joints, columns: column_count, count })
@@ -70,14 +72,15 @@ impl<E: Element> Samples<E> {
         self.count == 0
     }
 
-    fn width(&self) -> usize {
-        (4 + self.columns) * self.joints
+    /// Elements of a sample, padding included.
+    fn row(&self) -> usize {
+        ((4 + self.columns) * self.joints).next_multiple_of(PAD)
     }
 
     /// Mean and variance of one channel (0 position, 1 velocity, 2 acceleration, 3 torque) of one joint.
     pub fn mean_and_variance(&self, channel: usize, joint: usize) -> (f64, f64) {
         let at = channel * self.joints + joint;
-        let values = || (0..self.count).map(|sample| self.values[sample * self.width() + at].to_f64());
+        let values = || (0..self.count).map(|sample| self.values[sample * self.row() + at].to_f64());
         let mean = values().sum::<f64>() / self.count.max(1) as f64;
         let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / self.count.max(1) as f64;
         (mean, variance)
@@ -101,22 +104,16 @@ impl<E: Element> Samples<E> {
     /// One channel block (q, q̇, q̈, τ, columns) of all samples, sample after sample.
     pub(super) fn channel(&self, block: usize) -> Vec<E> {
         let first = block * self.joints;
-        let last = if block < 4 { first + self.joints } else { self.width() };
-        self.values.chunks_exact(self.width().max(1)).flat_map(|sample| sample[first..last].iter().copied()).collect()
+        let last = if block < 4 { first + self.joints } else { first + self.columns * self.joints };
+        self.values.chunks_exact(self.row().max(1)).flat_map(|sample| sample[first..last].iter().copied()).collect()
     }
 
-    /// Deals the samples `picks` into tiles of one channel block each: `tile(block)` for q, q̇, q̈, τ, columns. What `picks` does not
-    /// fill repeats its last sample.
-    pub(super) fn deal(&self, block: usize, picks: &[u32], tile: &mut [E]) {
-        let features = tile.len() / TILE;
+    /// Deals the samples `picks` into a tile of states. What they do not fill repeats the last one.
+    pub(super) fn deal(&self, kernels: &Kernels<E>, picks: &[u32], tile: &mut [E]) {
         let last = picks.last().copied().unwrap_or(0);
-        for sample in 0..TILE {
-            let pick = picks.get(sample).copied().unwrap_or(last) as usize;
-            let from = &self.values[pick * self.width() + block * self.joints..][..features];
-            for (feature, value) in from.iter().enumerate() {
-                tile[feature * TILE + sample] = *value;
-            }
-        }
+        let mut all = [last; TILE];
+        all[..picks.len()].copy_from_slice(picks);
+        (kernels.gather)(&self.values, self.row(), &all, tile);
     }
 }
 

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{self, Samples};
 use super::learned::{Checkpoint, LearnedModel};
-use super::loss::{Inputs, MOTION_INPUTS, loss_program};
+use super::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use super::optimiser::{Optimiser, Part};
 use super::options::Options;
 use super::{TrainError, predict};
@@ -132,7 +132,6 @@ pub(super) struct Engine<'a, E: Element> {
     options: &'a Options,
     data: TrainingData<'a, E>,
     program: Program<E>,
-    inputs: Inputs,
     torque: predict::TorqueProgram<E>,
     /// 1 / variance of the torque of each joint.
     loss_weights: Vec<f64>,
@@ -201,7 +200,7 @@ impl<'a, E: Element> Engine<'a, E> {
             }
             loss_weights.push(1.0 / variance);
         }
-        let (program, inputs) = loss_program::<E>(architecture);
+        let program = loss_program::<E>(architecture);
         let torque = predict::torque_program(architecture);
         let weights = first_weights(program.layout(), architecture, options, begin)?;
         let mut parts = share_parts(program.layout(), options.optimiser, &weights);
@@ -228,7 +227,6 @@ impl<'a, E: Element> Engine<'a, E> {
             groups: (0..GROUPS).map(|_| RwLock::new(group())).collect(),
             parts: parts.into_iter().map(Mutex::new).collect(),
             threads: (0..GROUPS).map(|_| Mutex::new(memory())).collect(),
-            inputs,
             torque,
             program,
         })
@@ -259,7 +257,7 @@ impl<'a, E: Element> Engine<'a, E> {
         for tile in tiles * index / GROUPS..tiles * (index + 1) / GROUPS {
             let picks = &batch[tile * TILE..batch.len().min((tile + 1) * TILE)];
             let ThreadMemory { arena, weighted, .. } = &mut *memory;
-            self.deal(self.data.train, picks, arena);
+            self.data.train.deal(kernels, picks, self.program.input(arena, 0));
             if *weighted != picks.len() {
                 self.weigh(picks.len(), arena);
                 *weighted = picks.len();
@@ -269,20 +267,10 @@ impl<'a, E: Element> Engine<'a, E> {
         }
     }
 
-    fn deal(&self, samples: &Samples<E>, picks: &[u32], arena: &mut Arena<E>) {
-        for input in MOTION_INPUTS {
-            samples.deal(input, picks, self.program.input(arena, input));
-        }
-        samples.deal(3, picks, self.program.input(arena, self.inputs.torque));
-        if let Some(columns) = self.inputs.columns {
-            samples.deal(4, picks, self.program.input(arena, columns));
-        }
-    }
-
     /// Sets the weights of the loss for a tile of which `valid` samples count.
     fn weigh(&self, valid: usize, arena: &mut Arena<E>) {
         let share = 1.0 / self.options.batch as f64;
-        for (input, is_weight) in [(self.inputs.weight, true), (self.inputs.share, false)] {
+        for (input, is_weight) in [(WEIGHT_INPUT, true), (SHARE_INPUT, false)] {
             for (joint, row) in self.program.input(arena, input).chunks_exact_mut(TILE).enumerate() {
                 let value = if is_weight { share * self.loss_weights[joint] } else { share };
                 row[..valid].fill(E::from_f64(value));
@@ -359,6 +347,8 @@ struct Run<'e, 'a, E: Element> {
     epoch: u64,
     step: u64,
     first_loss: Option<f64>,
+    /// Mean loss of the steps of this epoch so far, as a share of the whole epoch.
+    epoch_loss: f64,
     best_error: f64,
     best: Buffer<E>,
     history: Vec<Epoch>,
@@ -377,6 +367,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             epoch: 0,
             step: 0,
             first_loss: None,
+            epoch_loss: 0.0,
             best_error: f64::INFINITY,
             best,
             history: Vec::new(),
@@ -385,7 +376,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             before_s: 0.0,
         };
         if let Begin::Resume(checkpoint) = begin {
-            (run.epoch, run.step) = (checkpoint.epoch, checkpoint.step);
+            (run.epoch, run.step, run.epoch_loss) = (checkpoint.epoch, checkpoint.step, checkpoint.epoch_loss);
             (run.first_loss, run.best_error) = (checkpoint.first_loss, checkpoint.best_error.unwrap_or(f64::INFINITY));
             run.history.clone_from(&checkpoint.history);
             run.before_s = run.history.last().map_or(0.0, |epoch| epoch.elapsed_s);
@@ -401,10 +392,11 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         while self.epoch < epochs {
             let epoch_began = Instant::now();
             write(&engine.step).order = data::order(samples, engine.options.seed, self.epoch);
-            let mut loss = 0.0;
-            for index in 0..batches {
+            // A resumed run goes on in the middle of its epoch.
+            let first = (self.step - self.epoch * batches as u64) as usize;
+            for index in first..batches {
                 match self.one_step(team, index * batch, epochs * batches as u64) {
-                    Ok(step_loss) => loss += step_loss / batches as f64,
+                    Ok(loss) => self.epoch_loss += loss / batches as f64,
                     Err(reason) => return Ending::Failed(reason),
                 }
                 if let Err(stopped) = self.report(monitor, (index + 1) as f64 / batches as f64) {
@@ -412,7 +404,8 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
                 }
             }
             self.epoch += 1;
-            let epoch = self.close_epoch(team, loss, (batches * batch) as f64 / epoch_began.elapsed().as_secs_f64());
+            let samples_per_s = ((batches - first) * batch) as f64 / epoch_began.elapsed().as_secs_f64();
+            let epoch = self.close_epoch(team, samples_per_s);
             watch(&epoch);
             if epoch.held_out.is_some_and(|error| engine.options.goal.is_some_and(|goal| error <= goal)) {
                 return Ending::GoalReached;
@@ -448,11 +441,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
                 "the gradient is exactly zero {at}: the model can't learn from these data as it stands"
             ));
         }
-        match options.optimiser {
-            // Sharing so little work would cost more than it saves.
-            Optimiser::AdamW { .. } => (0..GROUPS).for_each(|index| engine.update(index)),
-            Optimiser::Soap { .. } => engine.run(team, UPDATE),
-        }
+        engine.run(team, UPDATE);
         let mut weights = write(&engine.weights);
         for share in &engine.parts {
             for part in lock(share).iter() {
@@ -477,8 +466,9 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
     }
 
     /// Measures, keeps the best, and remembers the epoch.
-    fn close_epoch(&mut self, team: &mut Team, loss: f64, samples_per_s: f64) -> Epoch {
+    fn close_epoch(&mut self, team: &mut Team, samples_per_s: f64) -> Epoch {
         let engine = self.engine;
+        let loss = std::mem::take(&mut self.epoch_loss);
         let held_out = engine.data.held_out.map(|_| {
             engine.run(team, EVALUATE);
             let add = |sum: (f64, f64), group: &RwLock<Group<E>>| {
@@ -529,6 +519,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             epoch: self.epoch,
             step: self.step,
             first_loss: self.first_loss,
+            epoch_loss: self.epoch_loss,
             best_error: self.best_error.is_finite().then_some(self.best_error),
             history: self.history.clone(),
         };

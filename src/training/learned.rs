@@ -45,6 +45,8 @@ pub struct Checkpoint {
     pub step: u64,
     /// Loss of the first step.
     pub first_loss: Option<f64>,
+    /// Mean loss of this epoch's steps so far, as a share of the whole epoch.
+    pub epoch_loss: f64,
     /// Error of the best model.
     pub best_error: Option<f64>,
     /// All epochs.
@@ -65,6 +67,7 @@ struct RunHeader {
     epoch: u64,
     step: u64,
     first_loss: Option<f64>,
+    epoch_loss: f64,
     best_error: Option<f64>,
     history: Vec<Epoch>,
 }
@@ -240,6 +243,7 @@ impl Checkpoint {
             epoch: self.epoch,
             step: self.step,
             first_loss: self.first_loss,
+            epoch_loss: self.epoch_loss,
             best_error: self.best_error,
             history: self.history.clone(),
         };
@@ -258,8 +262,8 @@ impl Checkpoint {
         let (weights, states) = (take(&mut arrays, "newest"), take(&mut arrays, "state"));
         model.check_whole(&model.weights)?;
         model.check_whole(&weights)?;
-        let RunHeader { options, epoch, step, first_loss, best_error, history } = run;
-        Ok(Checkpoint { model, weights, states, options, epoch, step, first_loss, best_error, history })
+        let RunHeader { options, epoch, step, first_loss, epoch_loss, best_error, history } = run;
+        Ok(Checkpoint { model, weights, states, options, epoch, step, first_loss, epoch_loss, best_error, history })
     }
 }
 

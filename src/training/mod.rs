@@ -5,6 +5,7 @@
 
 pub mod benchmark;
 pub mod data;
+pub mod effects;
 pub mod learn;
 pub mod learned;
 pub mod loss;
@@ -95,6 +96,12 @@ pub enum TrainError {
     /// Bytes that are not a checkpoint or model.
     #[error("this is not a trained model or checkpoint ({0}): choose a file that was saved by training")]
     Damaged(String),
+    /// An effect that is not in the registry.
+    #[error(transparent)]
+    UnknownEffect(#[from] crate::effect::registry::UnknownEffect),
+    /// An effect that can't be computed for these data.
+    #[error(transparent)]
+    NotApplicable(#[from] crate::effect::NotApplicable),
     /// Somebody stopped a benchmark.
     #[error(transparent)]
     Stopped(#[from] crate::progress::Stopped),

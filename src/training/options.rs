@@ -65,8 +65,8 @@ impl Options {
         Options {
             epochs: 60,
             batch: 512,
-            rate: 5e-3,
-            schedule: Schedule::Cosine { warm_up: 0.05 },
+            rate: 1e-2,
+            schedule: Schedule::Cosine { warm_up: 0.15 },
             optimiser: Optimiser::SOAP,
             decay: 0.0,
             seed: 0,

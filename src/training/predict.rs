@@ -1,5 +1,7 @@
 //! What a learned model says of a motion: torque, each term, and what a Lagrangian has inside.
 
+use nalgebra::{DMatrix, SymmetricEigen};
+
 use super::data::Samples;
 use crate::model::learned::Architecture;
 use crate::network::{Arena, Element, Graph, Kernels, Layout, Node, Program, TILE};
@@ -34,6 +36,19 @@ pub struct LagrangianComponents {
     pub potential: Option<Vec<f64>>,
     /// T = L + V \[J\], one for each sample; only structured Lagrangians have it.
     pub kinetic: Option<Vec<f64>>,
+}
+
+impl LagrangianComponents {
+    /// Eigenvalues of H \[kg m²\] for each sample, ascending, n for each: a physical arm has only positive ones.
+    pub fn mass_eigenvalues(&self, joints: usize) -> Vec<f64> {
+        let mut all = Vec::with_capacity(self.inertial.len());
+        for matrix in self.mass_matrix.chunks_exact(joints * joints) {
+            let mut values = SymmetricEigen::new(DMatrix::from_row_slice(joints, joints, matrix)).eigenvalues;
+            values.as_mut_slice().sort_by(f64::total_cmp);
+            all.extend_from_slice(values.as_slice());
+        }
+        all
+    }
 }
 
 /// Parts read off a torque f(q, q̇, q̈) alone, as Lutter does.
@@ -153,13 +168,9 @@ impl<E: Element> TorqueProgram<E> {
         let mut measured = vec![E::ZERO; self.joints * TILE];
         let picks: Vec<u32> = range.map(|sample| sample as u32).collect();
         for picks in picks.chunks(TILE) {
-            for input in 0..3 {
-                samples.deal(input, picks, self.program.input(arena, input));
-            }
-            if self.columns > 0 {
-                samples.deal(4, picks, self.program.input(arena, 3));
-            }
-            samples.deal(3, picks, &mut measured);
+            samples.deal(E::kernels(), picks, self.program.input(arena, 0));
+            let first = 3 * self.joints * TILE;
+            measured.copy_from_slice(&self.program.input(arena, 0)[first..first + self.joints * TILE]);
             self.program.run(E::kernels(), weights, arena, &mut []);
             let rows = self.program.output(arena, 0).chunks_exact(TILE).zip(measured.chunks_exact(TILE));
             for (ours, theirs) in rows.flat_map(|(ours, theirs)| ours.iter().zip(theirs).take(picks.len())) {
@@ -179,12 +190,11 @@ impl<E: Element> TorqueProgram<E> {
         columns: &[E],
         first: usize,
     ) {
-        for (input, values) in motion.into_iter().enumerate() {
-            gather(values, first, self.program.input(arena, input));
+        let (n, state) = (self.joints, self.program.input(arena, 0));
+        for (part, values) in motion.into_iter().enumerate() {
+            gather(values, first, &mut state[part * n * TILE..(part + 1) * n * TILE]);
         }
-        if self.columns > 0 {
-            gather(columns, first, self.program.input(arena, motion.len()));
-        }
+        gather(columns, first, &mut state[4 * n * TILE..(4 + self.columns) * n * TILE]);
         self.program.run(kernels, weights, arena, &mut []);
     }
 

@@ -1,6 +1,7 @@
 //! The torque of each learned term, as a graph: the formulas of the paper, one function each.
 
 use super::{Architecture, Features, Layers, LearnedTerm, Positive};
+use crate::network::kernel::PAD;
 use crate::network::{Function, Graph, Node, dense};
 
 /// A model's graph before anything is asked of it.
@@ -8,8 +9,10 @@ use crate::network::{Function, Graph, Node, dense};
 pub struct Built {
     /// All nodes.
     pub graph: Graph,
-    /// The motion: inputs 0, 1 and 2, n features each.
+    /// The motion, parts of the state.
     pub motion: Motion,
+    /// Measured torque, a part of the state; the model's torque does not depend on it.
+    pub measured: Node,
     /// Torque of each term, n features, in the order of the architecture.
     pub terms: Vec<Node>,
     /// Their sum.
@@ -43,13 +46,22 @@ pub struct LagrangianNodes {
 }
 
 impl Architecture {
-    /// The graph of the torque. Input 3, if the model has effect columns, holds them: column after column, n features each.
+    /// Features of the state, which is input 0 of every graph: q, q̇, q̈, τ and the effect columns, n features each, then padding to
+    /// whole vectors.
+    pub fn state_features(&self) -> usize {
+        ((4 + self.column_count()) * self.joints).next_multiple_of(PAD)
+    }
+
+    /// The graph of the torque. Its only input is the state, see [`Architecture::state_features`].
     ///
     /// The architecture is to be checked before ([`Architecture::check`]).
     pub fn build(&self) -> Built {
         let n = self.joints;
         let mut graph = Graph::new();
-        let motion = Motion { q: graph.input(n), qd: graph.input(n), qdd: graph.input(n) };
+        let state = graph.input(self.state_features());
+        let mut part = |index: usize| graph.rows(state, index * n, n);
+        let motion = Motion { q: part(0), qd: part(1), qdd: part(2) };
+        let measured = part(3);
         let features = features(&mut graph, self.features, motion.q);
         let (mut terms, mut lagrangian, mut penalised) = (Vec::new(), None, None);
         for term in &self.terms {
@@ -86,7 +98,7 @@ impl Architecture {
                     graph.scale(self.scales.torque, torque)
                 }
                 LearnedTerm::Columns { names } => {
-                    let torque = columns(&mut graph, names.len(), n);
+                    let torque = columns(&mut graph, state, names.len(), n);
                     graph.scale(self.scales.torque, torque)
                 }
             };
@@ -94,7 +106,7 @@ impl Architecture {
         }
         let nothing = graph.constant(0.0, n);
         let torque = terms.iter().fold(nothing, |sum, term| graph.add(sum, *term));
-        Built { graph, motion, terms, torque, lagrangian, penalised }
+        Built { graph, motion, measured, terms, torque, lagrangian, penalised }
     }
 }
 
@@ -174,14 +186,13 @@ fn friction(graph: &mut Graph, qd: Node) -> Node {
     graph.add(dry, wet)
 }
 
-/// Σ factor · column, the columns being input 3.
-fn columns(graph: &mut Graph, count: usize, n: usize) -> Node {
-    let input = graph.input(count * n);
+/// Σ factor · column; the columns are the last part of the state.
+fn columns(graph: &mut Graph, state: Node, count: usize, n: usize) -> Node {
     let block = graph.layout.vector("effects/factors", count);
     let factors = graph.parameter(block);
     let mut torque = graph.constant(0.0, n);
     for k in 0..count {
-        let column = graph.rows(input, k * n, n);
+        let column = graph.rows(state, (4 + k) * n, n);
         let factor = graph.rows(factors, k, 1);
         let factor = graph.spread(factor, n);
         let part = graph.mul(factor, column);

@@ -78,11 +78,11 @@ fn tanh<L: Lanes<Element = f32>>(lanes: L, x: L::Vector) -> L::Vector {
         6.372_619_3e-4,
         1.485_722_4e-5,
         5.122_297_1e-8,
-        -8.604_671_5e-11,
-        2.000_187_9e-13,
+        -8.604_672e-11,
+        2.000_188e-13,
         -2.760_768_5e-16,
     ];
-    const EVEN: [f32; 4] = [4.893_525_2e-3, 2.268_434_6e-3, 1.185_347_06e-4, 1.198_258_4e-6];
+    const EVEN: [f32; 4] = [4.893_525e-3, 2.268_434_6e-3, 1.185_347_1e-4, 1.198_258_4e-6];
     let x = lanes.min(lanes.max(x, lanes.splat(-LIMIT)), lanes.splat(LIMIT));
     let square = lanes.mul(x, x);
     let above = lanes.mul(x, polynomial(lanes, square, ODD));

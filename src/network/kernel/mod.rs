@@ -10,6 +10,7 @@ mod lanes;
 
 use std::marker::PhantomData;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::OnceLock;
 
 pub use functions::Function;
 use lanes::{Lanes, Portable};
@@ -88,10 +89,12 @@ pub struct Factors<'a, E> {
     pub start: Start<'a, E>,
 }
 
+/// A tile that is read; `None` is the one that is written, with what stood in it before.
+pub type Operand<'a, E> = Option<&'a [E]>;
 /// factor · tile
-pub type Single<'a, E> = (E, &'a [E]);
+pub type Single<'a, E> = (E, Operand<'a, E>);
 /// factor · tile · tile, element by element
-pub type Pair<'a, E> = (E, &'a [E], &'a [E]);
+pub type Pair<'a, E> = (E, Operand<'a, E>, Operand<'a, E>);
 
 /// Settings of one step of Adam with decoupled weight decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,17 +116,20 @@ pub struct AdamStep<E> {
 }
 
 /// One machine's set of kernels for one element type. All slices are whole tiles unless said otherwise.
+#[allow(clippy::type_complexity)] // signatures are all that stands here
 pub struct Kernels<E: Element> {
     /// `AVX-512`, `AVX2` or `portable`.
     pub name: &'static str,
     /// C = start + A B; the last argument is the distance of two rows of C.
     pub product: fn(&Factors<E>, &mut [E], usize),
     /// y = f(x)
-    pub apply: fn(Function, &[E], &mut [E]),
+    pub apply: fn(Function, Operand<E>, &mut [E]),
     /// y = constant + Σ singles + Σ pairs, at most 3 of each
     pub combine: fn(E, &[Single<E>], &[Pair<E>], &mut [E]),
     /// y\[sample\]\[feature\] = x\[feature\]\[sample\], rows of y padded with zeros; the argument is the number of features
     pub transpose: fn(&[E], usize, &mut [E]),
+    /// tile\[feature\]\[sample\] = rows\[pick of sample\]\[feature\] for [`TILE`] picks among rows of the given padded length
+    pub gather: fn(&[E], usize, &[u32; TILE], &mut [E]),
     /// sums\[feature\] += Σ over samples of a transposed tile
     pub add_column_sums: fn(&[E], &mut [E]),
     /// sums\[feature\] += Σ over samples of a tile
@@ -284,14 +290,29 @@ macro_rules! at {
     };
 }
 
+/// Where an operand stands, once its length is checked.
+fn start_of<E: Element>(operand: Operand<E>, y: &mut [E]) -> *const E {
+    match operand {
+        Some(x) => {
+            assert!(x.len() == y.len(), "tiles of equal size");
+            x.as_ptr()
+        }
+        None => y.as_mut_ptr(),
+    }
+}
+
 #[inline(always)]
-fn apply<L: Lanes>(lanes: L, function: Function, x: &[L::Element], y: &mut [L::Element]) {
-    assert!(x.len() == y.len() && y.len() % PAD == 0, "whole tiles of equal size");
+fn apply<L: Lanes>(lanes: L, function: Function, x: Operand<L::Element>, y: &mut [L::Element]) {
+    assert!(y.len().is_multiple_of(PAD), "whole tiles");
+    let x = start_of(x, y);
     macro_rules! arms {
         ($($name:ident),*) => {
             // One loop for each function, so that the choice stands outside of it.
             match function {
-                $(Function::$name => each!(lanes, y, i => L::Element::function(lanes, Function::$name, at!(lanes, x, i))),)*
+                // SAFETY: x has as many elements as y; where it is y, each vector is read before it is written.
+                $(Function::$name => each!(lanes, y, i => {
+                    L::Element::function(lanes, Function::$name, unsafe { lanes.load(x.add(i)) })
+                }),)*
             }
         };
     }
@@ -306,41 +327,46 @@ fn combine<L: Lanes>(
     pairs: &[Pair<L::Element>],
     y: &mut [L::Element],
 ) {
-    assert!(y.len() % PAD == 0, "whole tiles");
-    assert!(singles.iter().all(|(_, a)| a.len() == y.len()), "tiles of equal size");
-    assert!(pairs.iter().all(|(_, a, b)| a.len() == y.len() && b.len() == y.len()), "tiles of equal size");
-    match (singles, pairs) {
-        ([], []) => y.fill(constant),
-        ([s], []) => terms(lanes, constant, [*s], [], y),
-        ([s, t], []) => terms(lanes, constant, [*s, *t], [], y),
-        ([s, t, u], []) => terms(lanes, constant, [*s, *t, *u], [], y),
-        ([], [p]) => terms(lanes, constant, [], [*p], y),
-        ([], [p, q]) => terms(lanes, constant, [], [*p, *q], y),
-        ([], [p, q, r]) => terms(lanes, constant, [], [*p, *q, *r], y),
-        ([s], [p]) => terms(lanes, constant, [*s], [*p], y),
-        ([s], [p, q]) => terms(lanes, constant, [*s], [*p, *q], y),
-        ([s, t], [p]) => terms(lanes, constant, [*s, *t], [*p], y),
+    assert!(y.len().is_multiple_of(PAD), "whole tiles");
+    let s = |index: usize, y: &mut [L::Element]| (singles[index].0, start_of(singles[index].1, y));
+    let p =
+        |index: usize, y: &mut [L::Element]| (pairs[index].0, start_of(pairs[index].1, y), start_of(pairs[index].2, y));
+    match (singles.len(), pairs.len()) {
+        (0, 0) => y.fill(constant),
+        (1, 0) => terms(lanes, constant, [s(0, y)], [], y),
+        (2, 0) => terms(lanes, constant, [s(0, y), s(1, y)], [], y),
+        (3, 0) => terms(lanes, constant, [s(0, y), s(1, y), s(2, y)], [], y),
+        (0, 1) => terms(lanes, constant, [], [p(0, y)], y),
+        (0, 2) => terms(lanes, constant, [], [p(0, y), p(1, y)], y),
+        (0, 3) => terms(lanes, constant, [], [p(0, y), p(1, y), p(2, y)], y),
+        (1, 1) => terms(lanes, constant, [s(0, y)], [p(0, y)], y),
+        (1, 2) => terms(lanes, constant, [s(0, y)], [p(0, y), p(1, y)], y),
+        (2, 1) => terms(lanes, constant, [s(0, y), s(1, y)], [p(0, y)], y),
         _ => panic!("a combination has at most three terms"),
     }
 }
 
+/// The operands begin at these pointers and have as many elements as y; `combine` sees to it.
 #[inline(always)]
 fn terms<L: Lanes, const S: usize, const P: usize>(
     lanes: L,
     constant: L::Element,
-    singles: [Single<L::Element>; S],
-    pairs: [Pair<L::Element>; P],
+    singles: [(L::Element, *const L::Element); S],
+    pairs: [(L::Element, *const L::Element, *const L::Element); P],
     y: &mut [L::Element],
 ) {
     let constant = lanes.splat(constant);
     each!(lanes, y, i => {
         let mut sum = constant;
-        for (factor, a) in singles {
-            sum = lanes.mul_add(lanes.splat(factor), at!(lanes, a, i), sum);
-        }
-        for (factor, a, b) in pairs {
-            let a = lanes.mul(lanes.splat(factor), at!(lanes, a, i));
-            sum = lanes.mul_add(a, at!(lanes, b, i), sum);
+        // SAFETY: the operands have as many elements as y; where one is y, each vector is read before it is written.
+        unsafe {
+            for (factor, a) in singles {
+                sum = lanes.mul_add(lanes.splat(factor), lanes.load(a.add(i)), sum);
+            }
+            for (factor, a, b) in pairs {
+                let a = lanes.mul(lanes.splat(factor), lanes.load(a.add(i)));
+                sum = lanes.mul_add(a, lanes.load(b.add(i)), sum);
+            }
         }
         sum
     });
@@ -363,6 +389,25 @@ fn transpose<L: Lanes>(lanes: L, x: &[L::Element], features: usize, y: &mut [L::
     for sample in 0..TILE {
         for feature in whole..row {
             y[sample * row + feature] = if feature < features { x[feature * TILE + sample] } else { L::Element::ZERO };
+        }
+    }
+}
+
+#[inline(always)]
+fn gather<L: Lanes>(lanes: L, rows: &[L::Element], row: usize, picks: &[u32; TILE], tile: &mut [L::Element]) {
+    assert!(row.is_multiple_of(PAD) && tile.len() == row * TILE, "a tile of padded rows");
+    assert!(picks.iter().all(|pick| (*pick as usize + 1) * row <= rows.len()), "all picks exist");
+    let mut near = [L::Element::ZERO; PAD * PAD];
+    for first in (0..TILE).step_by(L::WIDTH) {
+        for feature in (0..row).step_by(L::WIDTH) {
+            // SAFETY: the picks were checked; WIDTH is at most PAD, so the block fits `near`; the tile has `row` features.
+            unsafe {
+                for sample in 0..L::WIDTH {
+                    let from = rows.as_ptr().add(picks[first + sample] as usize * row + feature);
+                    lanes.store(near.as_mut_ptr().add(sample * PAD), lanes.load(from));
+                }
+                lanes.transpose(near.as_ptr(), PAD, tile.as_mut_ptr().add(feature * TILE + first), TILE);
+            }
         }
     }
 }
@@ -499,10 +544,12 @@ macro_rules! table {
                 name: $title,
                 product: table!(@ $($features)?; $lanes; product::<_, $rows, $vectors>;
                     (f: &Factors<$element>, c: &mut [$element], c_row: usize)),
-                apply: table!(@ $($features)?; $lanes; apply; (f: Function, x: &[$element], y: &mut [$element])),
+                apply: table!(@ $($features)?; $lanes; apply; (f: Function, x: Operand<$element>, y: &mut [$element])),
                 combine: table!(@ $($features)?; $lanes; combine;
                     (constant: $element, singles: &[Single<$element>], pairs: &[Pair<$element>], y: &mut [$element])),
                 transpose: table!(@ $($features)?; $lanes; transpose; (x: &[$element], n: usize, y: &mut [$element])),
+                gather: table!(@ $($features)?; $lanes; gather;
+                    (rows: &[$element], row: usize, picks: &[u32; TILE], tile: &mut [$element])),
                 add_column_sums: table!(@ $($features)?; $lanes; add_column_sums; (x: &[$element], y: &mut [$element])),
                 add_row_sums: table!(@ $($features)?; $lanes; add_row_sums; (x: &[$element], y: &mut [$element])),
                 fill: table!(@ $($features)?; $lanes; fill; (x: &[$element], y: &mut [$element])),
@@ -595,7 +642,8 @@ macro_rules! element {
                 all
             }
             fn kernels() -> &'static Kernels<Self> {
-                Self::all_kernels()[0]
+                static BEST: OnceLock<&'static Kernels<$element>> = OnceLock::new();
+                BEST.get_or_init(|| Self::all_kernels()[0])
             }
             #[inline(always)]
             fn function<L: Lanes<Element = Self>>($lanes: L, $function: Function, $x: L::Vector) -> L::Vector {

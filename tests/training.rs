@@ -1,0 +1,363 @@
+//! The learning core as its users see it: right derivatives, the same weights for the same seed, clean ends, clear errors.
+
+#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
+
+use torquescope::arm::{Arm, Posture};
+use torquescope::effect::Motion;
+use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
+use torquescope::network::{Activation, Element, TILE, draw_weights};
+use torquescope::progress::Monitor;
+use torquescope::recording::{JointKind, Trajectory};
+use torquescope::training::benchmark::point_to_point;
+use torquescope::training::effects::{AddedEffect, columns, names};
+use torquescope::training::learn::{Begin, Ending, Outcome, TrainingData, train};
+use torquescope::training::learned::{Checkpoint, LearnedModel};
+use torquescope::training::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
+use torquescope::training::optimiser::Optimiser;
+use torquescope::training::options::scale_to;
+use torquescope::training::predict::component_program;
+use torquescope::training::{Options, Recipe, Samples, TrainError};
+
+fn layers(activation: Activation) -> Layers {
+    Layers { hidden: vec![7, 5], activation }
+}
+
+fn random(seed: u64) -> rand_chacha::ChaCha8Rng {
+    rand::SeedableRng::seed_from_u64(seed)
+}
+
+/// Architectures that together hold every term, feature, activation and scale.
+fn architectures() -> Vec<Architecture> {
+    let scales = Scales { velocity: 2.0, acceleration: 3.0, torque: 5.0 };
+    let mut all = Vec::new();
+    for (preset, activation) in LearnedPreset::ALL.into_iter().zip([
+        Activation::Tanh,
+        Activation::Silu,
+        Activation::Sigmoid,
+        Activation::Softplus,
+        Activation::Silu,
+    ]) {
+        all.push(Architecture { scales, ..preset.architecture(2, &layers(activation)) });
+    }
+    let positive = Positive { shift: 0.5, floor: 0.01, inertia: 0.2 };
+    all.push(Architecture {
+        joints: 3,
+        features: Features::Raw,
+        terms: vec![
+            LearnedTerm::StructuredLagrangian { layers: layers(Activation::Tanh), positive },
+            LearnedTerm::Columns { names: vec!["spring".into(), "payload".into()] },
+        ],
+        scales,
+    });
+    all.push(Architecture { joints: 1, ..LearnedPreset::DelanFriction.architecture(1, &layers(Activation::Tanh)) });
+    all
+}
+
+/// Weights of which none is zero.
+fn weights(layout: &torquescope::network::Layout, seed: u64) -> Vec<f64> {
+    let mut flat = draw_weights::<f64>(layout, &mut random(seed));
+    for (index, block) in layout.blocks().iter().enumerate().filter(|(_, block)| block.rows == 1) {
+        let values: Vec<f64> = (0..block.columns).map(|i| 0.3 * ((index * 7 + i) as f64).sin() + 0.05).collect();
+        layout.write(block, &values, &mut flat);
+    }
+    flat
+}
+
+#[test]
+fn every_gradient_is_that_of_finite_differences() {
+    for architecture in architectures() {
+        architecture.check().unwrap();
+        let program = loss_program::<f64>(&architecture);
+        let (layout, kernels) = (program.layout(), f64::kernels());
+        let mut arena = program.arena();
+        for (i, value) in program.input(&mut arena, 0).iter_mut().enumerate() {
+            *value = 1.5 * ((i * 13) as f64 * 0.7).sin();
+        }
+        for input in [WEIGHT_INPUT, SHARE_INPUT] {
+            program.input(&mut arena, input).fill(0.3 / TILE as f64);
+        }
+        let mut loss = |flat: &[f64], gradient: &mut [f64]| {
+            program.run(kernels, flat, &mut arena, gradient);
+            program.output(&arena, 0).iter().sum::<f64>()
+        };
+        let mut flat = weights(layout, 1);
+        let mut gradient = vec![0.0; flat.len()];
+        loss(&flat, &mut gradient);
+        let mut scratch = gradient.clone();
+        for block in layout.blocks() {
+            let own = layout.read(block, &gradient);
+            let largest = own.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+            let values = layout.read(block, &flat);
+            for index in 0..values.len() {
+                let mut shifted = |by: f64| {
+                    let mut changed = values.clone();
+                    changed[index] += by;
+                    layout.write(block, &changed, &mut flat);
+                    loss(&flat, &mut scratch)
+                };
+                const STEP: f64 = 1e-5;
+                let slope = (shifted(STEP) - shifted(-STEP)) / (2.0 * STEP);
+                let error = (slope - own[index]).abs() / largest.max(1e-3);
+                assert!(
+                    error < 2e-6,
+                    "{}: {}[{index}] {} not {slope}",
+                    architecture.describe(),
+                    block.name,
+                    own[index]
+                );
+            }
+            layout.write(block, &values, &mut flat);
+        }
+    }
+}
+
+#[test]
+fn torque_is_what_the_lagrangian_says_and_energy_balances() {
+    for architecture in architectures().into_iter().filter(|a| a.terms.iter().any(LearnedTerm::is_lagrangian)) {
+        let n = architecture.joints;
+        let program = component_program::<f64>(&architecture);
+        let flat = weights(program.layout(), 2);
+        let none = vec![0.0; architecture.column_count() * n];
+        let at = |q: &[f64], qd: &[f64], qdd: &[f64]| program.run(f64::kernels(), &flat, q, qd, qdd, &none);
+        let (q, qd, qdd): (Vec<f64>, Vec<f64>, Vec<f64>) =
+            ((0..n).map(|i| 0.4 + i as f64).collect(), vec![0.8; n], (0..n).map(|i| 1.0 - i as f64).collect());
+        let still = vec![0.0; n];
+        let lagrangian = |q: &[f64], qd: &[f64]| at(q, qd, &still).lagrangian.unwrap().lagrangian[0];
+        let moved = |values: &[f64], index: usize, by: f64| {
+            let mut values = values.to_vec();
+            values[index] += by;
+            values
+        };
+        const STEP: f64 = 1e-4;
+        // Where the arm is a moment later or earlier.
+        let later = |t: f64| -> (Vec<f64>, Vec<f64>) {
+            let q = (0..n).map(|i| q[i] + t * qd[i] + 0.5 * t * t * qdd[i]).collect();
+            (q, (0..n).map(|i| qd[i] + t * qdd[i]).collect())
+        };
+        let momentum = |t: f64, i: usize| {
+            let (q, qd) = later(t);
+            (lagrangian(&q, &moved(&qd, i, STEP)) - lagrangian(&q, &moved(&qd, i, -STEP))) / (2.0 * STEP)
+        };
+        let components = at(&q, &qd, &qdd);
+        let own = components.lagrangian.clone().unwrap();
+        let torque: Vec<f64> = (0..n).map(|i| own.inertial[i] + own.coriolis[i] + own.gravity[i]).collect();
+        for i in 0..n {
+            let rate = (momentum(STEP, i) - momentum(-STEP, i)) / (2.0 * STEP);
+            let slope = (lagrangian(&moved(&q, i, STEP), &qd) - lagrangian(&moved(&q, i, -STEP), &qd)) / (2.0 * STEP);
+            let error = (torque[i] - (rate - slope)).abs();
+            assert!(error < 1e-5 * torque[i].abs().max(10.0), "{}: joint {i}", architecture.describe());
+        }
+        if own.potential.is_some() {
+            let energy = |t: f64| {
+                let (q, qd) = later(t);
+                let parts = at(&q, &qd, &still).lagrangian.unwrap();
+                parts.kinetic.unwrap()[0] + parts.potential.unwrap()[0]
+            };
+            let power: f64 = torque.iter().zip(&qd).map(|(torque, velocity)| torque * velocity).sum();
+            let rate = (energy(STEP) - energy(-STEP)) / (2.0 * STEP);
+            assert!((power - rate).abs() < 1e-5 * power.abs().max(10.0), "{}", architecture.describe());
+        }
+    }
+}
+
+fn trajectories(count: usize, seed: u64) -> Vec<Trajectory> {
+    point_to_point(&Arm::uniform(2), count, 4.0, 3.0, seed)
+}
+
+fn samples(count: usize, seed: u64) -> Samples<f32> {
+    Samples::new(2, &trajectories(count, seed), &[]).unwrap()
+}
+
+fn small(preset: LearnedPreset) -> Architecture {
+    preset.architecture(2, &Layers { hidden: vec![16, 16], activation: Activation::Tanh })
+}
+
+fn options() -> Options {
+    Options { epochs: 4, batch: 200, threads: Some(1), ..Options::ours() }
+}
+
+fn run(architecture: &Architecture, options: &Options, begin: Begin, monitor: &Monitor) -> Result<Outcome, TrainError> {
+    let (training, held_out) = (samples(6, 1), samples(2, 2));
+    let data = TrainingData { train: &training, held_out: Some(&held_out) };
+    train(architecture, options, data, begin, monitor, &mut |_| {})
+}
+
+#[test]
+fn the_same_seed_gives_the_same_weights_for_any_number_of_threads() {
+    for (preset, optimiser) in
+        [(LearnedPreset::StructuredDelan, Optimiser::SOAP), (LearnedPreset::DelanFfnn, Optimiser::ADAM_W)]
+    {
+        let with = |threads| {
+            let options = Options { optimiser, threads: Some(threads), ..options() };
+            run(&small(preset), &options, Begin::Fresh, &Monitor::new()).unwrap().checkpoint.weights
+        };
+        let alone = with(1);
+        assert_eq!(alone, with(2));
+        assert_eq!(alone, with(3));
+    }
+}
+
+#[test]
+fn a_resumed_run_ends_where_an_uninterrupted_one_ends() {
+    for optimiser in [Optimiser::SOAP, Optimiser::ADAM_W] {
+        let options = Options { optimiser, epochs: 5, ..options() };
+        let architecture = small(LearnedPreset::StructuredDelan);
+        let whole = run(&architecture, &options, Begin::Fresh, &Monitor::new()).unwrap();
+
+        // Stopped after two epochs, saved, loaded, resumed.
+        let (training, held_out) = (samples(6, 1), samples(2, 2));
+        let data = TrainingData { train: &training, held_out: Some(&held_out) };
+        let monitor = Monitor::new();
+        let mut stop = |epoch: &torquescope::training::Epoch| {
+            if epoch.epoch == 2 {
+                monitor.stop("enough for today");
+            }
+        };
+        let first = train(&architecture, &options, data, Begin::Fresh, &monitor, &mut stop).unwrap();
+        assert_eq!(first.ending, Ending::Stopped("enough for today".into()));
+        // What is kept is the best so far.
+        let best = first.history.iter().filter_map(|epoch| epoch.held_out).fold(f64::INFINITY, f64::min);
+        assert!((first.model.normalised_error(&trajectories(2, 2), &[]).unwrap() / best - 1.0).abs() < 1e-3);
+        let checkpoint = Checkpoint::from_bytes(&first.checkpoint.to_bytes().unwrap()).unwrap();
+        assert_eq!(checkpoint, first.checkpoint);
+        let second = run(&architecture, &options, Begin::Resume(&checkpoint), &Monitor::new()).unwrap();
+        assert_eq!(second.checkpoint.weights, whole.checkpoint.weights);
+        assert_eq!(second.model, whole.model);
+    }
+}
+
+#[test]
+fn a_model_is_saved_and_warms_up_another() {
+    let structured = run(&small(LearnedPreset::StructuredDelan), &options(), Begin::Fresh, &Monitor::new()).unwrap();
+    let loaded = LearnedModel::from_bytes(&structured.model.to_bytes().unwrap()).unwrap();
+    assert_eq!(loaded, structured.model);
+    let held_out = trajectories(2, 2);
+    let error = loaded.normalised_error(&held_out, &[]).unwrap();
+    // With a term more the error begins where it was, since the new term begins at zero.
+    let options = Options { epochs: 1, rate: 1e-9, ..options() };
+    let warm = run(&small(LearnedPreset::DelanFriction), &options, Begin::Warm(&loaded), &Monitor::new()).unwrap();
+    assert!((warm.history[0].held_out.unwrap() / error - 1.0).abs() < 1e-3);
+    assert_eq!(warm.model.coefficients().len(), 8);
+}
+
+#[test]
+fn our_recipe_learns_the_arm_and_its_parts() {
+    let training = samples(20, 1);
+    let mut architecture = Recipe::Ours.architecture(LearnedPreset::StructuredDelan, 2, &training);
+    for term in &mut architecture.terms {
+        if let LearnedTerm::StructuredLagrangian { layers, .. } = term {
+            layers.hidden = vec![32, 32];
+        }
+    }
+    let options = Options { epochs: 8, batch: 200, goal: Some(5e-3), ..Options::ours() };
+    let held_out = samples(3, 2);
+    let data = TrainingData { train: &training, held_out: Some(&held_out) };
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
+    assert_eq!(outcome.ending, Ending::GoalReached, "{:?}", outcome.history.last());
+    // Gravity of two uniform rods at q = 0: (1.5 m l + 0.5 m l) g and 0.5 m l g.
+    let still = Trajectory {
+        time: vec![0.0],
+        q: vec![vec![0.0]; 2],
+        qd: vec![vec![0.0]; 2],
+        qdd: vec![vec![0.0]; 2],
+        ..Trajectory::default()
+    };
+    let parts = outcome.model.components(&still, &vec![]).unwrap().lagrangian.unwrap();
+    assert!((parts.gravity[0] - 2.0 * 9.81).abs() < 2.0 && (parts.gravity[1] - 0.5 * 9.81).abs() < 2.0, "{parts:?}");
+}
+
+#[test]
+fn a_hidden_friction_is_found_beside_a_learned_arm() {
+    // A frictional arm; the network learns the arm, the effect's factor the friction.
+    let damping = 3.0;
+    let frictional = |seed: u64, count: usize| {
+        let mut runs = trajectories(count, seed);
+        for run in &mut runs {
+            for sample in 0..run.len() {
+                run.tau[1][sample] += damping * run.qd[1][sample];
+            }
+        }
+        runs
+    };
+    let effects = [AddedEffect { effect: "viscous-friction".into(), joint: 1, shape: vec![] }];
+    let kinds = [JointKind::Revolute; 2];
+    let columns_of = |runs: &[Trajectory]| -> Vec<_> {
+        let motion = |trajectory| Motion { trajectory, kinds: &kinds, posture: Posture::RIGHT, arm: None };
+        runs.iter().map(|run| columns(&effects, &motion(run)).unwrap()).collect()
+    };
+    let (training, held_out) = (frictional(1, 20), frictional(2, 3));
+    let samples = |runs: &[Trajectory]| Samples::<f32>::new(2, runs, &columns_of(runs)).unwrap();
+    let (training, test) = (samples(&training), samples(&held_out));
+    let mut architecture = small(LearnedPreset::StructuredDelan);
+    architecture.terms.push(LearnedTerm::Columns { names: names(&effects).unwrap() });
+    scale_to(&mut architecture, &training);
+    let options = Options { epochs: 10, batch: 200, ..Options::ours() };
+    let data = TrainingData { train: &training, held_out: Some(&test) };
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
+    let (name, value) = outcome.model.coefficients().remove(0);
+    assert!(name.starts_with("viscous-friction") && (value / damping - 1.0).abs() < 0.05, "{name} = {value}");
+    let parts = outcome.model.components(&held_out[0], &columns_of(&held_out)[0]).unwrap();
+    assert!((parts.terms[1][2 * 200 + 1] - value * held_out[0].qd[1][200]).abs() < 1e-3);
+    let masses = parts.lagrangian.unwrap().mass_eigenvalues(2);
+    assert!(masses.len() == 800 && masses.iter().all(|mass| *mass > 0.0));
+}
+
+#[test]
+fn a_run_that_makes_no_sense_ends_with_a_reason() {
+    // So large a rate sends the weights to infinity.
+    let wild =
+        Options { rate: 10.0, epochs: 60, schedule: torquescope::training::schedule::Schedule::Constant, ..options() };
+    let outcome = run(&small(LearnedPreset::BlackBoxDelan), &wild, Begin::Fresh, &Monitor::new()).unwrap();
+    assert!(matches!(&outcome.ending, Ending::Failed(_)), "{:?} {:?}", outcome.ending, outcome.history.last());
+    assert!(outcome.model.weights.values().flatten().all(|weight| weight.is_finite()));
+
+    // An effect that never acts has no gradient.
+    let architecture = Architecture {
+        terms: vec![LearnedTerm::Columns { names: vec!["nothing".into()] }],
+        ..small(LearnedPreset::StructuredDelan)
+    };
+    let training = trajectories(2, 1);
+    let zero: Vec<Vec<Vec<Vec<f64>>>> = training.iter().map(|t| vec![vec![vec![0.0; t.len()]; 2]]).collect();
+    let samples = Samples::<f32>::new(2, &training, &zero).unwrap();
+    let data = TrainingData { train: &samples, held_out: None };
+    let outcome = train(&architecture, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
+    assert!(
+        matches!(&outcome.ending, Ending::Failed(reason) if reason.contains("exactly zero")),
+        "{:?}",
+        outcome.ending
+    );
+}
+
+#[test]
+fn bad_input_is_a_clear_error() {
+    let refused = |architecture: &Architecture, options: &Options, begin: Begin| {
+        run(architecture, options, begin, &Monitor::new()).unwrap_err().to_string()
+    };
+    let good = small(LearnedPreset::StructuredDelan);
+    let three = LearnedPreset::FfNn.architecture(3, &layers(Activation::Tanh));
+    assert!(refused(&three, &options(), Begin::Fresh).contains("the model has 3 joints"));
+    for rate in [0.0, 1e6, f64::NAN, -1.0] {
+        assert!(refused(&good, &Options { rate, ..options() }, Begin::Fresh).contains("the learning rate is"));
+    }
+    let few = Options { batch: 5000, ..options() };
+    assert!(refused(&good, &few, Begin::Fresh).contains("fewer than a batch"));
+    assert!(refused(&Architecture { terms: vec![], ..good.clone() }, &options(), Begin::Fresh).contains("no terms"));
+
+    let checkpoint = run(&good, &options(), Begin::Fresh, &Monitor::new()).unwrap().checkpoint;
+    let other = refused(&small(LearnedPreset::FfNn), &options(), Begin::Resume(&checkpoint));
+    assert!(other.contains("another architecture"), "{other}");
+    let bytes = checkpoint.to_bytes().unwrap();
+    for length in [0, 10, bytes.len() / 2, bytes.len() - 1] {
+        assert!(Checkpoint::from_bytes(&bytes[..length]).is_err());
+    }
+
+    let mut broken = trajectories(2, 1);
+    broken[1].qd[0][7] = f64::NAN;
+    assert!(Samples::<f32>::new(2, &broken, &[]).unwrap_err().to_string().contains("velocity of trajectory `2`"));
+    let mut constant = trajectories(2, 1);
+    constant.iter_mut().for_each(|t| t.tau[1].fill(3.0));
+    let samples = Samples::<f32>::new(2, &constant, &[]).unwrap();
+    let data = TrainingData { train: &samples, held_out: None };
+    let error = train(&good, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap_err();
+    assert!(error.to_string().contains("torque of joint 2 is always 3"));
+}
