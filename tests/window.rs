@@ -140,6 +140,11 @@ fn a_dropped_file_is_opened() {
     settle(&mut window);
     let recording = window.state().session().recording.clone().unwrap();
     assert_eq!((recording.joint_count(), recording.sample_count()), (1, 2000));
+    // The file does not say where q = 0 points; the window asks, and reads it again.
+    window.get_by_label_contains("The file does not say");
+    click(&mut window, "Down");
+    let posture = window.state().session().recording.as_ref().unwrap().posture;
+    assert_eq!(posture, Some(torquescope::arm::Posture::DOWN));
 }
 
 #[test]

@@ -15,6 +15,7 @@ pub mod theme;
 mod widgets;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 pub use headless::{ScreenshotOptions, screenshot};
@@ -150,14 +151,8 @@ impl TorquescopeApp {
         match order {
             Order::Run(command) => self.run(*command, ctx),
             Order::Show(screen) => self.state.screen = screen,
-            Order::Undo => {
-                self.history.undo();
-                self.state.data_changed();
-            }
-            Order::Redo => {
-                self.history.redo();
-                self.state.data_changed();
-            }
+            Order::Undo => self.travel(History::undo),
+            Order::Redo => self.travel(History::redo),
             Order::Stop => {
                 if let Some(running) = &mut self.running {
                     running.job.stop("you pressed Stop");
@@ -174,6 +169,21 @@ impl TorquescopeApp {
                     self.state.notices.remove(notice);
                 }
             }
+        }
+    }
+
+    /// Undo or redo; looks at another recording from its beginning.
+    fn travel(&mut self, step: fn(&mut History)) {
+        let before = self.history.current().recording.clone();
+        step(&mut self.history);
+        self.state.data_changed();
+        let same = match (&before, &self.history.current().recording) {
+            (Some(before), Some(after)) => Arc::ptr_eq(before, after),
+            (None, None) => true,
+            _ => false,
+        };
+        if !same {
+            self.state.recording_changed();
         }
     }
 
@@ -224,7 +234,9 @@ impl TorquescopeApp {
         self.state.data_changed();
         match command {
             Command::Open { .. } | Command::Simulate(_) => {
-                self.state.opened = matches!(command, Command::Open { .. }).then(|| command.clone());
+                if matches!(command, Command::Open { .. }) {
+                    self.state.remember(self.history.current(), command);
+                }
                 self.state.recording_changed();
             }
             Command::Diagnose => self.state.screen = Screen::Diagnose,

@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use super::plot::{Decimator, Window};
 use super::screens::{Screen, residuals::Scatter};
 use crate::effect::Axis;
 use crate::progress::Progress;
-use crate::recording::PerJoint;
 use crate::recording::read::ReadOptions;
+use crate::recording::{PerJoint, Recording};
 use crate::session::{Command, Session};
 
 /// What a click asks for; carried out before the next frame.
@@ -100,8 +100,8 @@ pub struct State {
     pub(super) held_out_only: bool,
     pub(super) chosen_effect: usize,
     pub(super) path: String,
-    /// How the current recording was opened, to open it again in another way.
-    pub(super) opened: Option<Command>,
+    /// How recordings were opened, to open them again in another way.
+    opened: Vec<(Weak<Recording>, Command)>,
     pub(super) wish: Wish,
     pub(super) notices: Vec<Notice>,
     pub(super) decimator: Decimator,
@@ -123,7 +123,7 @@ impl Default for State {
             held_out_only: true,
             chosen_effect: 0,
             path: String::new(),
-            opened: None,
+            opened: Vec::new(),
             wish: Wish {
                 seed: 7,
                 effect: Some(1),
@@ -150,6 +150,20 @@ impl State {
         self.time_steps = None;
         self.scatters.clear();
         self.chosen_effect = 0;
+    }
+
+    /// Remembers how the session's recording was opened.
+    pub(super) fn remember(&mut self, session: &Session, command: &Command) {
+        self.opened.retain(|(recording, _)| recording.strong_count() > 0);
+        if let Some(recording) = &session.recording {
+            self.opened.push((Arc::downgrade(recording), command.clone()));
+        }
+    }
+
+    /// The command that opened the session's recording; `None` if it was not opened in this window.
+    pub(super) fn opened(&self, session: &Session) -> Option<Command> {
+        let current = Arc::downgrade(session.recording.as_ref()?);
+        self.opened.iter().find(|(recording, _)| recording.ptr_eq(&current)).map(|(_, command)| command.clone())
     }
 
     /// Looks at the beginning of another recording.

@@ -71,7 +71,7 @@ pub fn demonstration() -> Session {
 
 /// The session after a command.
 pub fn run(command: Command, session: &Session) -> Session {
-    command.run(session, &Monitor::new()).unwrap()
+    command.run(session, &Monitor::new()).expect("the command works")
 }
 
 /// The demonstration arm, diagnosed.
@@ -82,7 +82,7 @@ pub fn diagnosed() -> Session {
 /// The demonstration arm with everything added that the diagnosis names.
 pub fn repaired() -> Session {
     let mut session = diagnosed();
-    let report = session.report.clone().unwrap();
+    let report = session.report.clone().expect("it was diagnosed");
     for effect in &report.effects {
         let command = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
         session = run(command, &session);

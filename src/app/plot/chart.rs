@@ -393,13 +393,16 @@ impl Place {
     }
 }
 
-/// The value of the sample that is nearest to `at`.
-fn value_at(line: &Line, at: f64) -> Option<f64> {
-    let after = line.x.partition_point(|x| *x < at);
+/// The sample of ascending `x` that is nearest to `at`; 0 if there is none.
+pub fn nearest(x: &[f64], at: f64) -> usize {
+    let after = x.partition_point(|x| *x < at);
     let before = after.saturating_sub(1);
-    let distance = |sample: usize| line.x.get(sample).map_or(f64::INFINITY, |x| (x - at).abs());
-    let nearest = if distance(before) <= distance(after) { before } else { after };
-    line.y.get(nearest).copied().filter(|value| value.is_finite())
+    let distance = |sample: usize| x.get(sample).map_or(f64::INFINITY, |x| (x - at).abs());
+    if distance(before) <= distance(after) { before } else { after }
+}
+
+fn value_at(line: &Line, at: f64) -> Option<f64> {
+    line.y.get(nearest(line.x, at)).copied().filter(|value| value.is_finite())
 }
 
 fn add_line(painter: &egui::Painter, points: Vec<Pos2>, line: &Line) {

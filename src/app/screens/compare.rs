@@ -3,7 +3,7 @@
 use egui::{RichText, Slider, Ui, WidgetText};
 
 use super::{data::units, held_out_times, time_extent, trajectory_chooser};
-use crate::app::plot::{Chart, arm, ticks};
+use crate::app::plot::{Chart, arm, chart, ticks};
 use crate::app::state::Desk;
 use crate::app::theme::{GAP, MEASURED_DASH, PREDICTED_DASH, Palette, SIDE, SMALL};
 use crate::app::widgets;
@@ -112,8 +112,10 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
         let slider = Slider::new(&mut time, extent[0]..=extent[1]).suffix(" s").fixed_decimals(2);
         let response = ui.add(slider);
         response.widget_info(|| egui::WidgetInfo::slider(true, time, "time cursor"));
-        let sample = run.time.partition_point(|t| *t < time).min(run.len().saturating_sub(1));
-        let at = |signal: &[Vec<f64>]| -> Vec<f64> { signal.iter().map(|joint| joint[sample]).collect() };
+        let sample = chart::nearest(&run.time, time);
+        let at = |signal: &[Vec<f64>]| -> Vec<f64> {
+            signal.iter().map(|joint| joint.get(sample).copied().unwrap_or(f64::NAN)).collect()
+        };
         let (q, measured, predicted) = (at(&run.q), at(&run.tau), at(&prediction.total));
         if recording.joints.iter().all(|joint| joint.kind == JointKind::Revolute) {
             let known = recording.stated_arm.clone();

@@ -31,7 +31,8 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
         }
         return;
     };
-    let duration: f64 = recording.trajectories.iter().map(|run| run.time.last().unwrap_or(&0.0) - run.time[0]).sum();
+    let duration: f64 =
+        recording.trajectories.iter().map(|run| time_extent(&run.time)).map(|[first, last]| last - first).sum();
     let joints = recording.joint_count();
     let summary = format!(
         "{joints} joint{}, {} trajector{}, {} samples, {} s in all.",
@@ -88,7 +89,7 @@ fn findings(ui: &mut Ui, desk: &Desk, recording: &Recording) {
 
 /// A log hardly ever says where q = 0 points, but gravity depends on it: without the answer the model is wrong.
 fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
-    let Some(Command::Open { paths, options, held_out }) = desk.state.opened.clone() else { return };
+    let Some(Command::Open { paths, options, held_out }) = desk.state.opened(desk.session) else { return };
     widgets::card(ui, "Where does the arm point at q = 0?", |ui| {
         ui.horizontal_wrapped(|ui| {
             let choices = [("To the right", Posture::RIGHT), ("Up", Posture::UP), ("Down", Posture::DOWN)];
@@ -118,7 +119,7 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         ui.horizontal_wrapped(|ui| {
             trajectory_chooser(ui, desk);
             ui.add_space(GAP);
-            desk.state.joint = desk.state.joint.min(recording.joint_count() - 1);
+            desk.state.joint = desk.state.joint.min(recording.joint_count().saturating_sub(1));
             for (joint, info) in recording.joints.iter().enumerate() {
                 ui.selectable_value(&mut desk.state.joint, joint, &info.name);
             }
@@ -181,7 +182,7 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 ui.horizontal(|ui| {
                     let held_out = held_out_times(desk.session, index);
                     split_line(ui, time_extent(&run.time), &held_out);
-                    if let Some(Command::Open { paths, options, .. }) = desk.state.opened.clone() {
+                    if let Some(Command::Open { paths, options, .. }) = desk.state.opened(desk.session) {
                         let mut out = super::is_held_out(desk.session, index);
                         let check = ui.checkbox(&mut out, "");
                         let spoken = format!("Hold out {}", run.name);

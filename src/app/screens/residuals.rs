@@ -42,7 +42,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         "What is left of the torque, measured minus predicted. Noise looks the same everywhere; a missing effect has a shape.",
     );
     ui.horizontal_wrapped(|ui| {
-        desk.state.joint = desk.state.joint.min(recording.joint_count() - 1);
+        desk.state.joint = desk.state.joint.min(recording.joint_count().saturating_sub(1));
         for (joint, info) in recording.joints.iter().enumerate() {
             ui.selectable_value(&mut desk.state.joint, joint, &info.name);
         }
