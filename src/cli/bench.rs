@@ -1,5 +1,8 @@
 //! Measurements that take longer than tests may: rates of right answers on simulated draws.
 
+mod models;
+mod train;
+
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
@@ -16,6 +19,8 @@ use crate::simulation::Scenario;
 #[derive(Subcommand)]
 pub enum Bench {
     Diagnosis(Diagnosis),
+    Models(models::Models),
+    Train(train::Train),
 }
 
 impl Bench {
@@ -23,6 +28,8 @@ impl Bench {
     pub fn run(&self) -> anyhow::Result<()> {
         match self {
             Bench::Diagnosis(bench) => bench.run(),
+            Bench::Models(bench) => bench.run(),
+            Bench::Train(bench) => bench.run(),
         }
     }
 }
