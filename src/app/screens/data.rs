@@ -242,7 +242,9 @@ fn sources(ui: &mut Ui, desk: &mut Desk) {
     });
     if let Some(recording) = desk.session.recording.clone() {
         widgets::card(ui, "Model to start from", |ui| {
-            for preset in Preset::ALL {
+            // Learned models take a training, which is not a choice of a moment.
+            let at_once = |preset: &Preset| !matches!(preset, Preset::Learned(_));
+            for preset in Preset::ALL.into_iter().filter(at_once) {
                 let possible = preset == Preset::RigidBody || recording.stated_arm.is_some();
                 let chosen = desk.session.preset == preset && desk.session.current().is_some();
                 let response = ui.add_enabled(possible, egui::RadioButton::new(chosen, preset.description()));
