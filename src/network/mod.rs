@@ -1,7 +1,7 @@
 //! Networks with all the derivatives that a Lagrangian needs. Nothing here knows of robots.
 //!
 //! [`graph`] (what is computed) → [`differentiate`] (derivatives, which are graphs again) → [`program`] (instructions over
-//! tiles of 64 samples) → [`kernel`] (the inner loops, for AVX-512, AVX2 and every other machine). [`dense`] makes layers,
+//! tiles of 64 samples) → [`kernel`] (the inner loops, for AVX-512, AVX2 and every other machine). [`mod@dense`] makes layers,
 //! [`layout`] says where each weight stands, [`team`] runs tiles on all cores.
 //!
 //! The cost of torque from a structured Lagrangian does not grow with the square of the number of joints: one tangent and one

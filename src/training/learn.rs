@@ -1,6 +1,6 @@
 //! One training run: epochs of steps on all cores, watched, stopped when it makes no sense to go on, the best kept.
 //!
-//! A batch is dealt into tiles and these into [`GROUPS`] groups, each with a gradient of its own; the groups are added in a fixed
+//! A batch is dealt into tiles and these into a few groups, each with a gradient of its own; the groups are added in a fixed
 //! order. So the weights depend on the seed only, and not on the number of threads.
 
 use std::sync::atomic::{AtomicU8, Ordering};

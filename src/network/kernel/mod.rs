@@ -1,4 +1,4 @@
-//! The inner loops, each written once over [`lanes`] and compiled for AVX-512, AVX2 and every other machine; the best set
+//! The inner loops, each written once over `lanes` and compiled for AVX-512, AVX2 and every other machine; the best set
 //! that the machine has is chosen at run time by [`Element::kernels`].
 //!
 //! A *tile* holds [`TILE`] samples of a quantity, feature after feature: element `[feature · TILE + sample]`. So every loop
