@@ -2,11 +2,11 @@
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use torquescope::arm::Arm;
 use torquescope::model::learned::{Layers, LearnedPreset};
 use torquescope::network::{Activation, Buffer, Element, TILE, draw_weights};
 use torquescope::progress::Monitor;
-use torquescope::training::benchmark::point_to_point;
+use torquescope::recording::Trajectory;
+use torquescope::simulation::{Excitation, Scenario, simulate};
 use torquescope::training::learn::{Begin, TrainingData, train};
 use torquescope::training::loss::loss_program;
 use torquescope::training::predict::torque_program;
@@ -14,6 +14,12 @@ use torquescope::training::{Options, Samples};
 
 fn main() {
     divan::main();
+}
+
+/// Trajectories of the paper's simulated arm.
+fn paper_trajectories(trajectories: usize) -> Vec<Trajectory> {
+    let motion = Excitation::PaperPointToPoint { trajectories, duration: 4.0, samples: 400, range: 3.0 };
+    simulate(&Scenario { motion, ..Scenario::paper(1) }, &Monitor::new()).expect("a good scenario").trajectories
 }
 
 fn layers() -> Layers {
@@ -39,8 +45,7 @@ fn tile(bencher: Bencher, preset: &str) {
 #[divan::bench(args = PRESETS, sample_count = 10)]
 fn hundred_steps(bencher: Bencher, preset: &str) {
     let preset = LearnedPreset::parse(preset).expect("a preset");
-    let samples =
-        Samples::<f32>::new(3, &point_to_point(&Arm::uniform(3), 128, 4.0, 3.0, 1), &[]).expect("good samples");
+    let samples = Samples::<f32>::new(3, &paper_trajectories(128), &[]).expect("good samples");
     let architecture = preset.architecture(3, &layers());
     let options = Options { epochs: 1, threads: Some(2), ..Options::paper() };
     bencher.counter(ItemsCount::new(samples.len())).bench_local(|| {

@@ -1,5 +1,7 @@
 //! Trials on logs of real robots. They are not part of the repository: where they are absent, the tests say so and pass.
 
+#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
+
 use std::path::PathBuf;
 
 use torquescope::arm::Posture;

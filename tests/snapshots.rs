@@ -2,6 +2,8 @@
 //!
 //! `UPDATE_SNAPSHOTS=1 cargo test --test snapshots` draws them anew: look at what changed before you commit it.
 
+#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
+
 mod support;
 
 use egui::Theme;

@@ -8,7 +8,7 @@ use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset,
 use torquescope::network::{Activation, Element, TILE, draw_weights};
 use torquescope::progress::Monitor;
 use torquescope::recording::{JointKind, Trajectory};
-use torquescope::training::benchmark::point_to_point;
+use torquescope::simulation::{Excitation, Scenario, simulate};
 use torquescope::training::effects::{AddedEffect, columns, names};
 use torquescope::training::learn::{Begin, Ending, Outcome, TrainingData, train};
 use torquescope::training::learned::{Checkpoint, LearnedModel};
@@ -161,7 +161,9 @@ fn torque_is_what_the_lagrangian_says_and_energy_balances() {
 }
 
 fn trajectories(count: usize, seed: u64) -> Vec<Trajectory> {
-    point_to_point(&Arm::uniform(2), count, 4.0, 3.0, seed)
+    let motion = Excitation::PaperPointToPoint { trajectories: count, duration: 4.0, samples: 400, range: 3.0 };
+    let scenario = Scenario { arm: Arm::uniform(2), motion, ..Scenario::paper(seed) };
+    simulate(&scenario, &Monitor::new()).unwrap().trajectories
 }
 
 fn samples(count: usize, seed: u64) -> Samples<f32> {
@@ -353,7 +355,7 @@ fn bad_input_is_a_clear_error() {
 
     let mut broken = trajectories(2, 1);
     broken[1].qd[0][7] = f64::NAN;
-    assert!(Samples::<f32>::new(2, &broken, &[]).unwrap_err().to_string().contains("velocity of trajectory `2`"));
+    assert!(Samples::<f32>::new(2, &broken, &[]).unwrap_err().to_string().contains("velocity of trajectory `run 2`"));
     let mut constant = trajectories(2, 1);
     constant.iter_mut().for_each(|t| t.tau[1].fill(3.0));
     let samples = Samples::<f32>::new(2, &constant, &[]).unwrap();

@@ -1,6 +1,7 @@
 //! Measurements that take longer than tests may: rates of right answers on simulated draws.
 
 mod models;
+mod speed;
 mod train;
 
 use clap::{Args, Subcommand};
@@ -184,7 +185,7 @@ fn scenario(effect: Option<&str>, strength: f64, seed: u64, noise: f64) -> Resul
     let mut scenario = Scenario { seed, torque_noise: noise, effects: Vec::new(), ..Scenario::embedded() };
     if let Some(effect) = effect {
         let first = seed as usize % 3;
-        let joints = if seed % 3 == 0 { vec![first, (first + 1) % 3] } else { vec![first] };
+        let joints = if seed.is_multiple_of(3) { vec![first, (first + 1) % 3] } else { vec![first] };
         scenario.effects = scenario.hide_by_strength(effect, &joints, strength)?;
     }
     Ok(scenario)

@@ -132,17 +132,22 @@ pub struct Data {
 impl Files {
     /// A session with the recording, fitted with the default preset where one fits.
     pub fn session(&self) -> anyhow::Result<Session> {
-        open(&self.files, &self.reading)
+        progress::run(open_command(&self.files, &self.reading)?, &Session::default())
     }
 }
 
 impl OptionalData {
+    /// What opens the files, or simulates the embedded recording.
+    pub fn command(&self) -> anyhow::Result<Command> {
+        if self.files.is_empty() {
+            return Ok(Command::Simulate(Box::new(Scenario::embedded())));
+        }
+        open_command(&self.files, &self.reading)
+    }
+
     /// A session with the files, or with the embedded recording.
     pub fn session_or_embedded(&self) -> anyhow::Result<Session> {
-        if self.files.is_empty() {
-            return progress::run(Command::Simulate(Box::new(Scenario::embedded())), &Session::default());
-        }
-        open(&self.files, &self.reading)
+        progress::run(self.command()?, &Session::default())
     }
 }
 
@@ -215,7 +220,7 @@ pub fn read_arm(path: &Path) -> anyhow::Result<Arm> {
     Ok(arm)
 }
 
-fn open(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Session> {
+fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command> {
     let zero = reading.zero.map(|zero| match zero {
         Zero::Down => Posture::DOWN,
         Zero::Right => Posture::RIGHT,
@@ -243,7 +248,7 @@ fn open(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Session> {
             held_out.push(path.to_string_lossy().into_owned());
         }
     }
-    progress::run(Command::Open { paths, options, held_out }, &Session::default())
+    Ok(Command::Open { paths, options, held_out })
 }
 
 #[cfg(test)]

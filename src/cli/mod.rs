@@ -23,6 +23,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::app;
+use crate::session::Session;
 
 /// Finds the physical effect that a robot arm's dynamics model is missing.
 ///
@@ -82,8 +83,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn open_window(data: &data::OptionalData) -> anyhow::Result<()> {
-    let session = data.session_or_embedded()?;
-    app::run_window(session)
+    app::run_window_with(Session::default(), Some(data.command()?))
 }
 
 /// Where a result is written; standard output if not given.

@@ -18,6 +18,7 @@ use crate::training::{self, Ending, TrainError};
 
 /// A change of the session.
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "there is one command at a time, so its size does not matter")]
 pub enum Command {
     /// Reads files as one recording and fits the preset.
     Open {

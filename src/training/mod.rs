@@ -4,7 +4,6 @@
 //! [`data`] (samples, checked) → [`learn`] (a run: [`loss`], [`optimiser`], [`schedule`]) → [`learned::LearnedModel`] → [`predict`]
 //! (torque and components). [`options`] holds the two recipes, the paper's and ours.
 
-pub mod benchmark;
 pub mod data;
 pub mod effects;
 pub mod fit;

@@ -1,9 +1,9 @@
 use clap::Args;
 
+use super::speed::{self, Report, Speed};
 use crate::cli::progress;
 use crate::cli::table::{number, table};
 use crate::network::team::default_threads;
-use crate::training::benchmark::{self, Report};
 
 /// How fast networks are trained, and how soon the structured one is as accurate as the paper's.
 ///
@@ -22,7 +22,7 @@ impl Train {
     /// Measures and prints.
     pub fn run(&self) -> anyhow::Result<()> {
         let threads = self.threads.unwrap_or_else(default_threads);
-        let report = progress::watch("bench train", move |monitor| benchmark::report(threads, monitor))?;
+        let report = progress::watch("bench train", move |monitor| speed::report(threads, monitor))?;
         if self.json {
             println!("{}", serde_json::to_string_pretty(&report)?);
         } else {
@@ -33,7 +33,7 @@ impl Train {
 }
 
 fn text(report: &Report) -> String {
-    let row = |speed: &benchmark::Speed| {
+    let row = |speed: &Speed| {
         vec![
             speed.model.clone(),
             speed.joints.to_string(),

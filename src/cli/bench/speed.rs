@@ -1,25 +1,22 @@
-//! How fast and how accurate training is on this machine: what `bench train` prints and the benches measure.
-//!
-//! The data is the paper's: an arm of three uniform links moves from point to point, its torque in closed form.
+//! How fast training is on this machine, on data of the paper's simulated arm.
 
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::learn::{Begin, TrainingData, train};
-use super::loss::loss_program;
-use super::options::{Options, Recipe};
-use super::schedule::Schedule;
-use super::{Samples, TrainError};
-use crate::arm::{Arm, regressor};
+use crate::arm::Arm;
 use crate::model::learned::{Layers, LearnedPreset};
 use crate::network::kernel::{Factors, Start};
 use crate::network::{Activation, Element, TILE};
 use crate::progress::Monitor;
 use crate::recording::Trajectory;
+use crate::simulation::{Excitation, Scenario, simulate};
+use crate::training::learn::{Begin, TrainingData, train};
+use crate::training::loss::loss_program;
+use crate::training::options::{Options, Recipe};
+use crate::training::schedule::Schedule;
+use crate::training::{Samples, TrainError};
 
 /// What `bench train --json` prints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,43 +66,12 @@ pub struct Accuracy {
 /// nMSE that the paper reports for its structured model on new trajectories.
 pub const PAPER_NMSE: f64 = 8.1e-6;
 
-/// Trajectories of the paper's experiment: each joint moves from a random angle to another within ±`range` rad in `duration` s,
-/// with zero velocity and acceleration at both ends; 400 samples each.
-pub fn point_to_point(arm: &Arm, trajectories: usize, duration: f64, range: f64, seed: u64) -> Vec<Trajectory> {
-    const SAMPLES: usize = 400;
-    let n = arm.joint_count();
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let beta = arm.lumped_parameters();
-    let mut rows = vec![0.0; n * beta.len()];
-    (0..trajectories)
-        .map(|index| {
-            let ends: Vec<(f64, f64)> =
-                (0..n).map(|_| (random.random_range(-range..=range), random.random_range(-range..=range))).collect();
-            let channel = || vec![Vec::with_capacity(SAMPLES); n];
-            let mut made = Trajectory { name: format!("{}", index + 1), ..Trajectory::default() };
-            (made.q, made.qd, made.qdd, made.tau) = (channel(), channel(), channel(), channel());
-            for sample in 0..SAMPLES {
-                let t = duration * sample as f64 / SAMPLES as f64;
-                let turn = std::f64::consts::TAU / duration;
-                let (sin, cos) = (turn * t).sin_cos();
-                let state = |(from, to): &(f64, f64)| {
-                    let speed = (to - from) / duration;
-                    [from + speed * (t - sin / turn), speed * (1.0 - cos), speed * turn * sin]
-                };
-                let states: Vec<[f64; 3]> = ends.iter().map(state).collect();
-                let part = |k: usize| states.iter().map(|state| state[k]).collect::<Vec<f64>>();
-                regressor::fill(arm.posture, arm.gravity, &part(0), &part(1), &part(2), &mut rows);
-                for (joint, row) in rows.chunks_exact(beta.len()).enumerate() {
-                    made.q[joint].push(states[joint][0]);
-                    made.qd[joint].push(states[joint][1]);
-                    made.qdd[joint].push(states[joint][2]);
-                    made.tau[joint].push(row.iter().zip(&beta).map(|(y, b)| y * b).sum());
-                }
-                made.time.push(t);
-            }
-            made
-        })
-        .collect()
+/// Trajectories of the paper's experiment on uniform rods, without noise.
+fn paper_trajectories(joints: usize, count: usize, seed: u64) -> Result<Vec<Trajectory>, TrainError> {
+    let motion = Excitation::PaperPointToPoint { trajectories: count, duration: 4.0, samples: 400, range: 3.0 };
+    let scenario = Scenario { arm: Arm::uniform(joints), motion, ..Scenario::paper(seed) };
+    let recording = simulate(&scenario, &Monitor::new()).map_err(|error| TrainError::Model(error.to_string()))?;
+    Ok(recording.trajectories)
 }
 
 /// CPU time of this process so far, all threads together \[s\]; `None` where the system does not tell.
@@ -149,7 +115,7 @@ pub fn speed(
     batch: usize,
     threads: usize,
 ) -> Result<Speed, TrainError> {
-    let samples = Samples::<f32>::new(joints, &point_to_point(&Arm::uniform(joints), 200, 4.0, 3.0, 1), &[])?;
+    let samples = Samples::<f32>::new(joints, &paper_trajectories(joints, 200, 1)?, &[])?;
     let architecture = preset.architecture(joints, layers);
     let steps_an_epoch = samples.len() / batch;
     let epochs = (3000 / steps_an_epoch).clamp(5, 40) as u64;
@@ -183,9 +149,8 @@ pub fn speed(
 /// # Errors
 /// [`TrainError`] as training.
 pub fn paper_accuracy(threads: usize, seed: u64) -> Result<Accuracy, TrainError> {
-    let arm = Arm::uniform(3);
-    let samples = Samples::<f32>::new(3, &point_to_point(&arm, 200, 4.0, 3.0, 2 * seed + 1), &[])?;
-    let held_out = Samples::<f32>::new(3, &point_to_point(&arm, 10, 4.0, 3.0, 2 * seed + 2), &[])?;
+    let samples = Samples::<f32>::new(3, &paper_trajectories(3, 200, 2 * seed + 1)?, &[])?;
+    let held_out = Samples::<f32>::new(3, &paper_trajectories(3, 10, 2 * seed + 2)?, &[])?;
     let architecture = Recipe::Ours.architecture(LearnedPreset::StructuredDelan, 3, &samples);
     // So short a run bears twice the rate, with a longer warm-up.
     let schedule = Schedule::Cosine { warm_up: 0.2 };
