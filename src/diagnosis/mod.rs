@@ -36,6 +36,10 @@ const CLOSE: f64 = 6.0;
 const NEARLY_AS_MUCH: f64 = 0.05;
 /// Below this confidence the verdict is "ambiguous".
 const SURE: f64 = 0.8;
+/// No finding is given a higher confidence: data alone never make certain.
+const HIGHEST_CONFIDENCE: f64 = 0.99;
+/// The same on joints whose residual is still more than noise: what is left may be what was named in truth. Not calibrated yet.
+const HIGHEST_BESIDE_UNKNOWN: f64 = 0.8;
 
 /// One effect with all joints where it was found.
 struct Named {
@@ -72,8 +76,13 @@ pub fn diagnose(
     let comparison = stated_arm::compare(&search, &fitted.model, recording.stated_arm.as_ref(), &absorbed);
     let named = name_effects(&search, &comparison, recording);
     monitor.report(0.8, "adding what was found, step by step")?;
-    let (effects, last, last_fitted) = measure_steps(&named, fitted, &before, recording, split, &design, monitor)?;
+    let (mut effects, last, last_fitted) = measure_steps(&named, fitted, &before, recording, split, &design, monitor)?;
     let unexplained = remainder::joints_with_structure(recording, split, &last);
+    for effect in &mut effects {
+        let beside_unknown = effect.joints.iter().any(|joint| unexplained.contains(joint));
+        let highest = if beside_unknown { HIGHEST_BESIDE_UNKNOWN } else { HIGHEST_CONFIDENCE };
+        effect.confidence = effect.confidence.min(highest);
+    }
     let verdict = if effects.iter().any(|effect| effect.confidence < SURE && !effect.alternatives.is_empty()) {
         Verdict::Ambiguous
     } else if !effects.is_empty() {
