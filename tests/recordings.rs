@@ -113,7 +113,9 @@ fn a_real_double_pendulum_reads_at_once_and_without_alarm() {
     assert_eq!(mapping.q, ["pos_meas1", "pos_meas2"]);
     assert_eq!(mapping.tau, ["tau_meas1", "tau_meas2"]);
     assert_eq!(recording.provenance.velocity, Origin::Measured);
-    assert!(matches!(&recording.provenance.acceleration, Origin::Derived(how) if how.contains("cut-off 6 to 6.185 Hz")));
+    assert!(
+        matches!(&recording.provenance.acceleration, Origin::Derived(how) if how.contains("cut-off 6 to 6.185 Hz"))
+    );
     assert_eq!(recording.posture, Some(Posture::DOWN));
     for finding in &findings {
         println!("{:?}: {finding}", finding.severity);
@@ -298,7 +300,9 @@ fn what_is_missing_is_derived_and_its_provenance_says_how() {
     let slow = ReadOptions { low_pass_hz: Some(3.5), ..ReadOptions::default() };
     let import = read_bytes("log.csv", &bytes, &slow).unwrap();
     assert_eq!(import.recording.provenance.velocity, Origin::Measured);
-    assert!(matches!(&import.recording.provenance.acceleration, Origin::Derived(how) if how.contains("cut-off 3.5 Hz")));
+    assert!(
+        matches!(&import.recording.provenance.acceleration, Origin::Derived(how) if how.contains("cut-off 3.5 Hz"))
+    );
     let by_rate = ReadOptions { rate_hz: Some(50.0), ..options("time=-") };
     let import = read_bytes("log.csv", &bytes, &by_rate).unwrap();
     let time = &import.recording.trajectories[0].time;

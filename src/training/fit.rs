@@ -142,7 +142,8 @@ pub fn fit(
     let architecture = architecture(model, &effects, recording.joint_count(), plan.recipe, &train_samples)?;
     let data = TrainingData { train: &train_samples, held_out: held_out.as_ref() };
     let begin = before.and_then(networks).map_or(Begin::Fresh, Begin::Warm);
-    let Outcome { model: learned, ending, history, .. } = train(&architecture, &plan.options, data, begin, monitor, watch)?;
+    let Outcome { model: learned, ending, history, .. } =
+        train(&architecture, &plan.options, data, begin, monitor, watch)?;
     if history.is_empty()
         && let Ending::Stopped(reason) = &ending
     {
