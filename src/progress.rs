@@ -5,7 +5,7 @@
 //! is not its concern.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 /// The work was asked to stop; nothing that it had begun is kept.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -32,6 +32,10 @@ pub struct Monitor(Arc<Line>);
 struct Line {
     progress: Mutex<Progress>,
     stop_asked: AtomicBool,
+    /// Looked at in inner loops; `paused` is what a pause waits on.
+    pause_asked: AtomicBool,
+    paused: Mutex<bool>,
+    changed: Condvar,
     reason: Mutex<String>,
     on_report: Option<Box<dyn Fn() + Send + Sync>>,
 }
@@ -66,11 +70,15 @@ impl Monitor {
         Ok(())
     }
 
-    /// [`Stopped`] once a stop was asked for; cheap enough for inner loops.
+    /// [`Stopped`] once a stop was asked for; cheap enough for inner loops. Returns only when the work is not paused.
     ///
     /// # Errors
     /// [`Stopped`] once a stop was asked for.
     pub fn check(&self) -> Result<(), Stopped> {
+        if self.0.pause_asked.load(Ordering::Relaxed) {
+            let paused = self.0.paused.lock().unwrap_or_else(PoisonError::into_inner);
+            drop(self.0.changed.wait_while(paused, |paused| *paused));
+        }
         if self.0.stop_asked.load(Ordering::Relaxed) {
             let reason = self.0.reason.lock().unwrap_or_else(PoisonError::into_inner).clone();
             return Err(Stopped { reason });
@@ -82,6 +90,20 @@ impl Monitor {
     pub fn stop(&self, reason: &str) {
         reason.clone_into(&mut self.0.reason.lock().unwrap_or_else(PoisonError::into_inner));
         self.0.stop_asked.store(true, Ordering::Relaxed);
+        // Paused work has to go on to its end.
+        self.pause(false);
+    }
+
+    /// Lets the work wait at its next report, or go on.
+    pub fn pause(&self, paused: bool) {
+        *self.0.paused.lock().unwrap_or_else(PoisonError::into_inner) = paused;
+        self.0.pause_asked.store(paused, Ordering::Relaxed);
+        self.0.changed.notify_all();
+    }
+
+    /// Whether the work waits.
+    pub fn is_paused(&self) -> bool {
+        self.0.pause_asked.load(Ordering::Relaxed)
     }
 
     /// The newest report.

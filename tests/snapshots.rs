@@ -8,7 +8,7 @@ mod support;
 
 use egui::Theme;
 use egui_kittest::{SnapshotOptions, SnapshotResults};
-use support::{demonstration, diagnosed, repaired, run, settle, window};
+use support::{demonstration, diagnosed, repaired, run, settle, trained, window};
 use torquescope::app::{Order, Screen};
 use torquescope::session::{Command, Session};
 
@@ -23,6 +23,9 @@ fn every_screen_looks_as_it_did() {
     let nothing_left = run(Command::Diagnose, &repaired());
     let scenes = [
         ("data", Screen::Data, demonstration()),
+        ("train", Screen::Train, trained()),
+        ("train-unasked", Screen::Train, demonstration()),
+        ("diagnose-trained", Screen::Diagnose, trained()),
         ("compare", Screen::Compare, demonstration()),
         ("residuals", Screen::Residuals, demonstration()),
         ("diagnose", Screen::Diagnose, diagnosed()),

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use egui::{Key, Modifiers, Role, Theme};
 use egui_kittest::kittest::{NodeT, Queryable};
-use support::{Window, demonstration, diagnosed, run, settle, window};
+use support::{Window, demonstration, diagnosed, run, settle, short_plan, small, trained, window};
 use torquescope::app::{Order, Screen};
 use torquescope::session::{Command, Session};
 use torquescope::simulation::{Excitation, Scenario};
@@ -156,11 +156,99 @@ fn a_mystery_is_drawn() {
     assert_eq!(window.state().session().recording.as_ref().unwrap().name, "mystery 7");
 }
 
+/// Types a number into a field, as a user would: Tab to it, type, Enter.
+fn enter(window: &mut Window, field: &str, number: &str) {
+    window.get_by_role_and_label(Role::SpinButton, field).focus();
+    window.run_steps(2);
+    window.event(egui::Event::Text(number.to_owned()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+}
+
+fn is_enabled(window: &Window, button: &str) -> bool {
+    !window.get_by_role_and_label(Role::Button, button).accesskit_node().is_disabled()
+}
+
+/// Steps until the running training has an epoch.
+fn wait_for_an_epoch(window: &mut Window) {
+    let begin = std::time::Instant::now();
+    while window.query_by_label("samples/s").is_none() {
+        assert!(begin.elapsed().as_secs() < 30, "no epoch is done");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        window.step();
+    }
+}
+
+#[test]
+fn networks_are_trained_by_clicks() {
+    let session = Session { plan: short_plan(50), ..small() };
+    let mut window = window(session, Screen::Train, Theme::Dark);
+    assert!(window.query_by_label_contains("solved for at once, not trained").is_some());
+    window.get_by_role_and_label(Role::RadioButton, "structured DeLaN").click();
+    window.run_steps(2);
+    assert!(!is_enabled(&window, "Train on"), "there is nothing to go on from");
+    enter(&mut window, "Epochs", "0");
+    assert!(window.query_by_label_contains("the number of epochs is 0, but must be at least 1").is_some());
+    assert!(!is_enabled(&window, "Start training"));
+    enter(&mut window, "Epochs", "3");
+    click(&mut window, "Start training");
+    assert!(
+        window.query_by_label("plot of errors").is_some() && window.query_by_label("plot of learning rate").is_some()
+    );
+    assert!(window.query_by_label_contains("All 3 epochs are done").is_some());
+    let first = window.state().session().current().unwrap().clone();
+    assert_eq!(first.history.len(), 3);
+    click(&mut window, "Train on");
+    let second = window.state().session().current().unwrap().clone();
+    assert!(second.history[0].loss < 0.5 * first.history[0].loss, "it begins where the first run ended");
+    assert_eq!(window.state().session().ladder.len(), 1);
+    click(&mut window, "Undo");
+    click(&mut window, "Undo");
+    assert!(!window.state().session().current().unwrap().fitted.model.is_learned());
+    assert!(window.query_by_label_contains("It is the current model").is_some(), "the panel follows");
+}
+
+#[test]
+fn a_long_training_is_paused_thrown_away_and_kept() {
+    let mut window = window(Session { plan: short_plan(1_000_000), ..small() }, Screen::Train, Theme::Light);
+    window.get_by_role_and_label(Role::RadioButton, "FF-NN").click();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::Button, "Start training").click();
+    wait_for_an_epoch(&mut window);
+    assert!(!is_enabled(&window, "Start training"));
+    window.get_by_role_and_label(Role::Button, "Pause").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("Paused").is_some());
+    window.get_by_role_and_label(Role::Button, "Throw away").click();
+    settle(&mut window);
+    assert!(!window.state().session().current().unwrap().fitted.model.is_learned());
+    window.get_by_role_and_label(Role::Button, "Start training").click();
+    window.run_steps(2);
+    wait_for_an_epoch(&mut window);
+    window.get_by_role_and_label(Role::Button, "Stop and keep the best").click();
+    settle(&mut window);
+    let step = window.state().session().current().unwrap().clone();
+    assert!(step.fitted.model.is_learned() && !step.history.is_empty() && step.history.len() < 1_000_000);
+    assert!(window.query_by_label_contains("because you asked for it").is_some());
+}
+
+/// A trained model can't be diagnosed; the screen says so and leads on.
+#[test]
+fn a_trained_model_leads_to_a_diagnosis() {
+    let mut window = window(trained(), Screen::Ladder, Theme::Dark);
+    click(&mut window, "Diagnose again");
+    assert_eq!(window.state().screen(), Screen::Diagnose);
+    click(&mut window, "Start from the rigid body");
+    click(&mut window, "Diagnose");
+    assert!(window.state().session().report.is_some());
+}
+
 /// What a screen reader would announce as a control has a name, on every screen.
 #[test]
 fn every_control_has_a_name() {
     let opened = run(Command::OpenSeal, &support::repaired());
-    let sessions = [Session::default(), demonstration(), diagnosed(), opened];
+    let sessions = [Session::default(), demonstration(), diagnosed(), opened, trained()];
     for (number, session) in sessions.into_iter().enumerate() {
         for screen in Screen::ALL {
             let window = window(session.clone(), screen, Theme::Light);
@@ -168,7 +256,13 @@ fn every_control_has_a_name() {
                 let node = node.accesskit_node();
                 let is_control = matches!(
                     node.role(),
-                    Role::Button | Role::CheckBox | Role::Slider | Role::SpinButton | Role::TextInput | Role::ComboBox
+                    Role::Button
+                        | Role::RadioButton
+                        | Role::CheckBox
+                        | Role::Slider
+                        | Role::SpinButton
+                        | Role::TextInput
+                        | Role::ComboBox
                 );
                 is_control
                     && node.label().is_none_or(|name| name.trim().is_empty())

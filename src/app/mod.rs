@@ -22,9 +22,9 @@ pub use headless::{ScreenshotOptions, screenshot};
 pub use screens::Screen;
 pub use state::{Order, State};
 
-use crate::session::{Command, History, Session};
+use crate::session::{Command, Curve, History, Session};
 use crate::work::{Job, Outcome};
-use state::{Notice, Tone};
+use state::{Busy, Notice, Tone};
 
 /// A file dialog that answers "nothing chosen" faster than this was never shown.
 const FASTEST_CANCEL: Duration = Duration::from_millis(400);
@@ -42,6 +42,10 @@ pub struct TorquescopeApp {
 struct Running {
     job: Job<Session>,
     command: Command,
+    /// The epochs of its training, if it is one.
+    curve: Option<Curve>,
+    /// Whether it was asked to end with what it has.
+    finishing: bool,
 }
 
 /// Opens the window on a session and returns when it is closed.
@@ -80,13 +84,9 @@ pub fn run_window_with(session: Session, first: Option<Command>) -> anyhow::Resu
 impl TorquescopeApp {
     /// The window on this session, at the first screen. The context needs [`theme::install`] first.
     pub fn new(session: Session) -> Self {
-        TorquescopeApp {
-            history: History::new(session),
-            state: State::default(),
-            running: None,
-            dialog: None,
-            orders: Vec::new(),
-        }
+        let mut state = State::default();
+        state.follow(&Session::default(), &session);
+        TorquescopeApp { history: History::new(session), state, running: None, dialog: None, orders: Vec::new() }
     }
 
     /// The document as it is.
@@ -131,7 +131,13 @@ impl TorquescopeApp {
 
     /// Draws everything.
     pub fn draw(&mut self, ui: &mut egui::Ui) {
-        let busy = self.running.as_ref().map(|running| (running.job.name().to_owned(), running.job.progress()));
+        let busy = self.running.as_ref().map(|running| Busy {
+            name: running.job.name().to_owned(),
+            progress: running.job.progress(),
+            paused: running.job.is_paused(),
+            finishing: running.finishing,
+            epochs: running.curve.as_ref().map(Curve::epochs),
+        });
         let session = self.history.current().clone();
         let mut desk = state::Desk {
             session: &session,
@@ -159,6 +165,17 @@ impl TorquescopeApp {
                 }
                 self.poll_job();
             }
+            Order::Finish => {
+                if let Some(running) = &mut self.running {
+                    running.job.finish("you asked for it");
+                    running.finishing = true;
+                }
+            }
+            Order::Pause(paused) => {
+                if let Some(running) = &self.running {
+                    running.job.pause(paused);
+                }
+            }
             Order::ToggleTheme => {
                 let dark = ctx.theme() == egui::Theme::Dark;
                 ctx.set_theme(if dark { egui::Theme::Light } else { egui::Theme::Dark });
@@ -174,10 +191,11 @@ impl TorquescopeApp {
 
     /// Undo or redo; looks at another recording from its beginning.
     fn travel(&mut self, step: fn(&mut History)) {
-        let before = self.history.current().recording.clone();
+        let before = self.history.current().clone();
         step(&mut self.history);
         self.state.data_changed();
-        let same = match (&before, &self.history.current().recording) {
+        self.state.follow(&before, self.history.current());
+        let same = match (&before.recording, &self.history.current().recording) {
             (Some(before), Some(after)) => Arc::ptr_eq(before, after),
             (None, None) => true,
             _ => false,
@@ -202,10 +220,13 @@ impl TorquescopeApp {
             }
             return;
         }
+        // A curve of its own for each run: a run that was stopped may still add an epoch to its own.
+        let session = Session { curve: Curve::default(), ..session };
+        let curve = command.trains(&session).then(|| session.curve.clone());
         let (context, work) = (ctx.clone(), command.clone());
         let wake = move || context.request_repaint();
         let job = Job::spawn(command.title(), wake, move |monitor| work.run(&session, monitor));
-        self.running = Some(Running { job, command });
+        self.running = Some(Running { job, command, curve, finishing: false });
     }
 
     fn poll_job(&mut self) {
@@ -230,6 +251,7 @@ impl TorquescopeApp {
     fn accept(&mut self, session: Session, command: &Command) {
         let failures_outlived = |notice: &Notice| notice.tone != Tone::Info;
         self.state.notices.retain(failures_outlived);
+        self.state.follow(self.history.current(), &session);
         self.history.push(session, &command.title());
         self.state.data_changed();
         match command {
@@ -242,6 +264,7 @@ impl TorquescopeApp {
             Command::Diagnose => self.state.screen = Screen::Diagnose,
             Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
             Command::ChoosePreset(_)
+            | Command::TrainPreset { .. }
             | Command::Train { .. }
             | Command::UseModel { .. }
             | Command::GoTo { .. }

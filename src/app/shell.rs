@@ -7,7 +7,7 @@ use egui::{
 
 use super::plot::ticks::percent;
 use super::screens::{self, Screen};
-use super::state::{Desk, Order, Tone};
+use super::state::{Busy, Desk, Order, Tone};
 use super::theme::{BODY, GAP, GROUP, Palette, SMALL};
 use super::widgets;
 
@@ -32,7 +32,7 @@ pub fn shortcuts(ctx: &egui::Context) -> Vec<Order> {
     ];
     // While text is typed, undo is the text's own.
     let typing = ctx.text_edit_focused();
-    let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
+    let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6];
     ctx.input_mut(|input| {
         for (shortcut, order) in general {
             if !typing && input.consume_shortcut(&shortcut) {
@@ -145,7 +145,7 @@ fn status_bar(ui: &mut Ui, desk: &mut Desk) {
             ui.label(small(format!("held-out error by joint (nMSE): {}", errors.join(" · "))));
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let Some((name, progress)) = desk.busy else {
+            let Some(Busy { name, progress, paused, .. }) = desk.busy else {
                 ui.label(small("ready".into()));
                 return;
             };
@@ -153,8 +153,8 @@ fn status_bar(ui: &mut Ui, desk: &mut Desk) {
                 desk.orders.push(Order::Stop);
             }
             ui.add(ProgressBar::new(progress.fraction).desired_width(160.0).desired_height(8.0));
-            let activity =
-                if progress.activity.is_empty() { name.clone() } else { format!("{name}: {}", progress.activity) };
+            let name = if *paused { format!("paused: {name}") } else { name.clone() };
+            let activity = if progress.activity.is_empty() { name } else { format!("{name}: {}", progress.activity) };
             ui.add(egui::Label::new(RichText::new(activity).size(SMALL).color(palette.text)).truncate());
         });
     });

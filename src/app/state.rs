@@ -7,10 +7,13 @@ use std::sync::{Arc, Weak};
 use super::plot::{Decimator, Window};
 use super::screens::{Screen, residuals::Scatter};
 use crate::effect::Axis;
+use crate::model::Preset;
 use crate::progress::Progress;
 use crate::recording::read::ReadOptions;
 use crate::recording::{PerJoint, Recording};
 use crate::session::{Command, Session};
+use crate::training::Epoch;
+use crate::training::fit::Plan;
 
 /// What a click asks for; carried out before the next frame.
 #[derive(Debug, Clone)]
@@ -23,8 +26,12 @@ pub enum Order {
     Undo,
     /// Do it again.
     Redo,
-    /// Stop the running job.
+    /// Stop the running job; nothing of it is kept.
     Stop,
+    /// Let the running job end with what it has.
+    Finish,
+    /// Let the running job wait, or go on.
+    Pause(bool),
     /// Between light and dark.
     ToggleTheme,
     /// Let the user choose files.
@@ -78,6 +85,16 @@ pub(super) struct Wish {
     pub noise_percent: f64,
 }
 
+/// What to train and how, as set in the panel.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Training {
+    pub preset: Preset,
+    pub plan: Plan,
+    pub window: Window,
+    /// The epoch whose values are shown.
+    pub cursor: Option<f64>,
+}
+
 /// Key of a scatter plot: joint, state, held out or not.
 pub(super) type ScatterKey = (usize, Axis, bool);
 
@@ -103,6 +120,7 @@ pub struct State {
     /// How recordings were opened, to open them again in another way.
     opened: Vec<(Weak<Recording>, Command)>,
     pub(super) wish: Wish,
+    pub(super) training: Training,
     pub(super) notices: Vec<Notice>,
     pub(super) decimator: Decimator,
     residuals: HashMap<usize, Arc<PerJoint>>,
@@ -131,6 +149,7 @@ impl Default for State {
                 strength_percent: 10.0,
                 noise_percent: 2.0,
             },
+            training: Training::default(),
             notices: Vec::new(),
             decimator: Decimator::default(),
             residuals: HashMap::new(),
@@ -164,6 +183,17 @@ impl State {
     pub(super) fn opened(&self, session: &Session) -> Option<Command> {
         let current = Arc::downgrade(session.recording.as_ref()?);
         self.opened.iter().find(|(recording, _)| recording.ptr_eq(&current)).map(|(_, command)| command.clone())
+    }
+
+    /// What the panel of training says follows the session where that changed; what was only set there stays.
+    pub(super) fn follow(&mut self, before: &Session, after: &Session) {
+        if before.preset != after.preset {
+            self.training.preset = after.preset;
+        }
+        if before.plan != after.plan {
+            self.training.plan = after.plan.clone();
+        }
+        (self.training.window, self.training.cursor) = (Window::default(), None);
     }
 
     /// Looks at the beginning of another recording.
@@ -209,12 +239,23 @@ impl State {
     }
 }
 
+/// The running job, as this frame shows it.
+pub(super) struct Busy {
+    pub name: String,
+    pub progress: Progress,
+    pub paused: bool,
+    /// Whether it was asked to end with what it has.
+    pub finishing: bool,
+    /// The epochs so far, if networks are trained.
+    pub epochs: Option<Vec<Epoch>>,
+}
+
 /// What a screen works with: it reads the session and gives orders.
 pub struct Desk<'a> {
     pub(super) session: &'a Session,
     pub(super) state: &'a mut State,
     pub(super) orders: &'a mut Vec<Order>,
-    pub(super) busy: Option<&'a (String, Progress)>,
+    pub(super) busy: Option<&'a Busy>,
     pub(super) undo: Option<&'a str>,
     pub(super) redo: Option<&'a str>,
 }

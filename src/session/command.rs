@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::{Session, Step};
 use crate::diagnosis;
 use crate::effect::{Scope, registry};
+use crate::model::learned::LearnedPreset;
 use crate::model::{self, Evaluation, Fitted, Model, ModelError, Preset, Term};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::joints_text;
@@ -33,6 +34,13 @@ pub enum Command {
     Simulate(Box<Scenario>),
     /// Starts the ladder anew from another preset.
     ChoosePreset(Preset),
+    /// Starts the ladder anew from a model with networks, trained by this plan.
+    TrainPreset {
+        /// Which.
+        preset: LearnedPreset,
+        /// How.
+        plan: Box<Plan>,
+    },
     /// Trains the current model anew, or on from where it is, by another plan.
     Train {
         /// How.
@@ -80,7 +88,7 @@ pub enum SessionError {
     )]
     NothingToTrain,
     /// The run could not go on.
-    #[error("training ended: {0}. Choose a lower learning rate, or look for faults in the data")]
+    #[error("training ended: {0}. If that does not help, look for faults in the data")]
     TrainingFailed(String),
     /// The recording has no seal.
     #[error("this recording has no sealed truth: only simulated recordings have one")]
@@ -166,6 +174,10 @@ impl Command {
                 let step = step(preset.description().to_owned(), preset.model(recording)?, None, session, monitor)?;
                 Ok(Session { preset: *preset, ladder: vec![step], report: None, ..session.clone() })
             }
+            Command::TrainPreset { preset, plan } => {
+                let planned = Session { plan: plan.as_ref().clone(), ..session.clone() };
+                Command::ChoosePreset(Preset::Learned(*preset)).run(&planned, monitor)
+            }
             Command::Train { plan, warm } => {
                 let current = session.current().ok_or(SessionError::NoModel)?;
                 if !current.fitted.model.is_learned() {
@@ -218,12 +230,24 @@ impl Command {
             }
             Command::Simulate(_) => "simulate a recording".to_owned(),
             Command::ChoosePreset(preset) => format!("start from {}", preset.id()),
+            Command::TrainPreset { preset, .. } => format!("train {}", preset.id()),
             Command::Train { warm, .. } => if *warm { "train on" } else { "train anew" }.to_owned(),
             Command::UseModel { title, .. } => format!("start from {title}"),
             Command::Diagnose => "diagnose".to_owned(),
             Command::AddEffect { effect, joints } => format!("add {}", effect_text(effect, joints)),
             Command::GoTo { step } => format!("go back to step {}", step + 1),
             Command::OpenSeal => "open the seal".to_owned(),
+        }
+    }
+
+    /// Whether it trains networks, which [`Session::curve`] then tells of.
+    pub fn trains(&self, session: &Session) -> bool {
+        match self {
+            Command::ChoosePreset(preset) => matches!(preset, Preset::Learned(_)),
+            Command::TrainPreset { .. } | Command::Train { .. } => true,
+            Command::UseModel { model, .. } => model.is_learned(),
+            Command::AddEffect { .. } => session.current().is_some_and(|step| step.fitted.model.is_learned()),
+            _ => false,
         }
     }
 
@@ -257,7 +281,7 @@ fn step(
     monitor: &Monitor,
 ) -> Result<Arc<Step>, SessionError> {
     let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
-    let (fitted, history) = if model.is_learned() {
+    let (fitted, history, ending) = if model.is_learned() {
         let curve = session.curve.clone();
         let trained =
             training::fit::fit(&model, recording, &session.split, &session.plan, before, monitor, &mut |epoch| {
@@ -266,12 +290,12 @@ fn step(
         if let Ending::Failed(reason) = &trained.ending {
             return Err(SessionError::TrainingFailed(reason.clone()));
         }
-        (trained.fitted, trained.history)
+        (trained.fitted, trained.history, Some(trained.ending))
     } else {
-        (model::fit(&model, recording, &session.split, monitor)?, Vec::new())
+        (model::fit(&model, recording, &session.split, monitor)?, Vec::new(), None)
     };
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    Ok(Arc::new(Step { title, fitted, evaluation, history }))
+    Ok(Arc::new(Step { title, fitted, evaluation, history, ending }))
 }
 
 fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {

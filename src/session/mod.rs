@@ -18,8 +18,8 @@ use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
 use crate::recording::seal::Truth;
 use crate::recording::split::Split;
-use crate::training::Epoch;
 use crate::training::fit::Plan;
+use crate::training::{Ending, Epoch};
 
 /// The document.
 #[derive(Debug, Clone, Default)]
@@ -58,6 +58,8 @@ pub struct Step {
     pub evaluation: Evaluation,
     /// The epochs of its training; empty if it was identified by least squares.
     pub history: Vec<Epoch>,
+    /// How its training ended; `None` if it was identified by least squares.
+    pub ending: Option<Ending>,
 }
 
 /// Epochs that running training adds and a window reads: all copies share one list.

@@ -99,7 +99,7 @@ pub struct Outcome {
     pub checkpoint: Checkpoint,
 }
 
-/// Trains a model. `watch` hears of every epoch; a run pauses for as long as `watch` does not return.
+/// Trains a model. `watch` hears of every epoch.
 ///
 /// A stop, a loss that is not a number or explodes and a gradient that is exactly zero end the run with the best weights so
 /// far and a reason in [`Outcome::ending`].
@@ -357,6 +357,7 @@ struct Run<'e, 'a, E: Element> {
     best: Buffer<E>,
     history: Vec<Epoch>,
     began: Instant,
+    epoch_began: Instant,
     last_report: Instant,
     /// Seconds that earlier parts of the run took.
     before_s: f64,
@@ -376,6 +377,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             best,
             history: Vec::new(),
             began: now,
+            epoch_began: now,
             last_report: now,
             before_s: 0.0,
         };
@@ -394,7 +396,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         let (epochs, batch, samples) = (engine.options.epochs, engine.options.batch, engine.data.train.len());
         let batches = samples / batch;
         while self.epoch < epochs {
-            let epoch_began = Instant::now();
+            self.epoch_began = Instant::now();
             write(&engine.step).order = data::order(samples, engine.options.seed, self.epoch);
             // A resumed run goes on in the middle of its epoch.
             let first = (self.step - self.epoch * batches as u64) as usize;
@@ -403,12 +405,18 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
                     Ok(loss) => self.epoch_loss += loss / batches as f64,
                     Err(reason) => return Ending::Failed(reason),
                 }
-                if let Err(stopped) = self.report(monitor, (index + 1) as f64 / batches as f64) {
+                let asked = Instant::now();
+                let answer = self.report(monitor, (index + 1) as f64 / batches as f64);
+                // A pause is no time of training.
+                let waited = asked.elapsed();
+                self.began += waited;
+                self.epoch_began += waited;
+                if let Err(stopped) = answer {
                     return Ending::Stopped(stopped.reason);
                 }
             }
             self.epoch += 1;
-            let samples_per_s = ((batches - first) * batch) as f64 / epoch_began.elapsed().as_secs_f64();
+            let samples_per_s = ((batches - first) * batch) as f64 / self.epoch_began.elapsed().as_secs_f64();
             let epoch = self.close_epoch(team, samples_per_s);
             watch(&epoch);
             if epoch.held_out.is_some_and(|error| engine.options.goal.is_some_and(|goal| error <= goal)) {
@@ -433,12 +441,10 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         let limit = EXPLOSION * *self.first_loss.get_or_insert(loss);
         let at = format!("in epoch {}", self.epoch + 1);
         if !loss.is_finite() {
-            return Err(format!(
-                "the loss is not a number {at}: choose a smaller learning rate; the best weights are kept"
-            ));
+            return Err(format!("the loss is not a number {at}: choose a smaller learning rate"));
         }
         if loss > limit {
-            return Err(format!("the loss explodes {at}: choose a smaller learning rate; the best weights are kept"));
+            return Err(format!("the loss explodes {at}: choose a smaller learning rate"));
         }
         if first == 0 && engine.groups.iter().all(|group| read(group).gradient.iter().all(|slope| *slope == E::ZERO)) {
             return Err(format!(

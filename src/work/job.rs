@@ -87,6 +87,16 @@ impl<T: Send + 'static> Job<T> {
         self.monitor.stop(reason);
     }
 
+    /// Lets the work wait at its next report, or go on.
+    pub fn pause(&self, paused: bool) {
+        self.monitor.pause(paused);
+    }
+
+    /// Whether the work waits.
+    pub fn is_paused(&self) -> bool {
+        self.monitor.is_paused()
+    }
+
     /// What it does, in words for people.
     pub fn name(&self) -> &str {
         &self.name
@@ -163,6 +173,41 @@ mod tests {
         job.stop("the user pressed Stop");
         assert_eq!(job.poll(), Some(Outcome::Stopped("the user pressed Stop".into())));
         assert!(begin.elapsed() < Duration::from_millis(200));
+    }
+
+    #[test]
+    fn paused_work_waits_until_it_goes_on_or_is_stopped() {
+        let steps = Arc::new(AtomicUsize::new(0));
+        let count = Arc::clone(&steps);
+        let mut job = Job::spawn(
+            "counting",
+            || (),
+            move |monitor| {
+                while monitor.check().is_ok() {
+                    count.fetch_add(1, Ordering::SeqCst);
+                    thread::sleep(Duration::from_millis(1));
+                }
+                Ok::<_, String>(count.load(Ordering::SeqCst))
+            },
+        );
+        let wait_for = |steps_then: usize| {
+            let begin = Instant::now();
+            while steps.load(Ordering::SeqCst) < steps_then {
+                assert!(begin.elapsed() < Duration::from_secs(10), "the work does not go on");
+                thread::sleep(Duration::from_millis(1));
+            }
+        };
+        wait_for(1);
+        job.pause(true);
+        thread::sleep(Duration::from_millis(50));
+        let at_rest = steps.load(Ordering::SeqCst);
+        thread::sleep(Duration::from_millis(50));
+        assert!(job.is_paused() && steps.load(Ordering::SeqCst) == at_rest);
+        job.pause(false);
+        wait_for(at_rest + 2);
+        job.pause(true);
+        job.finish("enough");
+        assert!(matches!(outcome(&mut job), Outcome::Done(_)), "a finish ends the pause too");
     }
 
     #[test]

@@ -9,9 +9,12 @@ use egui::TexturesDelta;
 use egui_kittest::{Harness, TestRenderer};
 use torquescope::app::raster::Raster;
 use torquescope::app::{Screen, TorquescopeApp, theme};
+use torquescope::arm::Arm;
+use torquescope::model::learned::LearnedPreset;
 use torquescope::progress::Monitor;
 use torquescope::session::{Command, Session};
-use torquescope::simulation::Scenario;
+use torquescope::simulation::{Excitation, Scenario};
+use torquescope::training::fit::Plan;
 
 /// The window under test.
 pub type Window = Harness<'static, TorquescopeApp>;
@@ -72,6 +75,38 @@ pub fn demonstration() -> Session {
 /// The session after a command.
 pub fn run(command: Command, session: &Session) -> Session {
     command.run(session, &Monitor::new()).expect("the command works")
+}
+
+/// A plan that takes a moment.
+pub fn short_plan(epochs: u64) -> Plan {
+    let mut plan = Plan::default();
+    (plan.options.epochs, plan.options.batch) = (epochs, 64);
+    plan
+}
+
+/// A small arm with friction, with its rigid body; made once.
+pub fn small() -> Session {
+    static SESSION: OnceLock<Session> = OnceLock::new();
+    let simulated = || {
+        let motion = Excitation::PaperPointToPoint { trajectories: 12, duration: 4.0, samples: 100, range: 2.0 };
+        let scenario = Scenario {
+            name: "small arm".into(),
+            arm: Arm::uniform(2),
+            motion,
+            effects: Vec::new(),
+            ..Scenario::embedded()
+        };
+        run(Command::Simulate(Box::new(scenario)), &Session::default())
+    };
+    SESSION.get_or_init(simulated).clone()
+}
+
+/// The small arm with a structured DeLaN; made once.
+pub fn trained() -> Session {
+    static SESSION: OnceLock<Session> = OnceLock::new();
+    let plan = Box::new(short_plan(24));
+    let train = Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan };
+    SESSION.get_or_init(|| run(train, &small())).clone()
 }
 
 /// The demonstration arm, diagnosed.

@@ -64,6 +64,7 @@ pub struct Chart<'a> {
     shades: Vec<[f64; 2]>,
     bands: Vec<(&'a [[f64; 3]], Color32)>,
     ticks_shown: bool,
+    logarithmic: bool,
     cursor: Option<&'a mut Option<f64>>,
 }
 
@@ -83,6 +84,7 @@ impl<'a> Chart<'a> {
             shades: Vec::new(),
             bands: Vec::new(),
             ticks_shown: true,
+            logarithmic: false,
             cursor: None,
         }
     }
@@ -96,6 +98,12 @@ impl<'a> Chart<'a> {
     /// Draws no numbers under the plot, because the chart below it does.
     pub fn without_ticks(mut self) -> Self {
         self.ticks_shown = false;
+        self
+    }
+
+    /// Says that all values are decimal logarithms, of which axis and legend show the numbers.
+    pub fn logarithmic(mut self) -> Self {
+        self.logarithmic = true;
         self
     }
 
@@ -158,7 +166,7 @@ impl<'a> Chart<'a> {
         let palette = Palette::in_ui(ui);
         let (outer, response) =
             ui.allocate_exact_size(vec2(ui.available_width(), self.height), Sense::click_and_drag());
-        let spoken = format!("plot of {} [{}]", self.title, self.unit);
+        let spoken = format!("plot of {}", with_unit(&self.title, self.unit));
         response.widget_info(|| WidgetInfo::labeled(egui::Role::GraphicsObject, true, &spoken));
         let bottom = if self.ticks_shown { TICKS } else { 4.0 } + if self.x_label.is_empty() { 0.0 } else { LABEL };
         let plot = Rect::from_min_max(outer.min + vec2(LEFT, TOP), outer.max - vec2(8.0, bottom));
@@ -302,10 +310,20 @@ impl<'a> Chart<'a> {
         let font = FontId::proportional(SMALL - 0.5);
         let plot = place.plot;
         let line = Stroke::new(1.0, palette.grid);
-        let y_ticks = ticks::linear(place.y_range, (plot.height() / 15.0).clamp(3.0, 8.0) as usize);
-        for (tick, text) in y_ticks.iter().zip(ticks::labels(&y_ticks)) {
-            let y = place.y(*tick).round() + 0.5;
-            painter.hline(plot.x_range(), y, if *tick == 0.0 { Stroke::new(1.0, palette.border) } else { line });
+        let count = (plot.height() / 15.0).clamp(3.0, 8.0) as usize;
+        let y_ticks = if self.logarithmic {
+            ticks::logarithmic(place.y_range, count)
+        } else {
+            let ticks = ticks::linear(place.y_range, count);
+            ticks.iter().copied().zip(ticks::labels(&ticks)).collect()
+        };
+        for (tick, text) in y_ticks {
+            let y = place.y(tick).round() + 0.5;
+            painter.hline(
+                plot.x_range(),
+                y,
+                if tick == 0.0 && !self.logarithmic { Stroke::new(1.0, palette.border) } else { line },
+            );
             painter.text(pos2(plot.left() - 5.0, y), Align2::RIGHT_CENTER, text, font.clone(), palette.weak);
         }
         let x_ticks = ticks::linear(place.x_range, (plot.width() / 80.0).clamp(2.0, 12.0) as usize);
@@ -317,10 +335,14 @@ impl<'a> Chart<'a> {
             }
         }
         if !self.x_label.is_empty() {
-            let text = format!("{} [{}]", self.x_label, self.x_unit);
+            let text = with_unit(self.x_label, self.x_unit);
             let at = pos2(plot.center().x, outer.bottom() - 1.0);
             painter.text(at, Align2::CENTER_BOTTOM, text, FontId::proportional(SMALL), palette.weak);
         }
+    }
+
+    fn number(&self, value: f64) -> String {
+        ticks::number(if self.logarithmic { 10f64.powf(value) } else { value })
     }
 
     /// Title on the left; legend with values at the cursor on the right.
@@ -328,7 +350,7 @@ impl<'a> Chart<'a> {
         let palette = Palette::in_ui(ui);
         let painter = ui.painter().with_clip_rect(outer);
         let y = outer.top() + TOP / 2.0 - 1.0;
-        let title = format!("{} [{}]", self.title, self.unit);
+        let title = with_unit(&self.title, self.unit);
         let title = painter.text(
             pos2(plot.left(), y),
             Align2::LEFT_CENTER,
@@ -339,14 +361,14 @@ impl<'a> Chart<'a> {
         let font = FontId::proportional(SMALL);
         let mut right = plot.right();
         if let Some([x, value]) = hovered {
-            let text = format!("{} {}, {} {}", ticks::number(x), self.x_unit, ticks::number(value), self.unit);
+            let text = format!("{} {}, {} {}", ticks::number(x), self.x_unit, self.number(value), self.unit);
             painter.text(pos2(right, y), Align2::RIGHT_CENTER, text, font, palette.weak);
             return;
         }
         for line in self.lines.iter().rev().filter(|line| !line.name.is_empty()) {
             let value = cursor.and_then(|at| value_at(line, at));
             let text = match value {
-                Some(value) => format!("{} {}", line.name, ticks::number(value)),
+                Some(value) => format!("{} {}", line.name, self.number(value)),
                 None => line.name.to_owned(),
             };
             let galley = painter.layout_no_wrap(text, font.clone(), palette.weak);
@@ -360,6 +382,11 @@ impl<'a> Chart<'a> {
             right = left - 12.0;
         }
     }
+}
+
+/// `torque [N m]`.
+fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
 }
 
 /// From values to the screen.

@@ -14,6 +14,30 @@ pub fn linear(range: [f64; 2], count: usize) -> Vec<f64> {
     (first..=last).map(|tick| tick as f64 * step).collect()
 }
 
+/// Powers of ten inside a range of decimal logarithms, where these are too few also their double and fivefold: where they
+/// lie, and what they say.
+pub fn logarithmic(range: [f64; 2], count: usize) -> Vec<(f64, String)> {
+    let span = range[1] - range[0];
+    if span <= 0.0 || !span.is_finite() || range.iter().any(|end| end.abs() > 300.0) {
+        return Vec::new();
+    }
+    let decades = range[0].floor() as i32..=range[1].ceil() as i32;
+    let factors: &[u8] = if 3.0 * span <= count as f64 + 1.0 { &[1, 2, 5] } else { &[1] };
+    let every = (span / count.max(1) as f64).ceil().max(1.0) as i32;
+    let decades = decades.filter(|decade| decade.rem_euclid(every) == 0);
+    let all = decades.flat_map(|decade| factors.iter().map(move |factor| (decade, *factor)));
+    all.map(|(decade, factor)| {
+        let text = match decade {
+            -3..=-1 => format!("{:.*}", -decade as usize, f64::from(factor) * 10f64.powi(decade)),
+            0..=3 => format!("{}", u32::from(factor) * 10u32.pow(decade as u32)),
+            _ => minus(&format!("{factor}e{decade}")),
+        };
+        (f64::from(decade) + f64::from(factor).log10(), text)
+    })
+    .filter(|(at, _)| (range[0]..=range[1]).contains(at))
+    .collect()
+}
+
 /// Tick values as texts with as many decimals as their distance needs.
 pub fn labels(ticks: &[f64]) -> Vec<String> {
     let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).next().unwrap_or(1.0);
@@ -77,6 +101,15 @@ mod tests {
         assert_eq!(linear([-0.9, 2.1], 4), vec![0.0, 1.0, 2.0]);
         assert_eq!(labels(&linear([-0.3, 0.3], 4)), ["−0.2", "0.0", "0.2"]);
         assert!(linear([1.0, 1.0], 4).is_empty());
+    }
+
+    #[test]
+    fn logarithmic_ticks_are_powers_of_ten_or_finer() {
+        let texts = |range, count| logarithmic(range, count).into_iter().map(|tick| tick.1).collect::<Vec<_>>();
+        assert_eq!(texts([-4.2, 1.3], 8), ["1e−4", "0.001", "0.01", "0.1", "1", "10"]);
+        assert_eq!(texts([-1.1, 0.1], 8), ["0.1", "0.2", "0.5", "1"]);
+        assert_eq!(texts([-9.0, 1.0], 5), ["1e−8", "1e−6", "1e−4", "0.01", "1"]);
+        assert!(texts([0.0, 0.0], 5).is_empty());
     }
 
     #[test]

@@ -157,6 +157,11 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
     if time != before {
         desk.state.cursor = Some(time);
     }
+    errors(ui, recording, step);
+}
+
+/// The error of each joint.
+pub(super) fn errors(ui: &mut Ui, recording: &Recording, step: &crate::session::Step) {
     widgets::card(ui, "Error on held-out data", |ui| {
         let rows: Vec<Vec<WidgetText>> = step
             .evaluation
@@ -176,6 +181,6 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
         let unit = units(recording.joints[0].kind)[3];
         widgets::table(ui, "errors", &["", "nMSE", "on train", &format!("RMS [{unit}]")], &rows);
         let text = "nMSE: squared error over squared torque; 0 % is perfect.";
-        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
     });
 }

@@ -6,12 +6,12 @@ use super::Screen;
 use super::data::units;
 use super::residuals::{axis_text, point_color};
 use crate::app::plot::{Chart, Decimator, Window, ticks};
-use crate::app::state::{Desk, Order};
+use crate::app::state::{Busy, Desk, Order};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
 use crate::effect::{Scope, Spec, registry};
-use crate::model::Parameter;
+use crate::model::{Parameter, Preset};
 use crate::recording::{Recording, joints_text};
 use crate::session::Command;
 
@@ -22,8 +22,14 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else { return };
     let Some(report) = desk.session.report.clone() else {
         let sentence = "Every known effect is laid beside the model and judged on data that it has not seen.";
-        if let Some((name, progress)) = desk.busy {
+        if let Some(Busy { name, progress, .. }) = desk.busy {
             widgets::empty(ui, "Looking for what is missing…", &format!("{name}: {}", progress.activity), "");
+        } else if desk.session.current().is_some_and(|step| step.fitted.model.is_learned()) {
+            let sentence = "What networks absorb of an effect is not known, so a trained model can't be asked what it lacks.\n\
+                            A rigid body can: diagnose it, then add what it names. Undo brings the trained model back.";
+            if widgets::empty(ui, "The diagnosis needs a rigid body", sentence, "Start from the rigid body") {
+                desk.run(Command::ChoosePreset(Preset::RigidBody));
+            }
         } else if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
             desk.run(Command::Diagnose);
         }

@@ -166,7 +166,10 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 .on_hover_text("Ask what the current model still lacks")
                 .clicked()
             {
-                desk.run(Command::Diagnose);
+                // A model with networks can't be diagnosed; that screen says what to do instead.
+                let learned = desk.session.current().is_some_and(|step| step.fitted.model.is_learned());
+                let order = if learned { Order::Show(Screen::Diagnose) } else { Order::run(Command::Diagnose) };
+                desk.orders.push(order);
             }
             if ui.add_enabled(count > 1 && ready, egui::Button::new("Remove the last step")).clicked() {
                 desk.run(Command::GoTo { step: count.saturating_sub(2) });
@@ -188,7 +191,7 @@ fn found(ui: &mut Ui, desk: &mut Desk) {
             .map(|parameter| parameter_row(parameter).to_vec())
             .collect();
         if rows.is_empty() {
-            widgets::weak(ui, "The model is still the bare rigid body.");
+            widgets::weak(ui, "No effect was added to the model yet.");
             if ui.button(format!("Go to: {}", Screen::Diagnose.title())).clicked() {
                 desk.orders.push(Order::Show(Screen::Diagnose));
             }

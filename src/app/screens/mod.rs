@@ -5,6 +5,7 @@ mod data;
 mod diagnose;
 mod ladder;
 pub mod residuals;
+mod train;
 
 use std::str::FromStr;
 
@@ -20,6 +21,8 @@ use crate::simulation::Scenario;
 pub enum Screen {
     /// What was measured.
     Data,
+    /// Models with networks.
+    Train,
     /// Measured and predicted torque.
     Compare,
     /// The residual over every state.
@@ -32,12 +35,14 @@ pub enum Screen {
 
 impl Screen {
     /// All screens, left to right.
-    pub const ALL: [Screen; 5] = [Screen::Data, Screen::Compare, Screen::Residuals, Screen::Diagnose, Screen::Ladder];
+    pub const ALL: [Screen; 6] =
+        [Screen::Data, Screen::Train, Screen::Compare, Screen::Residuals, Screen::Diagnose, Screen::Ladder];
 
     /// Its name on the command line.
     pub fn id(self) -> &'static str {
         match self {
             Screen::Data => "data",
+            Screen::Train => "train",
             Screen::Compare => "compare",
             Screen::Residuals => "residuals",
             Screen::Diagnose => "diagnose",
@@ -49,6 +54,7 @@ impl Screen {
     pub fn title(self) -> &'static str {
         match self {
             Screen::Data => "Data",
+            Screen::Train => "Train",
             Screen::Compare => "Compare",
             Screen::Residuals => "Where it fails",
             Screen::Diagnose => "What is missing",
@@ -60,6 +66,7 @@ impl Screen {
     pub fn purpose(self) -> &'static str {
         match self {
             Screen::Data => "What was measured, and what is odd about it",
+            Screen::Train => "Which model, and how its networks learn",
             Screen::Compare => "Measured against predicted torque",
             Screen::Residuals => "What the model leaves, over every state",
             Screen::Diagnose => "Which physical effect the model lacks",
@@ -75,7 +82,8 @@ impl Screen {
             return None;
         }
         let number = Screen::ALL.iter().position(|screen| *screen == from)?;
-        Screen::ALL.get(number + 1).copied()
+        // A rigid body needs no training, so the way of a newcomer leads past it.
+        Screen::ALL[number + 1..].iter().copied().find(|screen| *screen != Screen::Train)
     }
 }
 
@@ -102,6 +110,9 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         }
         return;
     }
+    if screen == Screen::Train {
+        return train::show(ui, desk);
+    }
     if desk.session.current().is_none() {
         let sentence = "Fit a rigid body to the recording to see where it fails.";
         if widgets::empty(ui, "There is no model yet", sentence, "Fit a rigid body") {
@@ -110,7 +121,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         return;
     }
     match screen {
-        Screen::Data => (),
+        Screen::Data | Screen::Train => (),
         Screen::Compare => compare::show(ui, desk),
         Screen::Residuals => residuals::show(ui, desk),
         Screen::Diagnose => diagnose::show(ui, desk),

@@ -1,0 +1,302 @@
+//! Train: which model, how its networks learn, and the curves while they do and after.
+
+use egui::{Align, Button, DragValue, Layout, ProgressBar, RadioButton, RichText, Ui};
+
+use crate::app::plot::{Chart, Decimator, ticks};
+use crate::app::shell::thousands;
+use crate::app::state::{Busy, Desk, Order};
+use crate::app::theme::{GAP, PREDICTED_DASH, Palette, SMALL};
+use crate::app::widgets;
+use crate::model::{Preset, Term};
+use crate::recording::Recording;
+use crate::session::{Command, Step};
+use crate::training::fit::Plan;
+use crate::training::{Ending, Epoch, Recipe};
+
+/// Width of the choices \[points\].
+const CHOICES: f32 = 440.0;
+/// Height of the chart of the learning rate \[points\].
+const RATE: f32 = 112.0;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    widgets::headline(ui, "Training", &summary(desk));
+    let [main, side] = widgets::beside(ui, CHOICES);
+    widgets::scrolling(ui, "curves", main, |ui| course(ui, desk, &recording));
+    widgets::scrolling(ui, "choices", side, |ui| {
+        start(ui, desk);
+        models(ui, desk, &recording);
+        if is_learned(desk.state.training.preset) {
+            settings(ui, desk);
+        }
+    });
+}
+
+/// One sentence: what the current model is.
+fn summary(desk: &Desk) -> String {
+    let Some(step) = desk.session.current() else { return "There is no model yet.".to_owned() };
+    let errors: Vec<String> = step.evaluation.held_out_nmse().into_iter().map(ticks::percent).collect();
+    let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+    let how = if step.fitted.model.is_learned() { "was trained" } else { "was solved for, not trained" };
+    let (terms, errors) = (terms.join(" + "), errors.join(" · "));
+    format!("The current model ({terms}) {how}. Held-out error by joint (nMSE): {errors}.")
+}
+
+fn is_learned(preset: Preset) -> bool {
+    matches!(preset, Preset::Learned(_))
+}
+
+/// The running training, or the last one.
+fn course(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    if let Some(busy @ Busy { epochs: Some(epochs), .. }) = desk.busy {
+        running(ui, desk, busy, epochs);
+        let height = ui.available_height();
+        return curves(ui, desk, epochs, height);
+    }
+    match desk.session.current().cloned() {
+        Some(step) if !step.history.is_empty() => {
+            let table = 125.0 + 26.0 * recording.joint_count() as f32;
+            let height = ui.available_height() - table;
+            curves(ui, desk, &step.history, height);
+            ui.columns(2, |columns| {
+                widgets::card(&mut columns[0], "How it ended", |ui| ending(ui, &step));
+                super::compare::errors(&mut columns[1], recording, &step);
+            });
+        }
+        _ => {
+            let sentence = "Networks learn what a rigid body can't know, but do not say what it is.\n\
+                            Choose a model at the right and start: the curves appear here.";
+            widgets::empty(ui, "Nothing was trained yet", sentence, "");
+        }
+    }
+}
+
+/// Where the run stands, and how to end it.
+fn running(ui: &mut Ui, desk: &mut Desk, busy: &Busy, epochs: &[Epoch]) {
+    let palette = Palette::in_ui(ui);
+    let title = match (busy.finishing, busy.paused) {
+        (true, _) => "Ending with the best so far…",
+        (_, true) => "Paused",
+        _ => "Training…",
+    };
+    widgets::card(ui, title, |ui| {
+        ui.add(ProgressBar::new(busy.progress.fraction).desired_height(8.0));
+        ui.horizontal_wrapped(|ui| {
+            let Some(last) = epochs.last() else {
+                widgets::weak(ui, "The first epoch is on its way.");
+                return;
+            };
+            let mut facts = vec![("epoch", format!("{} of {}", thousands_of(last.epoch), thousands_of(last.epochs)))];
+            facts.push(("loss", ticks::number(last.loss)));
+            facts.extend(last.held_out.map(|error| ("held-out nMSE", ticks::number(error))));
+            facts.push(("learning rate", ticks::number(last.rate)));
+            facts.push(("samples/s", thousands_of(last.samples_per_s as u64)));
+            facts.push(("left", duration(last.remaining_s)));
+            for (name, value) in facts {
+                ui.label(RichText::new(name).size(SMALL).color(palette.weak));
+                ui.label(RichText::new(value).color(palette.text));
+                ui.add_space(GAP);
+            }
+        });
+        ui.add_space(2.0);
+        ui.horizontal(|ui| {
+            let (word, what) = if busy.paused { ("Go on", "Train on") } else { ("Pause", "Wait; the cores are free") };
+            if ui.add_enabled(!busy.finishing, Button::new(word)).on_hover_text(what).clicked() {
+                desk.orders.push(Order::Pause(!busy.paused));
+            }
+            let keep = widgets::primary(ui, !epochs.is_empty() && !busy.finishing, "Stop and keep the best");
+            if keep.on_hover_text("End now; the weights of the lowest error become the model").clicked() {
+                desk.orders.push(Order::Finish);
+            }
+            if ui.button("Throw away").on_hover_text("Stop this; nothing is changed (Esc)").clicked() {
+                desk.orders.push(Order::Stop);
+            }
+        });
+    });
+}
+
+/// Loss, held-out error and learning rate over the epochs.
+fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], height: f32) {
+    let palette = Palette::in_ui(ui);
+    let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
+    // What is not above 0 has no place on a logarithmic axis: it leaves a gap.
+    let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
+    let loss: Vec<f64> = epochs.iter().map(|epoch| log(epoch.loss)).collect();
+    let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.map_or(f64::NAN, log)).collect();
+    let rate: Vec<f64> = epochs.iter().map(|epoch| epoch.rate).collect();
+    let best: Vec<[f64; 2]> =
+        best(epochs).and_then(|epoch| Some([epoch.epoch as f64, log(epoch.held_out?)])).into_iter().collect();
+    let extent = [1.0, x.last().copied().unwrap_or(1.0).max(2.0)];
+    let training = &mut desk.state.training;
+    // Epochs are counted in whole numbers.
+    training.cursor = training.cursor.map(f64::round);
+    widgets::card(ui, "Loss and held-out error by epoch (logarithmic)", |ui| {
+        if epochs.is_empty() {
+            widgets::weak(ui, "No epoch is done yet.");
+            return;
+        }
+        // The lines live for this frame only, so their decimation is not to be kept.
+        let mut decimator = Decimator::default();
+        Chart::new("errors", "", extent)
+            .logarithmic()
+            .points(&best, palette.text, 4.5)
+            .curve("loss on train", &x, &loss, palette.nth(0))
+            .curve("held-out nMSE", &x, &held_out, (palette.predicted, PREDICTED_DASH))
+            .cursor(&mut training.cursor)
+            .without_ticks()
+            .height((height - RATE - 96.0).clamp(180.0, 420.0))
+            .show(ui, &mut training.window, &mut decimator);
+        Chart::new("learning rate", "", extent)
+            .curve("rate", &x, &rate, palette.nth(4))
+            .cursor(&mut training.cursor)
+            .x_axis("epoch", "")
+            .height(RATE)
+            .show(ui, &mut training.window, &mut decimator);
+        let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch, \
+                    whose weights are kept.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+    });
+}
+
+/// The epoch whose weights are kept: of the lowest held-out error, or loss where nothing is held out.
+fn best(epochs: &[Epoch]) -> Option<&Epoch> {
+    let error = |epoch: &Epoch| epoch.held_out.unwrap_or(epoch.loss);
+    epochs.iter().min_by(|one, other| error(one).total_cmp(&error(other)))
+}
+
+fn ending(ui: &mut Ui, step: &Step) {
+    let (Some(last), Some(best)) = (step.history.last(), best(&step.history)) else { return };
+    let (done, all) = (thousands_of(last.epoch), thousands_of(last.epochs));
+    let how = match &step.ending {
+        Some(Ending::Stopped(reason)) => format!("Stopped after {done} of {all} epochs, because {reason}."),
+        Some(Ending::GoalReached) => format!("The held-out error is as low as asked for after {done} of {all} epochs."),
+        Some(Ending::Failed(reason)) => format!("Ended after {done} of {all} epochs: {reason}."),
+        Some(Ending::Finished) | None => format!("All {all} epochs are done."),
+    };
+    let error = match best.held_out {
+        Some(error) => format!("held-out nMSE {}", ticks::percent(error)),
+        None => format!("loss {}; nothing is held out", ticks::number(best.loss)),
+    };
+    let kept = format!("The best was epoch {}: {error}. Its weights are the model.", thousands_of(best.epoch));
+    let speed = format!("{} at {} samples/s", duration(last.elapsed_s), thousands_of(last.samples_per_s as u64));
+    // Columns justify their text, which tears a short one apart.
+    ui.with_layout(Layout::top_down(Align::Min), |ui| ui.label(format!("{how} {kept}")).on_hover_text(speed));
+}
+
+/// The choice of model.
+fn models(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    widgets::card(ui, "Model", |ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        for preset in Preset::ALL {
+            let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
+            let chosen = desk.state.training.preset == preset;
+            let radio = ui.add_enabled(possible, RadioButton::new(chosen, preset.title()));
+            if radio.on_disabled_hover_text("The recording states no arm.").clicked() {
+                desk.state.training.preset = preset;
+            }
+            let text = RichText::new(preset.description()).size(SMALL).color(Palette::in_ui(ui).weak);
+            egui::Frame::new().inner_margin(egui::Margin { left: 22, bottom: 3, ..Default::default() }).show(
+                ui,
+                |ui| {
+                    ui.label(text);
+                },
+            );
+        }
+    });
+}
+
+fn settings(ui: &mut Ui, desk: &mut Desk) {
+    widgets::card(ui, "Settings", |ui| {
+        let weak = Palette::in_ui(ui).weak;
+        let plan = &mut desk.state.training.plan;
+        ui.horizontal(|ui| {
+            ui.label("Recipe");
+            for (recipe, name) in [(Recipe::Ours, "ours"), (Recipe::Paper, "the paper's")] {
+                if ui.radio(plan.recipe == recipe, name).clicked() && plan.recipe != recipe {
+                    let seed = plan.options.seed;
+                    *plan = Plan::of(recipe);
+                    plan.options.seed = seed;
+                }
+            }
+        });
+        let what = match plan.recipe {
+            Recipe::Ours => "SOAP with a cosine schedule, quantities scaled to the data.",
+            Recipe::Paper => "Table 1: Adam at a constant rate, quantities as they are.",
+        };
+        ui.label(RichText::new(what).size(SMALL).color(weak));
+        let options = &mut plan.options;
+        egui::Grid::new("settings").spacing([18.0, 6.0]).show(ui, |ui| {
+            let label = ui.label("Epochs");
+            ui.add(DragValue::new(&mut options.epochs)).labelled_by(label.id);
+            let label = ui.label("Batch");
+            ui.add(DragValue::new(&mut options.batch)).labelled_by(label.id);
+            ui.end_row();
+            let label = ui.label("Learning rate");
+            let speed = 0.02 * options.rate.abs().max(1e-6);
+            let text =
+                |value: f64, _| format!("{:.2e}", value).parse().map_or(String::new(), |short: f64| short.to_string());
+            ui.add(DragValue::new(&mut options.rate).speed(speed).custom_formatter(text)).labelled_by(label.id);
+            let label = ui.label("Seed");
+            ui.add(DragValue::new(&mut options.seed)).labelled_by(label.id);
+            ui.end_row();
+        });
+    });
+}
+
+/// The buttons that begin, or why they can't.
+fn start(ui: &mut Ui, desk: &mut Desk) {
+    let palette = Palette::in_ui(ui);
+    let (preset, idle) = (desk.state.training.preset, desk.busy.is_none());
+    let current = desk.session.current().is_some_and(|step| step.fitted.model.is_learned() == is_learned(preset))
+        && desk.session.preset == preset;
+    widgets::card(ui, "", |ui| {
+        let Preset::Learned(learned) = preset else {
+            let what = "A rigid body is linear in its parameters: it is solved for at once, not trained.";
+            widgets::weak(ui, what);
+            if current {
+                widgets::weak(ui, "It is the current model.");
+            } else if widgets::primary(ui, idle, "Solve for it").clicked() {
+                desk.run(Command::ChoosePreset(preset));
+            }
+            return;
+        };
+        let plan = Box::new(desk.state.training.plan.clone());
+        let problem = plan.options.check().err();
+        ui.horizontal(|ui| {
+            let ready = idle && problem.is_none();
+            let anew = widgets::primary(ui, ready, "Start training");
+            if anew.on_hover_text("From new weights, drawn from the seed").clicked() {
+                desk.run(match current {
+                    // The effects that were added to it stay.
+                    true => Command::Train { plan: plan.clone(), warm: false },
+                    false => Command::TrainPreset { preset: learned, plan: plan.clone() },
+                });
+            }
+            let on = ui.add_enabled(ready && current, Button::new("Train on"));
+            let on = on.on_hover_text("From the weights of the current model");
+            if on.on_disabled_hover_text("Once this model is trained, from its weights").clicked() {
+                desk.run(Command::Train { plan, warm: true });
+            }
+        });
+        if let Some(problem) = problem {
+            ui.label(RichText::new(format!("Can't start: {problem}.")).color(palette.error));
+        }
+    });
+}
+
+fn thousands_of(number: u64) -> String {
+    thousands(usize::try_from(number).unwrap_or(usize::MAX))
+}
+
+/// `12 s`, `3 min 5 s`.
+fn duration(seconds: f64) -> String {
+    if !seconds.is_finite() {
+        return "—".to_owned();
+    }
+    let whole = seconds.max(0.0).round() as u64;
+    match whole {
+        0..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}
