@@ -10,6 +10,8 @@ use crate::arm::Arm;
 use crate::model::least_squares::NormalEquations;
 use crate::model::{Model, RigidBody, Term};
 
+/// Smallest share of the torque (RMS) by which the two must differ: less is what filters and encoders make.
+const LEAST_SHARE: f64 = 0.005;
 /// Share of the difference that may remain unexplained.
 const REMAINDER: f64 = 0.05;
 
@@ -39,7 +41,8 @@ pub fn compare(search: &Search, model: &Model, arm: Option<&Arm>, absorbed: &[us
     let difference = pinned(&[]) - free;
     let mut found: Vec<usize> = Vec::new();
     let mut cost = pinned(&[]);
-    if difference < MARGIN * search.price {
+    let share = (difference.max(0.0) / search.equations_of(&[]).energy.max(f64::MIN_POSITIVE)).sqrt();
+    if difference < MARGIN * search.price || share < LEAST_SHARE {
         return Comparison::Agrees;
     }
     while found.len() < absorbed.len() {
