@@ -81,6 +81,41 @@ fn a_model_is_saved_and_measured_on_another_recording() {
 }
 
 #[test]
+fn a_network_is_trained_saved_measured_and_taken_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let motion = ["--joints", "2", "--motion", "paper", "--trajectories", "20", "--noise", "0"];
+    let effect = ["--effect", "viscous-friction@1=1.5"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &motion, &effect].concat(), at);
+    let options = ["--model", "structured-delan", "--add", "viscous-friction@1", "--epochs", "8", "--batch", "64"];
+    let trained = json(&[["train", "x.npz", "-o", "net.model", "--json"].as_slice(), &options].concat(), at);
+    assert_eq!(trained["terms"], serde_json::json!(["structured Lagrangian", "viscous friction, joint 1"]));
+    assert_eq!(trained["history"].as_array().unwrap().len(), 8);
+    let damping = trained["parameters"][0]["value"].as_f64().unwrap();
+    assert!((damping - 1.5).abs() < 0.05, "{damping}");
+
+    let measured = json(&["evaluate", "x.npz", "--model", "net.model", "--open-seal", "--json"], at);
+    assert!(measured["mean_r2"].as_f64().unwrap() > 0.99, "{measured}");
+    assert_eq!(measured["components"].as_array().unwrap().len(), 3);
+    succeeds(&["predict", "x.npz", "--model", "net.model", "-o", "torque.csv"], at);
+    let table = std::fs::read_to_string(at.join("torque.csv")).unwrap();
+    let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    for name in
+        ["tau_measured1", "tau_predicted2", "viscous-friction@1", "gravity2", "mass_eigenvalue1", "potential_energy"]
+    {
+        assert!(names.contains(&name), "{name} is not among {names:?}");
+    }
+    assert_eq!(table.lines().count(), 1 + 20 * 400);
+
+    let message = fails(&["diagnose", "x.npz", "--model", "structured-delan", "--epochs", "1"], at, 1);
+    assert!(message.contains("rigid-body"), "{message}");
+    let message = fails(&["train", "x.npz", "--model", "ff-nn", "--learning-rate", "1e6", "--batch", "64"], at, 1);
+    assert!(message.contains("learning rate"), "{message}");
+    let message = fails(&["train", "x.npz", "--model", "ff-nn", "--batch", "100000"], at, 1);
+    assert!(message.contains("fewer than a batch"), "{message}");
+}
+
+#[test]
 fn inspect_tells_what_a_file_holds_and_keeps_the_seal_closed() {
     let folder = tempfile::tempdir().unwrap();
     hidden_friction(folder.path());

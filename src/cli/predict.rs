@@ -68,24 +68,21 @@ fn table(fitted: &Fitted, recording: &Recording) -> anyhow::Result<Table> {
         table.extend_joints("tau_measured", &trajectory.tau);
         table.extend_joints("tau_predicted", &prediction.total);
         for (term, torque) in fitted.model.terms.iter().zip(&prediction.terms) {
-            table.extend_joints(&column_name(term), torque);
+            match term {
+                // An effect of one joint is zero at all others.
+                Term::Effect(effect) if effect.joint.is_some() => {
+                    let joint = effect.joint.unwrap_or_default();
+                    table.extend(&format!("{}@{}", effect.effect, joint + 1), &torque[joint]);
+                }
+                Term::Effect(effect) => table.extend_joints(&effect.effect, torque),
+                other => table.extend_joints(&other.label().replace(' ', "-"), torque),
+            }
         }
         for (name, torque) in components(fitted, trajectory)? {
             table.extend_joints(name, &torque);
         }
     }
     Ok(table)
-}
-
-/// `coulomb-friction@2`, `structured-lagrangian`.
-fn column_name(term: &Term) -> String {
-    match term {
-        Term::Effect(effect) => match effect.joint {
-            Some(joint) => format!("{}@{}", effect.effect, joint + 1),
-            None => effect.effect.clone(),
-        },
-        other => other.label().replace(' ', "-"),
-    }
 }
 
 /// Inertial, Coriolis and gravity torque, energies and eigenvalues of the mass matrix, as far as the model has them.
