@@ -48,21 +48,12 @@ struct Running {
     finishing: bool,
 }
 
-/// Opens the window on a session and returns when it is closed.
+/// Opens the window on a session and returns when it is closed. A command given with it, such as opening a file that was named
+/// on the command line, is carried out as soon as the window stands, with its progress shown.
 ///
 /// # Errors
 /// What the system says if it gives no window.
-pub fn run_window(session: Session) -> anyhow::Result<()> {
-    run_window_with(session, None)
-}
-
-/// [`run_window`], and a command that is carried out as soon as the window stands, with its progress shown: a file that was
-/// named on the command line, say. A file that was opened in this way can be opened again in another way, for instance with
-/// another posture of the arm.
-///
-/// # Errors
-/// What the system says if it gives no window.
-pub fn run_window_with(session: Session, first: Option<Command>) -> anyhow::Result<()> {
+pub fn run_window(session: Session, first: Option<Command>) -> anyhow::Result<()> {
     let viewport = egui::ViewportBuilder::default()
         .with_title("Torquescope")
         .with_app_id("torquescope")

@@ -83,7 +83,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn open_window(data: &data::OptionalData) -> anyhow::Result<()> {
-    app::run_window_with(Session::default(), Some(data.command()?))
+    app::run_window(Session::default(), Some(data.command()?))
 }
 
 /// Where a result is written; standard output if not given.

@@ -7,11 +7,14 @@ use super::data::OptionalData;
 use super::{progress, write_file};
 use crate::app::headless::Look;
 use crate::app::{self, Screen, ScreenshotOptions};
+use crate::model::learned::LearnedPreset;
 use crate::session::{Command, Session};
+use crate::training::fit::Plan;
 
 /// Draw a screen of the window as a picture, without display or GPU.
 ///
-/// For the screen `diagnose` the diagnosis is run first; for `ladder` what it names is added too.
+/// For the screen `train` a structured DeLaN is trained first; for `diagnose` the diagnosis is run, for `ladder` what it names is
+/// added too.
 #[derive(Args)]
 pub struct Screenshot {
     #[command(flatten)]
@@ -63,6 +66,10 @@ impl Screenshot {
 /// The session in the state that the screen is about.
 pub fn prepared(screen: Screen, start: &Session) -> anyhow::Result<Session> {
     let mut session = start.clone();
+    if screen == Screen::Train && session.recording.is_some() {
+        let preset = LearnedPreset::StructuredDelan;
+        session = progress::run(Command::TrainPreset { preset, plan: Box::new(Plan::default()) }, &session)?;
+    }
     if matches!(screen, Screen::Diagnose | Screen::Ladder) && session.current().is_some() {
         session = progress::run(Command::Diagnose, &session)?;
     }
