@@ -284,7 +284,7 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
     let effects = [AddedEffect { effect: "viscous-friction".into(), joint: 1, shape: vec![] }];
     let kinds = [JointKind::Revolute; 2];
     let columns_of = |runs: &[Trajectory]| -> Vec<_> {
-        let motion = |trajectory| Motion { trajectory, kinds: &kinds, posture: Posture::RIGHT, arm: None };
+        let motion = |trajectory| Motion { trajectory, kinds: &kinds, posture: Posture::RIGHT, arm: None, load: None };
         runs.iter().map(|run| columns(&effects, &motion(run)).unwrap()).collect()
     };
     let (training, held_out) = (frictional(1, 20), frictional(2, 3));

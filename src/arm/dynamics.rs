@@ -95,6 +95,15 @@ impl Arm {
         torque
     }
 
+    /// Derivative of the gravity torque by the posture's zero angle \[N m/rad\] along a trajectory. Gravity torques are
+    /// cosines of that angle, so it is the gravity torque of an arm turned by a quarter.
+    pub fn turned_gravity_along(&self, q: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let still = self.zeros_like(q);
+        let mut turned = self.clone();
+        turned.posture.zero_angle += std::f64::consts::FRAC_PI_2;
+        turned.inverse_dynamics_along(q, &still, &still)
+    }
+
     /// The parts of [`Arm::inverse_dynamics_along`]; they add up to it.
     pub fn components_along(&self, q: &[Vec<f64>], qd: &[Vec<f64>], qdd: &[Vec<f64>]) -> Components {
         let mut parts =

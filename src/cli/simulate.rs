@@ -185,10 +185,7 @@ impl Simulate {
                 parameters.len()
             );
         }
-        let places = match spec.scope {
-            crate::effect::Scope::Arm => vec![None],
-            crate::effect::Scope::Joint => joints.into_iter().map(Some).collect(),
-        };
+        let places = spec.places(joints);
         let hidden = |joint| HiddenEffect { effect: effect.clone(), joint, parameters: parameters.clone() };
         Ok(places.into_iter().map(hidden).collect())
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::effect::{Scope, Spec, registry};
+use crate::effect::{Dimension, Effect, ParameterSpec, Scope, Spec, registry};
 use crate::model::design::{Design, Equations, PreparedColumn};
 use crate::model::fit::{self, Fitted};
 use crate::model::{EffectTerm, Model, ModelError};
@@ -19,8 +19,10 @@ pub struct Library<'a> {
     pub groups: Vec<Group>,
     /// Normal equations of all columns.
     pub equations: Equations,
-    columns: Vec<PreparedColumn>,
-    torque: Vec<PerJoint>,
+    /// All columns, prepared.
+    pub columns: Vec<PreparedColumn>,
+    /// Torque that the model's known part leaves.
+    pub torque: Vec<PerJoint>,
 }
 
 /// One candidate: an effect at a place with a shape. It enters or stays out as a whole.
@@ -52,6 +54,20 @@ impl Group {
         self.joint == other.joint && self.spec.includes.contains(&other.spec.id)
     }
 
+    /// The joints on which it makes torque; `None` for all.
+    fn joints(&self) -> Option<std::ops::RangeInclusive<usize>> {
+        let joint = self.joint?;
+        Some(if self.spec.scope == Scope::Pair { joint - 1..=joint } else { joint..=joint })
+    }
+
+    /// Whether both make torque on a common joint.
+    pub fn meets(&self, other: &Group) -> bool {
+        match (self.joints(), other.joints()) {
+            (Some(here), Some(there)) => here.start() <= there.end() && there.start() <= here.end(),
+            _ => true,
+        }
+    }
+
     /// The model term that it stands for.
     pub fn term(&self) -> EffectTerm {
         EffectTerm { effect: self.spec.id.to_owned(), joint: self.joint }
@@ -59,7 +75,7 @@ impl Group {
 }
 
 impl<'a> Library<'a> {
-    /// Collects all candidates that the model does not have yet. Effects that can't be computed for these data are left
+    /// Collects all candidates among `effects` that the model does not have yet. Effects that can't be computed for these data are left
     /// out; their reasons come back beside the library.
     ///
     /// # Errors
@@ -67,6 +83,7 @@ impl<'a> Library<'a> {
     pub fn new(
         fitted: &Fitted,
         design: &'a Design<'a>,
+        effects: &[&'static dyn Effect],
         monitor: &Monitor,
     ) -> Result<(Library<'a>, Vec<String>), ModelError> {
         let model = &fitted.model;
@@ -74,20 +91,16 @@ impl<'a> Library<'a> {
         let base = columns.len();
         let mut groups = Vec::new();
         let mut impossible = Vec::new();
-        for (number, effect) in registry::ALL.iter().enumerate() {
+        for (number, effect) in effects.iter().enumerate() {
             let spec = effect.spec();
-            let places: Vec<Option<usize>> = match spec.scope {
-                Scope::Arm => vec![None],
-                Scope::Joint => (0..design.recording.joint_count()).map(Some).collect(),
-            };
-            for joint in places {
-                monitor
-                    .report(0.1 + 0.3 * number as f32 / registry::ALL.len() as f32, "computing candidate effects")?;
+            for joint in spec.places(0..design.recording.joint_count()) {
+                monitor.report(0.1 + 0.3 * number as f32 / effects.len() as f32, "computing candidate effects")?;
                 if is_covered(model, spec, joint) {
                     continue;
                 }
                 let term = EffectTerm { effect: spec.id.to_owned(), joint };
-                for shape in start_shapes(spec) {
+                let seen = |shape: &Vec<f64>| half_a_period_was_seen(spec, shape, joint, design);
+                for shape in start_shapes(spec).into_iter().filter(seen) {
                     match fit::effect_columns(&term, design, &shape) {
                         Ok(prepared) => {
                             let first = columns.len();
@@ -128,6 +141,18 @@ fn is_covered(model: &Model, spec: &Spec, joint: Option<usize>) -> bool {
     model.effects().any(|term| {
         let inside = registry::find(&term.effect).is_ok_and(|effect| effect.spec().includes.contains(&spec.id));
         term.joint == joint && (term.effect == spec.id || inside)
+    })
+}
+
+/// Less than half a period of a wave over the position can't be told from a spring.
+fn half_a_period_was_seen(spec: &Spec, shape: &[f64], joint: Option<usize>, design: &Design) -> bool {
+    let Some(joint) = joint else { return true };
+    let positions = || design.recording.trajectories.iter().flat_map(|trajectory| &trajectory.q[joint]);
+    let is_wave = |parameter: &ParameterSpec| parameter.dimension == Dimension::WaveNumber;
+    spec.shapes().zip(shape).filter(|((parameter, _), _)| is_wave(parameter)).all(|(_, wave_number)| {
+        let widen = |(low, high): (f64, f64), &q: &f64| (low.min(q), high.max(q));
+        let (low, high) = positions().fold((f64::INFINITY, f64::NEG_INFINITY), widen);
+        wave_number * (high - low) >= std::f64::consts::PI
     })
 }
 

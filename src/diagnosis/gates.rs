@@ -8,6 +8,10 @@ const LEAST_SHARE: f64 = 0.0025;
 const CONFIRMED: f64 = 0.5;
 /// Least t of the paired gains over the blocks.
 const LEAST_T: f64 = 2.5;
+/// Blocks that must each confirm an effect that shows in few blocks only.
+const LEAST_CONFIRMING: usize = 3;
+/// Share of the gain of such an effect that the blocks against it may lose.
+const MOST_AGAINST: f64 = 0.05;
 /// The faster third need not confirm if the slower part holds less than this share of the effect's gain.
 const LEAST_SLOW_SHARE: f64 = 0.12;
 
@@ -36,7 +40,7 @@ pub fn check(search: &Search, group: usize) -> Result<(), String> {
     if confirmed < CONFIRMED * gain {
         return Err("blocks that were left out do not confirm it".to_owned());
     }
-    if gains.len() >= 3 && paired_t(&gains) < LEAST_T {
+    if gains.len() >= 3 && paired_t(&gains) < LEAST_T && !is_unopposed(&gains, price) {
         return Err("only a few blocks of the recording speak for it".to_owned());
     }
     extrapolates(search, before, &after, gain)
@@ -70,13 +74,20 @@ fn torque_share(search: &Search, groups: &[usize], group: usize) -> f64 {
     let share = |joint: usize| {
         let energy: f64 = (0..equations.block_count())
             .map(|block| {
-                let gram = &equations.part(block, joint).select(&columns).gram;
+                let gram = &equations.select(block, joint, &columns).gram;
                 factors.dot(&(gram * &factors))
             })
             .sum();
         (energy / search.library.design.energy(joint).max(f64::MIN_POSITIVE)).max(0.0).sqrt()
     };
     (0..search.weights.len()).map(share).fold(0.0, f64::max)
+}
+
+/// Whether blocks that were left out prefer the set `after` to `before`: asked where a name with more parameters is to stand
+/// for a simpler one.
+pub fn is_confirmed(search: &Search, before: &[usize], after: &[usize]) -> bool {
+    let gains = block_gains(search, before, after);
+    gains.len() < 3 || paired_t(&gains) >= LEAST_T || is_unopposed(&gains, search.price)
 }
 
 /// How much each block gains from the step from `before` to `after`, fitted on the other blocks.
@@ -94,6 +105,15 @@ pub fn paired_t(gains: &[f64]) -> f64 {
     let mean = gains.iter().sum::<f64>() / count;
     let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
     mean / (variance / count).sqrt().max(f64::MIN_POSITIVE)
+}
+
+/// Some effects show in few blocks only (an end stop, where it was reached). They count if several blocks confirm them by
+/// themselves and hardly any speaks against.
+fn is_unopposed(gains: &[f64], price: f64) -> bool {
+    let confirming = gains.iter().filter(|&&gain| gain > price).count();
+    let for_it: f64 = gains.iter().map(|gain| gain.max(0.0)).sum();
+    let against: f64 = gains.iter().map(|gain| (-gain).max(0.0)).sum();
+    confirming >= LEAST_CONFIRMING && against < MOST_AGAINST * for_it
 }
 
 /// A real effect, fitted on slow motion, helps on fast motion too.

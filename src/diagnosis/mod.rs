@@ -23,7 +23,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use report::{Candidate, Evidence, MissingEffect, Report, Verdict};
 
-use crate::effect::{Scope, registry};
+use crate::effect::{Effect, Scope, registry};
 use crate::model::design::Design;
 use crate::model::{Evaluation, Fitted, Model, ModelError, Preset, Term, fit};
 use crate::progress::Monitor;
@@ -61,13 +61,27 @@ pub fn diagnose(
     split: &Split,
     monitor: &Monitor,
 ) -> Result<Report, ModelError> {
+    diagnose_among(registry::ALL, fitted, recording, split, monitor)
+}
+
+/// [`diagnose`] with other candidates than the whole catalogue, to measure what happens if the right one is not among them.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_among(
+    effects: &[&'static dyn Effect],
+    fitted: &Fitted,
+    recording: &Recording,
+    split: &Split,
+    monitor: &Monitor,
+) -> Result<Report, ModelError> {
     if let Some(term) = fitted.model.terms.iter().find(|term| matches!(term, Term::Learned(_))) {
         return Err(ModelError::Undiagnosable(term.label()));
     }
     let before = Evaluation::of(fitted, recording, split)?;
     monitor.report(0.1, "computing candidate effects")?;
     let design = Design::new(recording, split)?;
-    let (library, mut impossible) = Library::new(fitted, &design, monitor)?;
+    let (library, mut impossible) = Library::new(fitted, &design, effects, monitor)?;
     let mut search = Search::new(library);
     let absorbed: Vec<usize> =
         (0..search.library.groups.len()).filter(|&group| search.is_absorbed(group, &[])).collect();
@@ -182,7 +196,8 @@ fn judge(search: &Search, group: usize) -> (f64, f64, Vec<String>) {
         if !contains {
             confidence = confidence.min(odds(priced));
         }
-        if priced < CLOSE || (!contains && worse < NEARLY_AS_MUCH * gain) {
+        let is_simpler = groups[rival].parameter_count() <= groups[group].parameter_count();
+        if priced < CLOSE || (!contains && is_simpler && worse < NEARLY_AS_MUCH * gain) {
             alternatives.push(groups[rival].spec.id.to_owned());
         }
     }
@@ -250,25 +265,33 @@ fn measure_steps(
     Ok((effects, last, last_fitted))
 }
 
-/// Cross-validated drop of the squared residual by each candidate alone.
+/// Cross-validated drop of the squared residual by each candidate alone, by group. Of the shapes of an effect at a place
+/// only the one that fits best is measured; the others get what it gets.
 fn error_drops(search: &Search, monitor: &Monitor) -> Result<Vec<f64>, ModelError> {
+    let groups = &search.library.groups;
     let blocks = search.library.equations.block_count();
-    let columns_alone = |groups: &[usize], block: usize, joint: Option<usize>| {
-        let (factors, weighted) = search.error_when(groups, block);
-        match joint {
-            Some(joint) => {
-                search.library.equations.part(block, joint).select(&search.columns(groups)).residual_energy(&factors)
-            }
-            None => weighted,
-        }
+    let error = |set: &[usize], joint: Option<usize>| -> f64 {
+        let columns = search.columns(set);
+        let of_block = |block: usize| {
+            let (factors, weighted) = search.error_when(set, block);
+            let on_joint = |joint| search.library.equations.select(block, joint, &columns).residual_energy(&factors);
+            joint.map_or(weighted, on_joint)
+        };
+        (0..blocks).map(of_block).sum()
     };
-    let mut drops = Vec::new();
-    for (group, candidate) in search.library.groups.iter().enumerate() {
+    let mut alone: BTreeMap<Option<usize>, f64> = BTreeMap::new();
+    let mut drops: Vec<f64> = Vec::with_capacity(groups.len());
+    for (group, candidate) in groups.iter().enumerate() {
         monitor.check()?;
-        let error =
-            |groups: &[usize]| (0..blocks).map(|block| columns_alone(groups, block, candidate.joint)).sum::<f64>();
-        let alone = error(&[]);
-        drops.push(if alone > 0.0 { 1.0 - error(&[group]) / alone } else { 0.0 });
+        if let Some(first) = groups[..group].iter().position(|other| other.same_place_and_effect(candidate)) {
+            drops.push(drops[first]);
+            continue;
+        }
+        let same = (group..groups.len()).filter(|&other| groups[other].same_place_and_effect(candidate));
+        let costs = same.map(|other| (other, search.cost(&[other])));
+        let best = costs.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(group, |(best, _)| best);
+        let alone = *alone.entry(candidate.joint).or_insert_with(|| error(&[], candidate.joint));
+        drops.push(if alone > 0.0 { 1.0 - error(&[best], candidate.joint) / alone } else { 0.0 });
     }
     Ok(drops)
 }
@@ -314,6 +337,7 @@ fn rank(
 fn label(group: &Group) -> String {
     match (group.spec.scope, group.joint) {
         (Scope::Joint, Some(joint)) => format!("{} on joint {}", group.spec.name, joint + 1),
+        (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", group.spec.name, joint, joint + 1),
         _ => group.spec.name.to_owned(),
     }
 }

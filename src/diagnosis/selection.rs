@@ -5,12 +5,15 @@
 //! The model's own parameters (the base parameters above all) are estimated anew with every candidate: a biased rigid body
 //! hides effects and fakes others.
 
+use std::ops::Range;
+
 use nalgebra::DVector;
 
 use super::candidates::{Group, Library};
 use super::gates;
-use crate::model::ModelError;
+use crate::model::design::PreparedColumn;
 use crate::model::least_squares::{NormalEquations, Solution};
+use crate::model::{ModelError, fit};
 use crate::progress::Monitor;
 
 /// Evidence must exceed this many times the price (parameters · ln samples).
@@ -19,6 +22,8 @@ pub const MARGIN: f64 = 1.5;
 const MOST_EFFECTS: usize = 24;
 /// Golden-section steps when a shape is refined.
 const REFINEMENTS: usize = 12;
+/// How many effects have their shape refined before the best is taken.
+const SHORT_LIST: usize = 4;
 
 /// Weighted normal equations of a library, by block, and the set of effects found so far.
 pub struct Search<'a> {
@@ -49,21 +54,40 @@ impl<'a> Search<'a> {
             library,
         };
         search.update();
-        search.weights = crate::model::fit::residual_weights(
-            search.library.design,
-            &search.library.equations,
-            &search.whole.solve().factors,
-        );
+        let factors = search.whole.solve().factors;
+        let Library { design, equations, columns, torque, .. } = &search.library;
+        // What all candidates together can't explain and is not white is evidence for none of them: neighbouring samples
+        // say the same again.
+        let mut weights = fit::residual_weights(design, equations, &factors);
+        for (joint, weight) in weights.iter_mut().enumerate() {
+            *weight /= design.correlation(columns, &factors, torque, joint);
+        }
+        search.weights = weights;
         search.update();
         search
     }
 
-    /// Recomputes the weighted sums after the columns or the weights changed.
+    /// Recomputes the weighted sums after the weights changed.
     fn update(&mut self) {
         let equations = &self.library.equations;
         self.blocks =
             (0..equations.block_count()).map(|block| equations.total(&self.weights, |other| other == block)).collect();
         self.whole = sum(&self.blocks, |_| true);
+    }
+
+    /// Recomputes the rows and columns of the weighted sums that belong to replaced columns.
+    fn update_columns(&mut self, changed: Range<usize>) {
+        let all: Vec<usize> = (0..self.whole.moment.len()).collect();
+        for number in changed {
+            let (mut products, mut moment) = (DVector::zeros(all.len()), 0.0);
+            for (index, block) in self.blocks.iter_mut().enumerate() {
+                let (of_block, moment_of_block) = self.library.equations.column(index, number, &all, &self.weights);
+                replace(block, number, &of_block, moment_of_block);
+                products += of_block;
+                moment += moment_of_block;
+            }
+            replace(&mut self.whole, number, &products, moment);
+        }
     }
 
     /// Columns of the model and of these groups.
@@ -145,22 +169,32 @@ impl<'a> Search<'a> {
     pub fn run(&mut self, monitor: &Monitor) -> Result<Vec<(usize, String)>, ModelError> {
         let mut refused: Vec<(usize, String)> = Vec::new();
         for step in 0..MOST_EFFECTS {
-            monitor.report(0.45 + 0.02 * step as f32, "searching for missing effects")?;
+            monitor.report(0.45 + 0.01 * step as f32, "searching for missing effects")?;
             let Some(group) = self.next_best(&mut refused)? else { break };
             self.active = self.with(group);
-            self.prune();
-            self.swap();
+            self.settle()?;
         }
-        self.prune();
         refused.retain(|(group, _)| !self.active.contains(group));
         Ok(refused)
+    }
+
+    /// Settles the set after a change: superfluous effects leave, rivals that explain more take over, shapes are refined
+    /// beside the others.
+    fn settle(&mut self) -> Result<(), ModelError> {
+        self.prune();
+        self.swap();
+        for group in self.active.clone() {
+            self.refine(group)?;
+        }
+        self.prune();
+        Ok(())
     }
 
     /// The candidate with the best evidence that passes all gates.
     fn next_best(&mut self, refused: &mut Vec<(usize, String)>) -> Result<Option<usize>, ModelError> {
         loop {
             let now = self.priced_cost(&self.active);
-            let mut best: Option<(usize, f64)> = None;
+            let mut scored: Vec<(usize, f64)> = Vec::new();
             for group in 0..self.library.groups.len() {
                 let candidate = &self.library.groups[group];
                 let is_refused =
@@ -169,12 +203,11 @@ impl<'a> Search<'a> {
                     continue;
                 }
                 let score = now - self.priced_cost(&self.with(group));
-                if score > best.map_or(0.0, |(_, best)| best) && !self.is_absorbed(group, &self.active) {
-                    best = Some((group, score));
+                if score > 0.0 && !self.is_absorbed(group, &self.active) {
+                    scored.push((group, score));
                 }
             }
-            let Some((group, _)) = best else { return Ok(None) };
-            self.refine(group)?;
+            let Some(group) = self.best_when_refined(scored)? else { return Ok(None) };
             match gates::check(self, group) {
                 Ok(()) => return Ok(Some(group)),
                 Err(reason) => refused.push((group, reason)),
@@ -182,42 +215,77 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Sets the shape of a group to its best value, by golden section between the neighbours of its start value.
-    fn refine(&mut self, group: usize) -> Result<(), ModelError> {
-        let start = self.library.groups[group].shape.clone();
-        let ranges: Vec<(f64, f64)> = self.library.groups[group]
-            .spec
-            .shapes()
-            .zip(&start)
-            .map(|((parameter, grid), value)| {
-                let below = grid.iter().copied().rfind(|other| other < value).unwrap_or(parameter.min.max(value / 4.0));
-                let above = grid.iter().copied().find(|other| other > value).unwrap_or(parameter.max.min(value * 4.0));
-                (below.ln(), above.ln())
-            })
-            .collect();
-        for (number, (mut low, mut high)) in ranges.into_iter().enumerate() {
-            for _ in 0..REFINEMENTS {
-                let third = (high - low) / 3.0;
-                let [left, right] = [low + third, high - third];
-                if self.cost_with_shape(group, number, left.exp())?
-                    < self.cost_with_shape(group, number, right.exp())?
-                {
-                    high = right;
-                } else {
-                    low = left;
-                }
+    /// The best of the most promising effects, each with its shape refined: at its start value a shape may do badly.
+    fn best_when_refined(&mut self, mut scored: Vec<(usize, f64)>) -> Result<Option<usize>, ModelError> {
+        scored.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut short_list: Vec<usize> = Vec::new();
+        for (group, _) in scored {
+            let groups = &self.library.groups;
+            if !short_list.iter().any(|&other| groups[other].same_place_and_effect(&groups[group])) {
+                short_list.push(group);
             }
-            self.cost_with_shape(group, number, (0.5 * (low + high)).exp())?;
+            if short_list.len() == SHORT_LIST {
+                break;
+            }
         }
-        Ok(())
+        for &group in &short_list {
+            self.refine(group)?;
+        }
+        let cost = |group: &usize| self.priced_cost(&self.with(*group));
+        let Some(best) = short_list.iter().copied().min_by(|a, b| cost(a).total_cmp(&cost(b))) else { return Ok(None) };
+        let groups = &self.library.groups;
+        let is_as_good = |simple: &usize| {
+            groups[*simple].parameter_count() < groups[best].parameter_count()
+                && groups[*simple].meets(&groups[best])
+                && !gates::is_confirmed(self, &self.with(*simple), &self.with(best))
+        };
+        let simple = short_list.iter().copied().filter(is_as_good).min_by(|a, b| cost(a).total_cmp(&cost(b)));
+        Ok(simple.or(Some(best)))
     }
 
-    fn cost_with_shape(&mut self, group: usize, number: usize, value: f64) -> Result<f64, ModelError> {
-        let mut shape = self.library.groups[group].shape.clone();
-        shape[number] = value;
-        self.library.reshape(group, shape)?;
-        self.update();
-        Ok(self.cost(&self.with(group)))
+    /// Sets the shape of a group to its best value beside the active ones, by golden section between the neighbours of its
+    /// start value.
+    fn refine(&mut self, group: usize) -> Result<(), ModelError> {
+        if self.library.groups[group].shape.is_empty() {
+            return Ok(());
+        }
+        let candidate = self.library.groups[group].clone();
+        // The group's own columns come last, so that a trial changes only the end of the equations.
+        let mut groups = self.with(group);
+        groups.retain(|&other| other != group);
+        let others = self.columns(&groups);
+        groups.push(group);
+        let mut equations = self.equations_of(&groups);
+        let kept: Vec<&PreparedColumn> = others.iter().map(|&column| &self.library.columns[column]).collect();
+        let Library { design, torque, .. } = &self.library;
+        let mut cost = |shape: &[f64]| -> Result<f64, ModelError> {
+            let prepared = fit::effect_columns(&candidate.term(), design, shape)?;
+            design.complete(&mut equations, &kept, &prepared, torque, &self.weights);
+            Ok(equations.solve().residual_energy)
+        };
+        let mut shape = candidate.shape.clone();
+        let start = cost(&shape)?;
+        let mut least = start;
+        for (number, (parameter, grid)) in candidate.spec.shapes().enumerate() {
+            let value = shape[number];
+            let below = grid.iter().copied().rfind(|&other| other < 0.999 * value);
+            let above = grid.iter().copied().find(|&other| other > 1.001 * value);
+            let below = below.unwrap_or(parameter.min.max(value / 4.0));
+            let above = above.unwrap_or(parameter.max.min(value * 4.0));
+            let mut trial = shape.clone();
+            let (best, found) = golden_section(below.ln(), above.ln(), |place| {
+                trial[number] = place.exp();
+                cost(&trial)
+            })?;
+            if found < least {
+                (shape[number], least) = (best.exp(), found);
+            }
+        }
+        if least < start {
+            self.library.reshape(group, shape)?;
+            self.update_columns(candidate.columns);
+        }
+        Ok(())
     }
 
     /// Takes out what is no longer worth its price, the weakest first.
@@ -237,17 +305,19 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Swaps effects for rivals at the same place while that pays.
+    /// Swaps effects for rivals while that pays.
     fn swap(&mut self) {
-        let mut rounds = self.active.len();
-        while rounds > 0 {
-            rounds -= 1;
+        for _ in 0..self.active.len() {
             let now = self.priced_cost(&self.active);
             let mut best: Option<(Vec<usize>, f64)> = None;
             for &old in &self.active {
-                for (rival, _) in self.rivals(old) {
+                for (rival, new) in self.rivals(old) {
                     let cost = self.priced_cost(&rival);
-                    if cost < best.as_ref().map_or(now, |(_, cost)| *cost) {
+                    let groups = &self.library.groups;
+                    let is_simpler = groups[new].parameter_count() <= groups[old].parameter_count();
+                    if cost < best.as_ref().map_or(now, |(_, cost)| *cost)
+                        && (is_simpler || gates::is_confirmed(self, &self.active, &rival))
+                    {
                         best = Some((rival, cost));
                     }
                 }
@@ -257,22 +327,20 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The sets in which another effect at the same place stands for `group`, each with that effect.
+    /// The sets in which another effect that meets `group` on a joint stands for it, each with that effect.
     pub fn rivals(&self, group: usize) -> Vec<(Vec<usize>, usize)> {
-        let place = self.library.groups[group].joint;
+        let groups = &self.library.groups;
         let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != group).collect();
         let is_free = |candidate: &usize| {
-            let candidate_group = &self.library.groups[*candidate];
-            candidate_group.joint == place
-                && !candidate_group.same_place_and_effect(&self.library.groups[group])
+            let candidate = &groups[*candidate];
+            candidate.meets(&groups[group])
+                && !candidate.same_place_and_effect(&groups[group])
                 && !others.iter().any(|&other| {
-                    let other = &self.library.groups[other];
-                    other.same_place_and_effect(candidate_group)
-                        || other.includes(candidate_group)
-                        || candidate_group.includes(other)
+                    let other = &groups[other];
+                    other.same_place_and_effect(candidate) || other.includes(candidate) || candidate.includes(other)
                 })
         };
-        let candidates = (0..self.library.groups.len()).filter(is_free);
+        let candidates = (0..groups.len()).filter(is_free);
         candidates
             .map(|candidate| {
                 let mut groups = others.clone();
@@ -282,6 +350,37 @@ impl<'a> Search<'a> {
             .filter(|(groups, candidate)| gates::is_physical(self, groups, *candidate))
             .collect()
     }
+}
+
+/// Puts other products of one column into the equations.
+fn replace(equations: &mut NormalEquations, number: usize, products: &DVector<f64>, moment: f64) {
+    equations.gram.set_column(number, products);
+    equations.gram.set_row(number, &products.transpose());
+    equations.moment[number] = moment;
+}
+
+/// The place of the least cost between `low` and `high`, and that cost.
+fn golden_section(
+    mut low: f64,
+    mut high: f64,
+    mut cost: impl FnMut(f64) -> Result<f64, ModelError>,
+) -> Result<(f64, f64), ModelError> {
+    let ratio = (5f64.sqrt() - 1.0) / 2.0;
+    let mut inner = [high - ratio * (high - low), low + ratio * (high - low)];
+    let mut costs = [cost(inner[0])?, cost(inner[1])?];
+    for _ in 0..REFINEMENTS {
+        if costs[0] < costs[1] {
+            high = inner[1];
+            inner = [high - ratio * (high - low), inner[0]];
+            costs = [cost(inner[0])?, costs[0]];
+        } else {
+            low = inner[0];
+            inner = [inner[1], low + ratio * (high - low)];
+            costs = [costs[1], cost(inner[1])?];
+        }
+    }
+    let best = usize::from(costs[1] < costs[0]);
+    Ok((inner[best], costs[best]))
 }
 
 /// Sum of the equations of the blocks for which `included` holds.

@@ -15,11 +15,26 @@
 
 pub mod registry;
 
+mod actuator_lag;
+mod base_tilt;
+mod cogging;
 mod coulomb_friction;
+mod dahl_hysteresis;
+mod dead_zone;
+mod end_stop;
+mod friction_coupling;
+mod friction_drift;
+mod hardening_spring;
+mod inertia_coupling;
 mod joint_spring;
+mod load_friction;
+mod offset_drift;
+mod position_friction;
+mod quadratic_drag;
 mod rotor_inertia;
 mod stribeck_friction;
 mod tip_payload;
+mod torque_gain;
 mod torque_offset;
 mod viscous_friction;
 
@@ -39,6 +54,11 @@ pub trait Effect: Send + Sync {
     /// # Errors
     /// [`NotApplicable`] if the motion lacks what the formula needs.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable>;
+
+    /// Whether it needs [`Motion::load`], which changes with the rigid body's parameters.
+    fn depends_on_load(&self) -> bool {
+        false
+    }
 }
 
 /// What an effect is told of the motion.
@@ -52,6 +72,35 @@ pub struct Motion<'a> {
     pub posture: Posture,
     /// The arm's geometry, where it is known.
     pub arm: Option<&'a Arm>,
+    /// What the rigid body needs, where it is known.
+    pub load: Option<&'a Load>,
+}
+
+/// What the rigid body needs along one trajectory, for effects that depend on it: friction under load, errors of the torque
+/// reading. It comes from a rigid body, never from the measured torque, or the effects would explain the torque by itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Load {
+    /// Torque of the rigid body \[N m\].
+    pub torque: PerJoint,
+    /// Derivative of its gravity torque by the zero angle of the posture \[N m/rad\].
+    pub turned_gravity: PerJoint,
+}
+
+impl Motion<'_> {
+    /// The load, for the effect with this spec.
+    fn load(&self, spec: &'static Spec) -> Result<&Load, NotApplicable> {
+        let reason = "it needs the torque of a rigid body: choose the preset `rigid-body`".to_owned();
+        self.load.ok_or(NotApplicable { effect: spec.name, reason })
+    }
+
+    /// A joint behind the one before it, for the effect of a pair with this spec.
+    fn pair(&self, spec: &'static Spec, joint: usize) -> Result<[usize; 2], NotApplicable> {
+        let reason = "it needs two neighbouring joints".to_owned();
+        match joint.checked_sub(1) {
+            Some(before) if joint < self.trajectory.joint_count() => Ok([before, joint]),
+            _ => Err(NotApplicable { effect: spec.name, reason }),
+        }
+    }
 }
 
 /// Torque over one trajectory, only at the joints where it is not zero by construction.
@@ -117,6 +166,8 @@ pub struct Spec {
 pub enum Scope {
     /// One joint's motion makes torque on that joint.
     Joint,
+    /// A joint and the one before it; the later one names the pair.
+    Pair,
     /// The whole arm.
     Arm,
 }
@@ -181,12 +232,26 @@ pub enum Dimension {
     Position,
     /// Velocity.
     Velocity,
+    /// Torque per velocity squared.
+    QuadraticDamping,
+    /// Torque per position cubed.
+    CubicStiffness,
+    /// Torque per time.
+    TorqueRate,
+    /// Radians of a wave per position.
+    WaveNumber,
+    /// Angle, whatever the joint does.
+    Angle,
+    /// Time.
+    Time,
+    /// A number without unit.
+    Ratio,
 }
 
 impl Dimension {
     /// The SI unit for a joint of this kind.
     pub fn unit(self, kind: JointKind) -> &'static str {
-        use Dimension::{Damping, Inertia, Mass, Position, Stiffness, Torque, Velocity};
+        use Dimension::*;
         use JointKind::{Prismatic, Revolute};
         match (self, kind) {
             (Torque, Revolute) => "N m",
@@ -201,6 +266,17 @@ impl Dimension {
             (Position, Prismatic) => "m",
             (Velocity, Revolute) => "rad/s",
             (Velocity, Prismatic) => "m/s",
+            (QuadraticDamping, Revolute) => "N m s²/rad²",
+            (QuadraticDamping, Prismatic) => "N s²/m²",
+            (CubicStiffness, Revolute) => "N m/rad³",
+            (CubicStiffness, Prismatic) => "N/m³",
+            (TorqueRate, Revolute) => "N m/s",
+            (TorqueRate, Prismatic) => "N/s",
+            (WaveNumber, Revolute) => "rad/rad",
+            (WaveNumber, Prismatic) => "rad/m",
+            (Angle, _) => "rad",
+            (Time, _) => "s",
+            (Ratio, _) => "1",
         }
     }
 }
@@ -254,6 +330,22 @@ impl Spec {
         Ok(())
     }
 
+    /// Where the effect acts if it is to act on `joints` (from 0); `None` stands for the whole arm. For the pair of the
+    /// first joint, which has none before it, its pair with the second is taken.
+    pub fn places(&self, joints: impl IntoIterator<Item = usize>) -> Vec<Option<usize>> {
+        let joints = joints.into_iter();
+        match self.scope {
+            Scope::Arm => vec![None],
+            Scope::Joint => joints.map(Some).collect(),
+            Scope::Pair => {
+                let mut places: Vec<_> = joints.map(|joint| Some(joint.max(1))).collect();
+                places.sort_unstable();
+                places.dedup();
+                places
+            }
+        }
+    }
+
     /// The linear parameters.
     pub fn linear(&self) -> impl Iterator<Item = &'static ParameterSpec> {
         self.parameters.iter().filter(|parameter| matches!(parameter.role, Role::Linear))
@@ -305,6 +397,12 @@ pub(crate) mod testing {
         pub(crate) arm: Arm,
         pub(crate) trajectory: Trajectory,
         pub(crate) kinds: Vec<JointKind>,
+        load: Load,
+    }
+
+    /// A parabola in time that changes its sign.
+    fn load(joint: usize, time: f64) -> f64 {
+        40.0 * (time - 0.07) * (time - 0.15) + 0.03 * (joint as f64 - 1.0)
     }
 
     impl Sample {
@@ -315,14 +413,29 @@ pub(crate) mod testing {
                     .map(|joint| (0..21).map(|t| scale * (t as f64 - 10.0 + shift + joint as f64)).collect())
                     .collect()
             };
-            let time = (0..21).map(|t| 0.01 * t as f64).collect();
+            let time: Vec<f64> = (0..21).map(|t| 0.01 * t as f64).collect();
             let (q, qd, qdd) = (signal(0.13, 0.4), signal(0.21, 0.0), signal(-0.7, 0.3));
+            let arm = Arm::uniform(3);
+            let torque = (0..3).map(|joint| time.iter().map(|&time| load(joint, time)).collect()).collect();
+            let load = Load { torque, turned_gravity: arm.turned_gravity_along(&q) };
             let trajectory = Trajectory { name: String::new(), time, q, qd, qdd, tau: Vec::new() };
-            Sample { arm: Arm::uniform(3), trajectory, kinds: vec![JointKind::Revolute; 3] }
+            Sample { arm, trajectory, kinds: vec![JointKind::Revolute; 3], load }
+        }
+
+        /// dτ/dt of the load.
+        pub(crate) fn load_rate(&self, joint: usize) -> impl Iterator<Item = f64> {
+            let slope = move |&time: &f64| (load(joint, time + 1e-3) - load(joint, time - 1e-3)) / 2e-3;
+            self.trajectory.time.iter().map(slope)
         }
 
         pub(crate) fn motion(&self) -> Motion<'_> {
-            Motion { trajectory: &self.trajectory, kinds: &self.kinds, posture: self.arm.posture, arm: Some(&self.arm) }
+            Motion {
+                trajectory: &self.trajectory,
+                kinds: &self.kinds,
+                posture: self.arm.posture,
+                arm: Some(&self.arm),
+                load: Some(&self.load),
+            }
         }
     }
 
@@ -336,6 +449,24 @@ pub(crate) mod testing {
             assert!((torque[1][t] - expected).abs() < 1e-12, "{} is not {expected}", torque[1][t]);
         }
         assert!(torque[0].iter().chain(&torque[2]).all(|&value| value == 0.0));
+    }
+
+    /// The same for a formula of the load, q and q̇; without a load the effect must say what it lacks.
+    pub(crate) fn assert_depends_on_load(
+        effect: &dyn Effect,
+        parameters: &[f64],
+        formula: impl Fn(f64, f64, f64) -> f64,
+    ) {
+        let sample = Sample::new();
+        let torque = torque(effect, &sample.motion(), 1, parameters).unwrap();
+        let Trajectory { q, qd, time, .. } = &sample.trajectory;
+        for t in 0..sample.trajectory.len() {
+            let expected = formula(load(1, time[t]), q[1][t], qd[1][t]);
+            assert!((torque[1][t] - expected).abs() < 1e-12, "{} is not {expected}", torque[1][t]);
+        }
+        assert!(torque[0].iter().chain(&torque[2]).all(|&value| value == 0.0));
+        let lacking = effect.columns(&Motion { load: None, ..sample.motion() }, 1, &[]).unwrap_err().to_string();
+        assert!(lacking.contains("rigid body"), "{lacking}");
     }
 }
 

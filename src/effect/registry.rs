@@ -7,10 +7,25 @@ pub static ALL: &[&dyn Effect] = &[
     &viscous_friction::ViscousFriction,
     &coulomb_friction::CoulombFriction,
     &stribeck_friction::StribeckFriction,
+    &load_friction::LoadFriction,
+    &quadratic_drag::QuadraticDrag,
+    &position_friction::PositionFriction,
+    &friction_drift::FrictionDrift,
+    &dahl_hysteresis::DahlHysteresis,
+    &friction_coupling::FrictionCoupling,
     &joint_spring::JointSpring,
+    &hardening_spring::HardeningSpring,
+    &end_stop::EndStop,
+    &cogging::Cogging,
     &torque_offset::TorqueOffset,
+    &offset_drift::OffsetDrift,
+    &torque_gain::TorqueGain,
+    &dead_zone::DeadZone,
+    &actuator_lag::ActuatorLag,
     &tip_payload::TipPayload,
+    &base_tilt::BaseTilt,
     &rotor_inertia::RotorInertia,
+    &inertia_coupling::InertiaCoupling,
 ];
 
 /// No effect has this id.
@@ -108,6 +123,15 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn effects_say_whether_they_depend_on_the_load() {
+        let sample = Sample::new();
+        for effect in ALL {
+            let without = effect.columns(&Motion { load: None, ..sample.motion() }, 1, &shape(effect.spec()));
+            assert_eq!(without.is_err(), effect.depends_on_load(), "{}", effect.spec().id);
         }
     }
 

@@ -8,7 +8,7 @@ use super::least_squares::NormalEquations;
 use super::preparation::Preparation;
 use super::terms::Setting;
 use super::{Model, ModelError, RigidBody, Term};
-use crate::effect::Column;
+use crate::effect::{Column, Load};
 use crate::recording::split::{Segment, Split};
 use crate::recording::{PerJoint, Recording, Trajectory};
 
@@ -16,6 +16,8 @@ use crate::recording::{PerJoint, Recording, Trajectory};
 const STANDSTILL: f64 = 0.01;
 /// Blocks for validation and standard errors are by training stretch if there are at least this many, else by time.
 const FEWEST_BLOCKS: usize = 10;
+/// Longest lag of the residual's autocorrelation, in prepared samples.
+const MOST_LAG: usize = 100;
 /// How many time blocks are cut otherwise, over all stretches.
 const TIME_BLOCKS: usize = 16;
 
@@ -33,6 +35,8 @@ pub struct Design<'a> {
     /// Whether a prepared sample counts: `counts[trajectory][joint][sample]`.
     counts: Vec<Vec<Vec<bool>>>,
     preparations: Vec<Preparation>,
+    /// What the rigid body needs, by trajectory.
+    loads: Vec<Option<Load>>,
 }
 
 /// A stretch of one trajectory, in prepared samples.
@@ -50,10 +54,15 @@ pub struct PreparedColumn {
     parts: Vec<Vec<(usize, Vec<f64>)>>,
 }
 
-/// Normal equations of a list of columns, by block and joint, so that blocks can be left out and joints weighted.
+/// Normal equations of a list of columns, by block and joint, so that blocks can be left out and joints weighted. Only
+/// products within a joint are stored: most columns act on one joint.
 #[derive(Debug, Clone)]
 pub struct Equations {
-    /// `[block][joint]`.
+    /// How many columns there are.
+    count: usize,
+    /// The columns that act on each joint, ascending.
+    on_joint: Vec<Vec<usize>>,
+    /// `[block][joint]`, in the columns that act on the joint.
     parts: Vec<Vec<NormalEquations>>,
 }
 
@@ -79,13 +88,45 @@ impl<'a> Design<'a> {
             torque.push(prepared);
         }
         let blocks = cut_into_blocks(&split.train, &preparations);
-        let design = Design { recording, setting, blocks, torque, counts, preparations };
+        let loads = vec![None; recording.trajectories.len()];
+        let design = Design { recording, setting, blocks, torque, counts, preparations, loads };
         if (0..recording.joint_count()).all(|joint| design.energy(joint) == 0.0) {
             return Err(ModelError::NothingToLearn(
                 "the torque is zero, or no joint moves, in all training samples".to_owned(),
             ));
         }
-        Ok(design)
+        let body = design.rough_body()?;
+        Ok(design.with_body(Some(body)))
+    }
+
+    /// The same data with the load of another rigid body; `None` stands for the stated arm.
+    pub fn with_body(&self, body: Option<Vec<f64>>) -> Design<'a> {
+        let mut design = self.clone();
+        design.setting.body = body;
+        design.loads = self.recording.trajectories.iter().map(|trajectory| design.setting.load(trajectory)).collect();
+        design
+    }
+
+    /// Factors of the rigid body, identified beside the commonest friction and offsets so that these do not bias it much.
+    fn rough_body(&self) -> Result<Vec<f64>, ModelError> {
+        let joints = self.recording.joint_count();
+        let mut columns = self.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&self.setting, trajectory)))?;
+        let count = columns.len();
+        columns.extend(self.prepare(|trajectory, _| {
+            let common = |joint: usize| {
+                let qd = &trajectory.qd[joint];
+                let column = |value: fn(f64) -> f64| Column::on_joint(joint, qd.iter().map(move |&qd| value(qd)));
+                [column(|_| 1.0), column(|qd| qd), column(f64::signum)]
+            };
+            Ok((0..joints).flat_map(common).collect())
+        })?);
+        let equations = self.equations(&columns, &self.torque);
+        let inverse = |energy: f64| if energy > 0.0 { 1.0 / energy } else { 0.0 };
+        let mut weights: Vec<f64> = (0..joints).map(|joint| inverse(self.energy(joint))).collect();
+        let rough = equations.total(&weights, |_| true).solve().factors;
+        weights = super::fit::residual_weights(self, &equations, &rough);
+        let factors = equations.total(&weights, |_| true).solve().factors;
+        Ok(factors.iter().take(count).copied().collect())
     }
 
     /// Σ τ² of a joint over the training samples that count.
@@ -110,11 +151,11 @@ impl<'a> Design<'a> {
     /// Those of `columns`.
     pub fn prepare(
         &self,
-        columns: impl Fn(&Trajectory) -> Result<Vec<Column>, ModelError>,
+        columns: impl Fn(&Trajectory, Option<&Load>) -> Result<Vec<Column>, ModelError>,
     ) -> Result<Vec<PreparedColumn>, ModelError> {
         let mut prepared: Vec<PreparedColumn> = Vec::new();
         for (index, trajectory) in self.recording.trajectories.iter().enumerate() {
-            for (number, column) in columns(trajectory)?.iter().enumerate() {
+            for (number, column) in columns(trajectory, self.loads[index].as_ref())?.iter().enumerate() {
                 if prepared.len() <= number {
                     prepared.push(PreparedColumn { parts: vec![Vec::new(); index] });
                 }
@@ -153,18 +194,20 @@ impl<'a> Design<'a> {
     /// The normal equations of these columns against `torque` (prepared, by trajectory).
     pub fn equations(&self, columns: &[PreparedColumn], torque: &[PerJoint]) -> Equations {
         let joints = self.recording.joint_count();
+        let acting = |joint: usize| (0..columns.len()).filter(|&column| columns[column].acts_on(joint)).collect();
+        let on_joint: Vec<Vec<usize>> = (0..joints).map(acting).collect();
         let of_block = |block: &Block| {
-            (0..joints)
-                .map(|joint| {
-                    let cut: Vec<_> = columns.iter().map(|column| column.cut(block, joint)).collect();
-                    joint_equations(&cut, &torque[block.trajectory][joint][block.samples.clone()])
-                })
-                .collect()
+            let of_joint = |(joint, acting): (usize, &Vec<usize>)| {
+                let cut: Vec<&[f64]> = acting.iter().map(|&column| columns[column].cut(block, joint)).collect();
+                joint_equations(&cut, &torque[block.trajectory][joint][block.samples.clone()])
+            };
+            on_joint.iter().enumerate().map(of_joint).collect()
         };
-        Equations { parts: self.blocks.iter().map(of_block).collect() }
+        let parts = self.blocks.iter().map(of_block).collect();
+        Equations { count: columns.len(), on_joint, parts }
     }
 
-    /// Computes anew what changed in `equations` when the columns `changed` were replaced.
+    /// Computes anew what changed in `equations` when the columns `changed` were replaced by others on the same joints.
     pub fn update_equations(
         &self,
         equations: &mut Equations,
@@ -173,19 +216,84 @@ impl<'a> Design<'a> {
         torque: &[PerJoint],
     ) {
         for (block, parts) in self.blocks.iter().zip(&mut equations.parts) {
-            for (joint, part) in parts.iter_mut().enumerate() {
-                let cut: Vec<_> = columns.iter().map(|column| column.cut(block, joint)).collect();
-                for i in changed.clone() {
-                    part.moment[i] = cut[i]
-                        .map_or(0.0, |values| dot(values, &torque[block.trajectory][joint][block.samples.clone()]));
+            for (joint, (part, acting)) in parts.iter_mut().zip(&equations.on_joint).enumerate() {
+                if !acting.iter().any(|column| changed.contains(column)) {
+                    continue;
+                }
+                let cut: Vec<&[f64]> = acting.iter().map(|&column| columns[column].cut(block, joint)).collect();
+                for i in (0..acting.len()).filter(|&i| changed.contains(&acting[i])) {
+                    part.moment[i] = dot(cut[i], &torque[block.trajectory][joint][block.samples.clone()]);
                     for j in 0..cut.len() {
-                        let product = cut[i].zip(cut[j]).map_or(0.0, |(first, second)| dot(first, second));
+                        let product = dot(cut[i], cut[j]);
                         part.gram[(i, j)] = product;
                         part.gram[(j, i)] = product;
                     }
                 }
             }
         }
+    }
+
+    /// Computes anew the last rows and columns of the weighted `sum` over all blocks, those of the columns `new`, which
+    /// come after the columns `kept`.
+    pub fn complete(
+        &self,
+        sum: &mut NormalEquations,
+        kept: &[&PreparedColumn],
+        new: &[PreparedColumn],
+        torque: &[PerJoint],
+        weights: &[f64],
+    ) {
+        let first = kept.len();
+        let all: Vec<&PreparedColumn> = kept.iter().copied().chain(new).collect();
+        for i in first..all.len() {
+            sum.moment[i] = 0.0;
+            sum.gram.row_mut(i).fill(0.0);
+            sum.gram.column_mut(i).fill(0.0);
+        }
+        for block in &self.blocks {
+            for (joint, &weight) in weights.iter().enumerate() {
+                for i in (first..all.len()).filter(|&i| all[i].acts_on(joint)) {
+                    let values = all[i].cut(block, joint);
+                    sum.moment[i] += weight * dot(values, &torque[block.trajectory][joint][block.samples.clone()]);
+                    for j in (0..=i).filter(|&j| all[j].acts_on(joint)) {
+                        sum.gram[(i, j)] += weight * dot(values, all[j].cut(block, joint));
+                    }
+                }
+            }
+        }
+        for i in first..all.len() {
+            for j in 0..i {
+                sum.gram[(j, i)] = sum.gram[(i, j)];
+            }
+        }
+    }
+
+    /// How many samples of a joint's residual count as one, because neighbours resemble each other: the integrated
+    /// autocorrelation 1 + 2 Σ ρₖ up to the first ρₖ that is not positive. 1 for white noise.
+    pub fn correlation(
+        &self,
+        columns: &[PreparedColumn],
+        factors: &DVector<f64>,
+        torque: &[PerJoint],
+        joint: usize,
+    ) -> f64 {
+        let mut products = vec![0.0; MOST_LAG + 1];
+        for block in &self.blocks {
+            let mut residual = torque[block.trajectory][joint][block.samples.clone()].to_vec();
+            for (column, factor) in columns.iter().zip(factors).filter(|(_, factor)| **factor != 0.0) {
+                for (left, value) in residual.iter_mut().zip(column.cut(block, joint)) {
+                    *left -= factor * value;
+                }
+            }
+            for (lag, product) in products.iter_mut().enumerate().take(residual.len()) {
+                *product += dot(&residual[lag..], &residual[..residual.len() - lag]);
+            }
+        }
+        if products[0] <= 0.0 {
+            return 1.0;
+        }
+        let positive = products[1..].iter().map(|product| product / products[0]).take_while(|&rho| rho > 0.0);
+        1.0 + 2.0 * positive.sum::<f64>()
     }
 
     /// RMS speed of each block relative to the mean of all, so that slow and fast blocks can be told apart.
@@ -220,27 +328,72 @@ impl Equations {
 
     /// The weighted sum over all joints and the blocks for which `included` holds.
     pub fn total(&self, weights: &[f64], included: impl Fn(usize) -> bool) -> NormalEquations {
-        let factors = self.parts.first().and_then(|joints| joints.first()).map_or(0, |part| part.moment.len());
-        let mut sum = NormalEquations::empty(factors);
-        for (_, joints) in self.parts.iter().enumerate().filter(|(block, _)| included(*block)) {
-            for (part, &weight) in joints.iter().zip(weights) {
-                sum.add(part, weight);
+        let mut sum = NormalEquations::empty(self.count);
+        for block in (0..self.parts.len()).filter(|&block| included(block)) {
+            for (joint, &weight) in weights.iter().enumerate() {
+                self.add_part(block, joint, weight, &mut sum);
             }
         }
         sum
     }
 
-    /// The equations of one block and joint.
-    pub fn part(&self, block: usize, joint: usize) -> &NormalEquations {
-        &self.parts[block][joint]
+    /// Adds `weight` times the equations of one block and joint to `sum`, which is in all columns.
+    pub fn add_part(&self, block: usize, joint: usize, weight: f64, sum: &mut NormalEquations) {
+        let (part, acting) = (&self.parts[block][joint], &self.on_joint[joint]);
+        for (j, &to) in acting.iter().enumerate() {
+            for (i, &from) in acting.iter().enumerate() {
+                sum.gram[(from, to)] += weight * part.gram[(i, j)];
+            }
+            sum.moment[to] += weight * part.moment[j];
+        }
+        sum.energy += weight * part.energy;
+    }
+
+    /// The equations of one block and joint in a selection of columns.
+    pub fn select(&self, block: usize, joint: usize, columns: &[usize]) -> NormalEquations {
+        let (part, acting) = (&self.parts[block][joint], &self.on_joint[joint]);
+        let places: Vec<Option<usize>> = columns.iter().map(|column| acting.binary_search(column).ok()).collect();
+        NormalEquations {
+            gram: DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+                places[i].zip(places[j]).map_or(0.0, |(i, j)| part.gram[(i, j)])
+            }),
+            moment: DVector::from_fn(columns.len(), |i, _| places[i].map_or(0.0, |i| part.moment[i])),
+            energy: part.energy,
+        }
+    }
+
+    /// Weighted products of one column with `others` on one block, and its moment.
+    pub fn column(&self, block: usize, number: usize, others: &[usize], weights: &[f64]) -> (DVector<f64>, f64) {
+        let (mut products, mut sum) = (DVector::zeros(others.len()), 0.0);
+        for (joint, &weight) in weights.iter().enumerate() {
+            let (part, acting) = (&self.parts[block][joint], &self.on_joint[joint]);
+            let Ok(here) = acting.binary_search(&number) else { continue };
+            sum += weight * part.moment[here];
+            for (product, other) in products.iter_mut().zip(others) {
+                *product += acting.binary_search(other).map_or(0.0, |other| weight * part.gram[(here, other)]);
+            }
+        }
+        (products, sum)
+    }
+
+    /// What these factors (of all columns) leave of one block and joint.
+    pub fn residual_energy(&self, block: usize, joint: usize, factors: &DVector<f64>) -> f64 {
+        let acting = &self.on_joint[joint];
+        let here = DVector::from_fn(acting.len(), |i, _| factors[acting[i]]);
+        self.parts[block][joint].residual_energy(&here)
     }
 }
 
 impl PreparedColumn {
-    /// The column on one block and joint; `None` where it is zero by construction.
-    fn cut(&self, block: &Block, joint: usize) -> Option<&[f64]> {
+    /// Whether the column is anything but zero by construction on this joint.
+    fn acts_on(&self, joint: usize) -> bool {
+        self.parts.iter().any(|parts| parts.iter().any(|(on, _)| *on == joint))
+    }
+
+    /// The column on one block and joint; empty where it is zero by construction.
+    fn cut(&self, block: &Block, joint: usize) -> &[f64] {
         let parts = &self.parts[block.trajectory];
-        parts.iter().find(|(on, _)| *on == joint).map(|(_, values)| &values[block.samples.clone()])
+        parts.iter().find(|(on, _)| *on == joint).map_or(&[], |(_, values)| &values[block.samples.clone()])
     }
 
     /// Σ factors · (above − below) / step: the derivative of an effect's torque by a shape parameter.
@@ -270,14 +423,12 @@ fn blank(values: &mut [f64], counts: &[bool]) {
     }
 }
 
-fn joint_equations(columns: &[Option<&[f64]>], torque: &[f64]) -> NormalEquations {
+fn joint_equations(columns: &[&[f64]], torque: &[f64]) -> NormalEquations {
     let mut gram = DMatrix::zeros(columns.len(), columns.len());
     let mut moment = DVector::zeros(columns.len());
     for (i, first) in columns.iter().enumerate() {
-        let Some(first) = first else { continue };
         moment[i] = dot(first, torque);
         for (j, second) in columns.iter().enumerate().take(i + 1) {
-            let Some(second) = second else { continue };
             let product = dot(first, second);
             gram[(i, j)] = product;
             gram[(j, i)] = product;

@@ -108,6 +108,8 @@ const SHAPE_STEP: f64 = 1e-3;
 const SHAPE_STEPS: usize = 14;
 /// Rounds over all shape parameters, since they influence each other.
 const SHAPE_ROUNDS: usize = 2;
+/// Rounds in which the load is computed anew from the identified body; each shrinks its error by the effect's strength.
+const LOAD_ROUNDS: usize = 2;
 /// The coverage of intervals.
 const COVERAGE: f64 = 0.95;
 
@@ -128,6 +130,24 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
     if let Some(term) = model.terms.iter().find(|term| matches!(term, Term::Learned(_))) {
         return Err(ModelError::Learned(term.label()));
     }
+    let depends = |term: &EffectTerm| term.find().is_ok_and(|effect| effect.depends_on_load());
+    if !model.effects().any(depends) {
+        return fit_with_load(model, design, monitor);
+    }
+    if model.is_pinned() {
+        return fit_with_load(model, &design.with_body(None), monitor);
+    }
+    // The load follows from the body that is identified beside it.
+    let mut fitted = fit_with_load(model, design, monitor)?;
+    for _ in 0..LOAD_ROUNDS {
+        let Some(body) = fitted.body_factors() else { break };
+        fitted = fit_with_load(model, &design.with_body(Some(body)), monitor)?;
+    }
+    Ok(fitted)
+}
+
+/// The fit with the load that the design has.
+fn fit_with_load(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
     let factors = model.factors(&design.setting)?;
     let samples: usize = (0..design.recording.joint_count()).map(|joint| design.sample_count(joint)).sum();
     if samples < 4 * factors.len() {
@@ -173,7 +193,7 @@ pub(crate) fn residual_weights(design: &Design, equations: &Equations, factors: 
     (0..joints)
         .map(|joint| {
             let energy: f64 =
-                (0..equations.block_count()).map(|block| equations.part(block, joint).residual_energy(factors)).sum();
+                (0..equations.block_count()).map(|block| equations.residual_energy(block, joint, factors)).sum();
             let samples = design.sample_count(joint) as f64;
             // An exact fit has no error to weigh by: rounding would decide.
             let floor = 1e-20 * design.energy(joint);
@@ -371,7 +391,7 @@ fn jackknife_errors(equations: &Equations, weights: &[f64]) -> Vec<Option<f64>> 
     for block in 0..blocks {
         let mut rest = whole.clone();
         for (joint, &weight) in weights.iter().enumerate() {
-            rest.add(equations.part(block, joint), -weight);
+            equations.add_part(block, joint, -weight, &mut rest);
         }
         let solution = rest.select(&kept).solve();
         for (row, &index) in kept.iter().enumerate() {
@@ -396,7 +416,7 @@ pub(crate) fn effect_columns(
     design: &Design,
     shape: &[f64],
 ) -> Result<Vec<PreparedColumn>, ModelError> {
-    design.prepare(|trajectory| effect.columns(&design.setting, trajectory, shape))
+    design.prepare(|trajectory, load| effect.columns(&design.setting, trajectory, load, shape))
 }
 
 /// Columns of all terms of a model, prepared.
@@ -410,7 +430,7 @@ pub(crate) fn prepared_columns(
         match term {
             Term::RigidBody(RigidBody::Stated(_)) | Term::Learned(_) => {}
             Term::RigidBody(body) => {
-                columns.extend(design.prepare(|trajectory| Ok(body.columns(&design.setting, trajectory)))?);
+                columns.extend(design.prepare(|trajectory, _| Ok(body.columns(&design.setting, trajectory)))?);
             }
             Term::Effect(effect) => columns.extend(effect_columns(effect, design, shape)?),
         }
@@ -447,6 +467,7 @@ impl Fitted {
             None => Vec::new(),
         }
         .into_iter();
+        let load = self.model.effects().next().and_then(|_| self.setting.load(trajectory));
         let mut terms = Vec::new();
         let mut factors = self.factors.iter();
         for (term, shape) in self.model.terms.iter().zip(&self.shapes) {
@@ -454,7 +475,7 @@ impl Fitted {
                 Term::RigidBody(body) => {
                     (body.known_torque(&self.setting, trajectory), body.columns(&self.setting, trajectory))
                 }
-                Term::Effect(effect) => (None, effect.columns(&self.setting, trajectory, shape)?),
+                Term::Effect(effect) => (None, effect.columns(&self.setting, trajectory, load.as_ref(), shape)?),
                 Term::Learned(_) => (learned.next(), Vec::new()),
             };
             let mut torque = known.unwrap_or_else(|| zero.clone());
@@ -468,6 +489,21 @@ impl Fitted {
             terms.push(torque);
         }
         Ok(Prediction::sum_of(terms, zero))
+    }
+
+    /// Factors of the identified rigid body, if the model has one.
+    fn body_factors(&self) -> Option<Vec<f64>> {
+        let identified = |term: &Term| *term == Term::RigidBody(RigidBody::Identified);
+        let body = self.model.terms.iter().position(identified)?;
+        let factors = self.model.factors(&self.setting).ok()?;
+        Some(
+            factors
+                .iter()
+                .zip(&self.factors)
+                .filter(|(factor, _)| factor.term == body)
+                .map(|(_, &value)| value)
+                .collect(),
+        )
     }
 
     /// The parameters of one term.

@@ -18,7 +18,7 @@ pub mod terms;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
-use crate::effect::{self, Effect, Scope, registry};
+use crate::effect::{self, Effect, registry};
 use crate::network::Activation;
 use crate::recording::Recording;
 
@@ -218,12 +218,8 @@ impl Model {
     /// [`ModelError::UnknownEffect`].
     pub fn with_effect(&self, id: &str, joints: &[usize]) -> Result<Model, ModelError> {
         let spec = registry::find(id)?.spec();
-        let joints: Vec<Option<usize>> = match spec.scope {
-            Scope::Arm => vec![None],
-            Scope::Joint => joints.iter().copied().map(Some).collect(),
-        };
         let mut model = self.clone();
-        for joint in joints {
+        for joint in spec.places(joints.iter().copied()) {
             let covered = |term: &EffectTerm| {
                 term.joint == joint && registry::find(&term.effect).is_ok_and(|old| old.spec().includes.contains(&id))
             };

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
-use crate::effect::{Column, Motion};
+use crate::effect::{Column, Load, Motion};
 use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
 
 /// What terms need to know of the recording beside the motion.
@@ -16,6 +16,9 @@ pub struct Setting {
     pub posture: Posture,
     /// The stated arm.
     pub arm: Option<Arm>,
+    /// Factors of the identified rigid body, roughly: from them comes the load of effects that depend on it.
+    #[serde(default)]
+    pub body: Option<Vec<f64>>,
 }
 
 impl Setting {
@@ -38,7 +41,7 @@ impl Setting {
             return Err(ModelError::OtherArm { arm: arm.joint_count(), recording: joints });
         }
         let posture = recording.posture.or(recording.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default();
-        Ok(Setting { kinds, posture, arm: recording.stated_arm.clone() })
+        Ok(Setting { kinds, posture, arm: recording.stated_arm.clone(), body: None })
     }
 
     /// Gravity \[m/s²\]: of the stated arm, or the standard.
@@ -48,7 +51,39 @@ impl Setting {
 
     /// What an effect is told.
     pub fn motion<'a>(&'a self, trajectory: &'a Trajectory) -> Motion<'a> {
-        Motion { trajectory, kinds: &self.kinds, posture: self.posture, arm: self.arm.as_ref() }
+        Motion { trajectory, kinds: &self.kinds, posture: self.posture, arm: self.arm.as_ref(), load: None }
+    }
+
+    /// What the rigid body needs along a trajectory: by its rough factors, or by the stated arm if there are none.
+    pub fn load(&self, trajectory: &Trajectory) -> Option<Load> {
+        if let Some(factors) = &self.body {
+            return Some(self.load_by(factors, trajectory));
+        }
+        let arm = Arm { posture: self.posture, ..self.arm.clone()? };
+        let torque = arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
+        Some(Load { torque, turned_gravity: arm.turned_gravity_along(&trajectory.q) })
+    }
+
+    fn load_by(&self, factors: &[f64], trajectory: &Trajectory) -> Load {
+        let sum = |setting: &Setting, trajectory: &Trajectory| {
+            let mut torque = vec![vec![0.0; trajectory.len()]; trajectory.joint_count()];
+            for (column, factor) in RigidBody::Identified.columns(setting, trajectory).iter().zip(factors) {
+                for (joint, values) in &column.parts {
+                    for (sum, value) in torque[*joint].iter_mut().zip(values) {
+                        *sum += factor * value;
+                    }
+                }
+            }
+            torque
+        };
+        let torque = sum(self, trajectory);
+        let mut still = trajectory.clone();
+        for signal in [&mut still.qd, &mut still.qdd] {
+            signal.iter_mut().flatten().for_each(|value| *value = 0.0);
+        }
+        let zero_angle = self.posture.zero_angle + std::f64::consts::FRAC_PI_2;
+        let turned = Setting { posture: Posture { zero_angle, ..self.posture }, ..self.clone() };
+        Load { torque, turned_gravity: sum(&turned, &still) }
     }
 }
 
@@ -162,9 +197,11 @@ impl EffectTerm {
         &self,
         setting: &Setting,
         trajectory: &Trajectory,
+        load: Option<&Load>,
         shape: &[f64],
     ) -> Result<Vec<Column>, ModelError> {
-        Ok(self.find()?.columns(&setting.motion(trajectory), self.joint.unwrap_or(0), shape)?)
+        let motion = Motion { load, ..setting.motion(trajectory) };
+        Ok(self.find()?.columns(&motion, self.joint.unwrap_or(0), shape)?)
     }
 }
 

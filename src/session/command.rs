@@ -302,7 +302,7 @@ fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) 
     let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
     let current = session.current().ok_or(SessionError::NoModel)?;
     let spec = registry::find(id).map_err(ModelError::from)?.spec();
-    if spec.scope == Scope::Joint && joints.is_empty() {
+    if spec.scope != Scope::Arm && joints.is_empty() {
         return Err(SessionError::NoJoint(spec.name.to_owned()));
     }
     let old = &current.fitted.model;

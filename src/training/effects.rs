@@ -27,7 +27,9 @@ pub fn names(effects: &[AddedEffect]) -> Result<Vec<String>, TrainError> {
     for added in effects {
         let spec = registry::find(&added.effect)?.spec();
         let title = |parameter: &'static effect::ParameterSpec| match spec.scope {
-            effect::Scope::Joint => format!("{} {}, joint {}", spec.id, parameter.name, added.joint + 1),
+            effect::Scope::Joint | effect::Scope::Pair => {
+                format!("{} {}, joint {}", spec.id, parameter.name, added.joint + 1)
+            }
             effect::Scope::Arm => format!("{} {}", spec.id, parameter.name),
         };
         names.extend(spec.linear().map(title));

@@ -286,7 +286,7 @@ fn simulate(ui: &mut Ui, desk: &mut Desk) {
         chooser.response.labelled_by(label.id);
     });
     let spec = wish.effect.map(|index| registry::ALL[index].spec());
-    if spec.is_some_and(|spec| spec.scope == Scope::Joint) {
+    if spec.is_some_and(|spec| spec.scope != Scope::Arm) {
         ui.horizontal(|ui| {
             for (joint, on) in wish.joints.iter_mut().enumerate() {
                 ui.checkbox(on, format!("joint {}", joint + 1));

@@ -1,0 +1,413 @@
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Instant;
+
+use clap::Args;
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
+
+use crate::arm::{Arm, GRAVITY, Link, Posture};
+use crate::cli::progress;
+use crate::cli::table::{number, table};
+use crate::diagnosis::{MissingEffect, Report, diagnose_among};
+use crate::effect::{Effect, Spec, registry};
+use crate::progress::Monitor;
+use crate::recording::seal::{HiddenEffect, Truth};
+use crate::session::{Command, Session, SessionError};
+use crate::simulation::{Excitation, Scenario};
+
+/// Effects that the base parameters absorb, wholly or on some joint, so that only a stated arm shows them.
+const ABSORBED_BY_BODY: [&str; 2] = ["tip-payload", "rotor-inertia"];
+/// How many effects the draws hide, in turn; the last of them is left out of the candidates.
+const TURNS: [usize; 8] = [0, 1, 2, 0, 1, 2, 3, 1];
+
+/// How often the diagnosis is right on blind draws: arm, motion, noise, sensors, effects, strengths and joints are random.
+///
+/// The diagnosis sees the recording only; the seal is opened afterwards to score it. A draw is exact if all effects and all
+/// their joints are named and nothing else. Of every eight draws two hide nothing, two hide one effect, two hide two, one
+/// hides three, and in one the single hidden effect is left out of the candidates, so that it is unknown.
+#[derive(Args)]
+pub struct Diagnosis {
+    /// How many recordings.
+    #[arg(long, default_value_t = 40)]
+    draws: u64,
+    /// First seed.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Hide always this many effects (0 to 3), all of them known.
+    #[arg(long, value_parser = clap::value_parser!(u8).range(0..=3))]
+    hidden: Option<u8>,
+    /// Leave the hidden effect out of the candidates in every draw.
+    #[arg(long, conflicts_with = "hidden")]
+    unknown: bool,
+    /// Hide only these effects.
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+    /// The embedded arm and kind of motion, exact accelerations and 2 % noise in every draw.
+    #[arg(long)]
+    embedded: bool,
+    /// Tell every draw that was not exact, and every unknown one.
+    #[arg(long)]
+    list: bool,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The rates, as shares of the draws that they are about; `None` without such draws.
+#[derive(Debug, Clone, Serialize)]
+struct Rates {
+    draws: u64,
+    /// Draws of known effects, or of none, answered exactly.
+    exact: Option<f64>,
+    /// Of the draws without a hidden effect.
+    silent: Option<f64>,
+    one: Option<f64>,
+    two: Option<f64>,
+    three: Option<f64>,
+    /// The first named effect is a hidden one, on a joint of its own.
+    first_right: Option<f64>,
+    /// Of the draws whose effect is not among the candidates.
+    unknown_flagged: Option<f64>,
+    /// Of the same: everything that was named has a confidence below one half.
+    unknown_doubted: Option<f64>,
+    /// Of the exact answers: flagged although nothing is unknown.
+    false_flags: Option<f64>,
+    /// True parameters inside their 95 % intervals, of the exact answers.
+    coverage: Option<f64>,
+    /// Median, of the exact answers.
+    error_over_noise_floor: Option<f64>,
+    /// Mean distance between confidence and share of right names, over ten classes of confidence.
+    calibration_error: Option<f64>,
+    seconds_per_recording: f64,
+    samples_per_recording: f64,
+    by_effect: BTreeMap<&'static str, EffectRates>,
+}
+
+#[derive(Debug, Clone, Default, Serialize)]
+struct EffectRates {
+    /// How often it was hidden while it was a candidate.
+    hidden: u64,
+    /// How often it was then named on exactly its joints.
+    named: u64,
+    /// How often it was named where it was not, while all hidden effects were candidates.
+    named_falsely: u64,
+}
+
+/// One recording: what is simulated and who may be named.
+struct Case {
+    scenario: Scenario,
+    candidates: Vec<&'static dyn Effect>,
+    hidden: usize,
+    unknown: bool,
+}
+
+#[derive(Default)]
+struct Score {
+    exact: [Vec<bool>; 4],
+    first: Vec<bool>,
+    flagged: Vec<bool>,
+    doubted: Vec<bool>,
+    false_flags: Vec<bool>,
+    covered: Vec<bool>,
+    ratios: Vec<f64>,
+    confidences: Vec<(f64, bool)>,
+    seconds: f64,
+    samples: f64,
+    by_effect: BTreeMap<&'static str, EffectRates>,
+    told: Vec<String>,
+}
+
+/// Effects with the places where they act.
+type Answer = BTreeSet<(String, Option<usize>)>;
+
+impl Diagnosis {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        for id in &self.only {
+            registry::find(id)?;
+        }
+        let (draws, seed) = (self.draws, self.seed);
+        let draw = self.drawing();
+        let score = progress::watch("bench diagnosis", move |monitor| {
+            let mut score = Score::default();
+            for number in 0..draws {
+                monitor.report(number as f32 / draws as f32, "drawing and diagnosing").map_err(SessionError::from)?;
+                score.add(&draw(seed + number), seed + number, monitor)?;
+            }
+            Ok::<Score, SessionError>(score)
+        })?;
+        let rates = score.rates(draws);
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&rates)?);
+        } else {
+            print(&rates);
+        }
+        if self.list {
+            score.told.iter().for_each(|draw| eprintln!("{draw}"));
+        }
+        Ok(())
+    }
+
+    /// How a case is drawn from its seed.
+    fn drawing(&self) -> impl Fn(u64) -> Case + Send + 'static {
+        let (hidden, all_unknown, embedded, only) = (self.hidden, self.unknown, self.embedded, self.only.clone());
+        move |seed| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            // The scenario has streams of its own with the same seed.
+            random.set_stream(u64::MAX);
+            let mut scenario = Scenario { seed, effects: Vec::new(), ..Scenario::embedded() };
+            if !embedded {
+                vary(&mut scenario, &mut random);
+            }
+            let turn = (seed % TURNS.len() as u64) as usize;
+            let unknown = all_unknown || (hidden.is_none() && turn + 1 == TURNS.len());
+            let count = if unknown { 1 } else { hidden.map_or(TURNS[turn], usize::from) };
+            hide(&mut scenario, count, &only, &mut random);
+            let is_candidate = |effect: &&dyn Effect| {
+                !unknown || scenario.effects.iter().all(|hidden| hidden.effect != effect.spec().id)
+            };
+            let candidates = registry::ALL.iter().copied().filter(is_candidate).collect();
+            Case { scenario, candidates, hidden: count, unknown }
+        }
+    }
+}
+
+/// Another arm, motion, noise and sensors.
+fn vary(scenario: &mut Scenario, random: &mut ChaCha8Rng) {
+    let joints: usize = random.random_range(2..=5);
+    let link = |number: usize, random: &mut ChaCha8Rng| {
+        let length: f64 = random.random_range(0.2..0.6);
+        let mass = random.random_range(1.0..4.0) * 0.7f64.powi(number as i32);
+        let inertia = mass * length * length / 12.0 * random.random_range(0.7..1.3);
+        Link { mass, length, com: length * random.random_range(0.3..0.6), inertia }
+    };
+    let posture = *[Posture::UP, Posture::RIGHT, Posture::DOWN].choose(random).unwrap_or(&Posture::UP);
+    scenario.arm = Arm { links: (0..joints).map(|number| link(number, random)).collect(), gravity: GRAVITY, posture };
+    scenario.torque_noise = 0.005 * 10f64.powf(random.random_range(0.0..1.0));
+    scenario.encoder_resolution = random.random_bool(0.35).then_some(1e-4);
+    scenario.stated = random.random_bool(0.5);
+    scenario.motion = if random.random_bool(0.2) {
+        Excitation::PaperPointToPoint { trajectories: 30, duration: 4.0, samples: 400, range: 3.0 }
+    } else {
+        Excitation::MultiSine {
+            trajectories: random.random_range(6..=20),
+            duration: random.random_range(5.0..10.0),
+            rate: 100.0,
+            harmonics: random.random_range(3..=7),
+            lowest_frequency: 0.1,
+            highest_frequency: random.random_range(0.6..1.5),
+            max_position: random.random_range(1.5..2.8),
+            max_velocity: random.random_range(2.0..5.0),
+        }
+    };
+}
+
+/// Hides `count` different effects of 3 to 20 % of the torque, each on one joint or two; none beside one that includes it.
+fn hide(scenario: &mut Scenario, count: usize, only: &[String], random: &mut ChaCha8Rng) {
+    let joints = scenario.arm.joint_count();
+    let pool: Vec<&Spec> = registry::ALL
+        .iter()
+        .map(|effect| effect.spec())
+        .filter(|spec| only.is_empty() || only.iter().any(|id| id == spec.id))
+        .filter(|spec| scenario.stated || !ABSORBED_BY_BODY.contains(&spec.id))
+        .collect();
+    let mut hidden: Vec<HiddenEffect> = Vec::new();
+    let mut named: Vec<&Spec> = Vec::new();
+    // Some draws are impossible (an end stop out of reach), so there are more tries than effects.
+    for _ in 0..20 * count {
+        if named.len() == count {
+            break;
+        }
+        let Some(&spec) = pool.choose(random) else { break };
+        let is_related = |other: &&Spec| {
+            other.id == spec.id || other.includes.contains(&spec.id) || spec.includes.contains(&other.id)
+        };
+        if named.iter().any(is_related) {
+            continue;
+        }
+        let first = random.random_range(0..joints);
+        let places = if random.random_bool(0.3) { vec![first, (first + 1) % joints] } else { vec![first] };
+        let strength = 0.03 * (0.2f64 / 0.03).powf(random.random_range(0.0..1.0));
+        if let Ok(drawn) = scenario.hide_by_strength(spec.id, &places, strength) {
+            hidden.extend(drawn);
+            named.push(spec);
+        }
+    }
+    scenario.effects = hidden;
+}
+
+fn true_answer(truth: &Truth) -> Answer {
+    truth.effects.iter().map(|hidden| (hidden.effect.clone(), hidden.joint)).collect()
+}
+
+fn answer_of(named: &MissingEffect) -> Answer {
+    let places = registry::find(&named.effect).map(|effect| effect.spec().places(named.joints.iter().copied()));
+    places.unwrap_or_default().into_iter().map(|place| (named.effect.clone(), place)).collect()
+}
+
+impl Score {
+    fn add(&mut self, case: &Case, seed: u64, monitor: &Monitor) -> Result<(), SessionError> {
+        let session = Command::Simulate(Box::new(case.scenario.clone())).run(&Session::default(), monitor)?;
+        let (Some(recording), Some(current)) = (&session.recording, session.current()) else { return Ok(()) };
+        let begin = Instant::now();
+        let report = diagnose_among(&case.candidates, &current.fitted, recording, &session.split, monitor)?;
+        self.seconds += begin.elapsed().as_secs_f64();
+        self.samples += recording.trajectories.iter().map(|trajectory| trajectory.len() as f64).sum::<f64>();
+        // Only now, after the diagnosis has spoken, is the seal opened.
+        let opened = Command::OpenSeal.run(&session, monitor)?;
+        let Some(truth) = &opened.truth else { return Ok(()) };
+        let expected = true_answer(truth);
+        let given: Answer = report.effects.iter().flat_map(answer_of).collect();
+        let flagged = !report.unexplained_joints.is_empty();
+        let exact = expected == given;
+        if case.unknown || !exact {
+            self.told.push(tell(case, seed, &expected, &report));
+        }
+        if case.unknown {
+            self.flagged.push(flagged);
+            self.doubted.push(report.effects.iter().all(|named| named.confidence < 0.5));
+            return Ok(());
+        }
+        self.exact[case.hidden].push(exact);
+        self.confidences
+            .extend(report.effects.iter().map(|named| (named.confidence, answer_of(named).is_subset(&expected))));
+        if case.hidden > 0 {
+            self.first.push(report.effects.first().is_some_and(|first| !answer_of(first).is_disjoint(&expected)));
+        }
+        self.count_effects(&expected, &given);
+        if exact {
+            self.false_flags.push(flagged);
+            truth.effects.iter().for_each(|hidden| self.check_intervals(hidden, &report));
+            if let (Some(last), Some(floor)) = (report.effects.last(), &report.noise_floor_nmse) {
+                self.ratios.push(last.nmse_after.iter().sum::<f64>() / floor.iter().sum::<f64>());
+            }
+        }
+        Ok(())
+    }
+
+    fn count_effects(&mut self, expected: &Answer, given: &Answer) {
+        for id in registry::ALL.iter().map(|effect| effect.spec().id) {
+            let places = |answer: &Answer| -> BTreeSet<Option<usize>> {
+                answer.iter().filter(|(effect, _)| effect == id).map(|(_, place)| *place).collect()
+            };
+            let (expected, given) = (places(expected), places(given));
+            let rates = self.by_effect.entry(id).or_default();
+            rates.hidden += u64::from(!expected.is_empty());
+            rates.named += u64::from(!expected.is_empty() && expected == given);
+            rates.named_falsely += u64::from(!given.is_subset(&expected));
+        }
+    }
+
+    /// Whether the true parameters lie inside their intervals.
+    fn check_intervals(&mut self, hidden: &HiddenEffect, report: &Report) {
+        let Ok(effect) = registry::find(&hidden.effect) else { return };
+        for (spec, &value) in effect.spec().parameters.iter().zip(&hidden.parameters) {
+            let named = report.effects.iter().filter(|named| named.effect == hidden.effect);
+            let estimates = named.flat_map(|named| &named.parameters);
+            let found = estimates.filter(|estimate| estimate.name == spec.name && estimate.joint == hidden.joint);
+            let intervals = found.filter_map(|estimate| estimate.interval);
+            self.covered.extend(intervals.map(|[low, high]| (low..=high).contains(&value)));
+        }
+    }
+
+    fn rates(&self, draws: u64) -> Rates {
+        let all: Vec<bool> = self.exact.iter().flatten().copied().collect();
+        let mut ratios = self.ratios.clone();
+        ratios.sort_by(f64::total_cmp);
+        Rates {
+            draws,
+            exact: share(&all),
+            silent: share(&self.exact[0]),
+            one: share(&self.exact[1]),
+            two: share(&self.exact[2]),
+            three: share(&self.exact[3]),
+            first_right: share(&self.first),
+            unknown_flagged: share(&self.flagged),
+            unknown_doubted: share(&self.doubted),
+            false_flags: share(&self.false_flags),
+            coverage: share(&self.covered),
+            error_over_noise_floor: ratios.get(ratios.len() / 2).copied(),
+            calibration_error: calibration_error(&self.confidences),
+            seconds_per_recording: self.seconds / draws.max(1) as f64,
+            samples_per_recording: self.samples / draws.max(1) as f64,
+            by_effect: self.by_effect.clone(),
+        }
+    }
+}
+
+fn share(hits: &[bool]) -> Option<f64> {
+    let count = hits.iter().filter(|&&hit| hit).count();
+    (!hits.is_empty()).then(|| count as f64 / hits.len() as f64)
+}
+
+fn calibration_error(confidences: &[(f64, bool)]) -> Option<f64> {
+    let mut classes = [(0.0, 0.0); 10];
+    for &(confidence, right) in confidences {
+        let class = &mut classes[((confidence * 10.0) as usize).min(9)];
+        *class = (class.0 + confidence, class.1 + if right { 1.0 } else { 0.0 });
+    }
+    let distance: f64 = classes.iter().map(|(confidence, right)| (confidence - right).abs()).sum();
+    (!confidences.is_empty()).then(|| distance / confidences.len() as f64)
+}
+
+/// One draw in a line.
+fn tell(case: &Case, seed: u64, expected: &Answer, report: &Report) -> String {
+    let place = |place: &Option<usize>| place.map_or("all".to_owned(), |joint| (joint + 1).to_string());
+    let hidden: Vec<String> = expected.iter().map(|(effect, joint)| format!("{effect}@{}", place(joint))).collect();
+    let named = |named: &MissingEffect| {
+        let joints: Vec<String> = answer_of(named).iter().map(|(_, joint)| place(joint)).collect();
+        let alternatives = named.alternatives.join("|");
+        format!("{}@{} {:.2} [{alternatives}]", named.effect, joints.join(","), named.confidence)
+    };
+    let named: Vec<String> = report.effects.iter().map(named).collect();
+    let Scenario { arm, torque_noise, encoder_resolution, motion, stated, .. } = &case.scenario;
+    let missed = report
+        .ranking
+        .iter()
+        .filter(|candidate| !candidate.accepted && expected.contains(&(candidate.effect.clone(), candidate.joint)));
+    let missed: Vec<String> = missed
+        .map(|candidate| format!("{}@{}: {}", candidate.effect, place(&candidate.joint), candidate.reason))
+        .collect();
+    format!(
+        "seed {seed}{}: {} joints, {}, noise {:.1} %{}{}; hidden {}; named {}; left on {:?}; {}",
+        if case.unknown { " (unknown)" } else { "" },
+        arm.joint_count(),
+        if matches!(motion, Excitation::MultiSine { .. }) { "sines" } else { "point to point" },
+        100.0 * torque_noise,
+        if encoder_resolution.is_some() { ", encoders" } else { "" },
+        if *stated { ", stated" } else { "" },
+        hidden.join(" "),
+        named.join("; "),
+        report.unexplained_joints.iter().map(|joint| joint + 1).collect::<Vec<_>>(),
+        missed.join("; "),
+    )
+}
+
+fn print(rates: &Rates) {
+    let percent = |share: Option<f64>| share.map_or("–".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+    let plain = |value: Option<f64>| value.map_or("–".to_owned(), number);
+    let rows = [
+        ("exact", percent(rates.exact)),
+        ("silent where nothing is hidden", percent(rates.silent)),
+        ("exact, one effect", percent(rates.one)),
+        ("exact, two effects", percent(rates.two)),
+        ("exact, three effects", percent(rates.three)),
+        ("first named is right", percent(rates.first_right)),
+        ("unknown effect flagged", percent(rates.unknown_flagged)),
+        ("unknown effect: all names doubted", percent(rates.unknown_doubted)),
+        ("flagged although exact", percent(rates.false_flags)),
+        ("95 % interval holds truth", percent(rates.coverage)),
+        ("error / noise floor", plain(rates.error_over_noise_floor)),
+        ("calibration error", plain(rates.calibration_error)),
+        ("s each", number(rates.seconds_per_recording)),
+        ("samples each", number(rates.samples_per_recording)),
+    ];
+    let cells: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
+    println!("{}\n", table(&[&format!("{} draws", rates.draws), "rate"], &cells));
+    let of_effect = |(id, rates): (&&str, &EffectRates)| {
+        vec![(*id).to_owned(), rates.hidden.to_string(), rates.named.to_string(), rates.named_falsely.to_string()]
+    };
+    let cells: Vec<Vec<String>> = rates.by_effect.iter().map(of_effect).collect();
+    println!("{}", table(&["effect", "hidden", "named", "named falsely"], &cells));
+}

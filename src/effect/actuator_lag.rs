@@ -1,0 +1,60 @@
+use super::*;
+use crate::recording::differentiate::central_difference;
+
+/// A torque reading that comes late.
+pub struct ActuatorLag;
+
+static SPEC: Spec = Spec {
+    id: "actuator-lag",
+    name: "actuator lag",
+    formula: "tau = -T * d(tau_load)/dt",
+    typeset: r"\tau = -T\,\dot\tau_{\mathrm{load}}",
+    description: "The current loop, a filter or the bus delays the torque by T. First order in T, so T must be \
+                  short beside the motion.",
+    fingerprint: "Residual against the rate of the predicted torque: a falling straight line.",
+    absorbed: "Nothing of the part in phase with the velocity. The same T on all joints is a delay of the \
+               positions in truth.",
+    source: "Swevers, Verdonck and De Schutter, IEEE Control Systems 27 (2007) 58 (first-order expansion of a delay)",
+    scope: Scope::Joint,
+    axis: Axis::Velocity,
+    parameters: &[ParameterSpec {
+        name: "lag",
+        symbol: "T",
+        dimension: Dimension::Time,
+        min: 0.0,
+        max: 1.0,
+        role: Role::Linear,
+    }],
+    includes: &[],
+};
+
+impl Effect for ActuatorLag {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn depends_on_load(&self) -> bool {
+        true
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let load = &motion.load(&SPEC)?.torque[joint];
+        let rate = central_difference(load, &motion.trajectory.time);
+        Ok(vec![Column::on_joint(joint, rate.into_iter().map(|rate| -rate))])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The load of the sample is a parabola in time, for which central differences are exact.
+    #[test]
+    fn is_its_formula() {
+        let sample = testing::Sample::new();
+        let torque = torque(&ActuatorLag, &sample.motion(), 1, &[0.02]).unwrap();
+        for (value, rate) in torque[1].iter().zip(sample.load_rate(1)) {
+            assert!((value + 0.02 * rate).abs() < 1e-9, "{value} is not {}", -0.02 * rate);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+use super::*;
+
+/// A base that does not stand level.
+pub struct BaseTilt;
+
+static SPEC: Spec = Spec {
+    id: "base-tilt",
+    name: "base tilt",
+    formula: "tau = eps * d(tau_gravity)/d(phi_0)",
+    typeset: r"\tau = \varepsilon\,\partial\tau_g/\partial\varphi_0",
+    description: "The plane of the arm is turned against gravity by eps, or all of its angles have a zero error. \
+                  First order in eps.",
+    fingerprint: "All joints at once, against position: a quarter period away from the gravity torque.",
+    absorbed: "Little of it: turned gravity has another phase than the gravity that the base parameters know.",
+    source: "Closed form of the planar arm: gravity torque with the zero angle changed",
+    scope: Scope::Arm,
+    axis: Axis::Position,
+    parameters: &[ParameterSpec {
+        name: "tilt",
+        symbol: "ε",
+        dimension: Dimension::Angle,
+        min: -0.5,
+        max: 0.5,
+        role: Role::Linear,
+    }],
+    includes: &[],
+};
+
+impl Effect for BaseTilt {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn depends_on_load(&self) -> bool {
+        true
+    }
+
+    fn columns(&self, motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        Ok(vec![Column::on_all(motion.load(&SPEC)?.turned_gravity.clone())])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_what_gravity_needs_more_on_a_turned_base() {
+        let sample = testing::Sample::new();
+        let still = vec![vec![0.0; sample.trajectory.len()]; 3];
+        let gravity = |tilt: f64| {
+            let mut arm = sample.arm.clone();
+            arm.posture.zero_angle += tilt;
+            arm.inverse_dynamics_along(&sample.trajectory.q, &still, &still)
+        };
+        let (level, tilted) = (gravity(-0.5e-5), gravity(0.5e-5));
+        let torque = torque(&BaseTilt, &sample.motion(), 0, &[1e-5]).unwrap();
+        for joint in 0..3 {
+            for t in 0..sample.trajectory.len() {
+                let expected = tilted[joint][t] - level[joint][t];
+                assert!((torque[joint][t] - expected).abs() < 1e-12, "{} is not {expected}", torque[joint][t]);
+            }
+        }
+    }
+}

@@ -1,0 +1,82 @@
+use super::coulomb_friction::sign;
+use super::*;
+
+/// Friction that turns round over a distance, not at once.
+pub struct DahlHysteresis;
+
+static SPEC: Spec = Spec {
+    id: "dahl-hysteresis",
+    name: "hysteresis (Dahl)",
+    formula: "tau = tau_h * z, dz/dt = (qd - |qd| z) / s_0, z = 0 at the start",
+    typeset: r"\tau = \tau_h z,\quad \dot z = (\dot q - |\dot q|\, z)/s_0",
+    description: "Asperities, belts and bearings bend elastically before they slide: after each reversal the \
+                  friction builds up over the distance s_0.",
+    fingerprint: "Residual against velocity: as Coulomb friction, but with a rounded loop after each reversal.",
+    absorbed: "Nothing: a Lagrangian is conservative. On long strokes it looks like Coulomb friction.",
+    source: "Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968)",
+    scope: Scope::Joint,
+    axis: Axis::Velocity,
+    parameters: &[
+        ParameterSpec {
+            name: "friction_torque",
+            symbol: "τ_h",
+            dimension: Dimension::Torque,
+            min: 0.0,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+        ParameterSpec {
+            name: "breakaway_distance",
+            symbol: "s_0",
+            dimension: Dimension::Position,
+            min: 1e-4,
+            max: 10.0,
+            role: Role::Shape { grid: &[0.02, 0.05, 0.1, 0.2, 0.4] },
+        },
+    ],
+    includes: &[],
+};
+
+impl Effect for DahlHysteresis {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let q = &motion.trajectory.q[joint];
+        let mut z: f64 = 0.0;
+        let mut before = q.first().copied().unwrap_or(0.0);
+        // Between samples the motion has one direction, for which the equation has this exact solution.
+        let state = q.iter().map(|&q| {
+            let travel = q - before;
+            before = q;
+            let limit = sign(travel);
+            z = limit + (z - limit) * (-travel.abs() / shape[0]).exp();
+            z
+        });
+        Ok(vec![Column::on_joint(joint, state)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Along a stroke in one direction z = 1 − exp(−x/s₀), from rest at z = 0.
+    #[test]
+    fn builds_up_over_its_distance_and_turns_round() {
+        let mut sample = testing::Sample::new();
+        let count = sample.trajectory.len();
+        let stroke = |t: usize| 0.03 * t.min(20 - t) as f64;
+        sample.trajectory.q[1] = (0..count).map(stroke).collect();
+        let torque = torque(&DahlHysteresis, &sample.motion(), 1, &[1.5, 0.1]).unwrap();
+        for t in 0..count {
+            let there = |x: f64| 1.0 - (-x / 0.1).exp();
+            let top = there(0.3);
+            let back = |x: f64| -1.0 + (top + 1.0) * (-(0.3 - x) / 0.1).exp();
+            let expected = 1.5 * if t <= 10 { there(stroke(t)) } else { back(stroke(t)) };
+            assert!((torque[1][t] - expected).abs() < 1e-12, "{t}: {} is not {expected}", torque[1][t]);
+        }
+        assert!(torque[0].iter().chain(&torque[2]).all(|&value| value == 0.0));
+    }
+}

@@ -1,0 +1,48 @@
+use super::*;
+
+/// A spring that gets stiffer the further it is bent.
+pub struct HardeningSpring;
+
+static SPEC: Spec = Spec {
+    id: "hardening-spring",
+    name: "hardening spring",
+    formula: "tau = k_3 * q^3",
+    typeset: r"\tau = k_3\,q^3",
+    description: "A cable loom, a leaf spring or a rubber joint that stiffens with the angle. A linear part is a \
+                  joint spring beside it.",
+    fingerprint: "Residual against position: flat in the middle, steep at both ends, the same at every speed and \
+                  direction.",
+    absorbed: "A rigid body with gravity absorbs little of it; a learned potential V(q) absorbs all of it.",
+    source: "Kovacic and Brennan, The Duffing Equation, Wiley 2011",
+    scope: Scope::Joint,
+    axis: Axis::Position,
+    parameters: &[ParameterSpec {
+        name: "cubic_stiffness",
+        symbol: "k_3",
+        dimension: Dimension::CubicStiffness,
+        min: 0.0,
+        max: f64::INFINITY,
+        role: Role::Linear,
+    }],
+    includes: &[],
+};
+
+impl Effect for HardeningSpring {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        Ok(vec![Column::on_joint(joint, motion.trajectory.q[joint].iter().map(|q| q.powi(3)))])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_its_formula() {
+        testing::assert_is(&HardeningSpring, &[2.5], |q, _, _| 2.5 * q * q * q);
+    }
+}

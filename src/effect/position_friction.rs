@@ -1,0 +1,74 @@
+use super::coulomb_friction::sign;
+use super::*;
+
+/// The part of dry friction that changes with the position.
+pub struct PositionFriction;
+
+static SPEC: Spec = Spec {
+    id: "position-friction",
+    name: "position-dependent friction",
+    formula: "tau = (a * sin(k q) + b * cos(k q)) * sign(qd)",
+    typeset: r"\tau = (a \sin k q + b \cos k q)\,\mathrm{sign}(\dot q)",
+    description: "An eccentric gear or a bent shaft rubs more at some positions than at others. This is the \
+                  varying part; its mean is Coulomb friction.",
+    fingerprint: "Residual against position: two waves, mirror images of each other, one for each direction of \
+                  motion.",
+    absorbed: "Nothing: a Lagrangian is conservative.",
+    source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
+    scope: Scope::Joint,
+    axis: Axis::Position,
+    parameters: &[
+        ParameterSpec {
+            name: "sine_torque",
+            symbol: "a",
+            dimension: Dimension::Torque,
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+        ParameterSpec {
+            name: "cosine_torque",
+            symbol: "b",
+            dimension: Dimension::Torque,
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+        ParameterSpec {
+            name: "wave_number",
+            symbol: "k",
+            dimension: Dimension::WaveNumber,
+            min: 0.5,
+            max: 100.0,
+            role: Role::Shape { grid: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0] },
+        },
+    ],
+    includes: &[],
+};
+
+impl Effect for PositionFriction {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let Trajectory { q, qd, .. } = motion.trajectory;
+        let wave = |wave: fn(f64) -> f64| {
+            let torque = q[joint].iter().zip(&qd[joint]).map(move |(q, &qd)| wave(shape[0] * q) * sign(qd));
+            Column::on_joint(joint, torque)
+        };
+        Ok(vec![wave(f64::sin), wave(f64::cos)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_its_formula() {
+        testing::assert_is(&PositionFriction, &[0.7, -0.3, 2.0], |q, qd, _| {
+            (0.7 * (2.0 * q).sin() - 0.3 * (2.0 * q).cos()) * sign(qd)
+        });
+    }
+}

@@ -1,0 +1,54 @@
+use super::*;
+
+/// A torque reading that is too large or too small by a factor.
+pub struct TorqueGain;
+
+static SPEC: Spec = Spec {
+    id: "torque-gain",
+    name: "torque gain error",
+    formula: "tau = gamma * tau_load",
+    typeset: r"\tau = \gamma\,\tau_{\mathrm{load}}",
+    description: "A wrong motor constant or gear ratio: the joint's torque is read (1 + gamma) times as large as \
+                  the rigid body's.",
+    fingerprint: "Residual against the torque that the model predicts: a straight line through the origin.",
+    absorbed: "One gain on all joints can't be told from heavier links. Gains that differ show, because the joints \
+               share their links.",
+    source: "Gautier and Briot, Global identification of joint drive gains, J. Dyn. Sys. Meas. Control 136 (2014) \
+             051025",
+    scope: Scope::Joint,
+    axis: Axis::Position,
+    parameters: &[ParameterSpec {
+        name: "gain_error",
+        symbol: "γ",
+        dimension: Dimension::Ratio,
+        min: -0.9,
+        max: 10.0,
+        role: Role::Linear,
+    }],
+    includes: &[],
+};
+
+impl Effect for TorqueGain {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn depends_on_load(&self) -> bool {
+        true
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let load = &motion.load(&SPEC)?.torque[joint];
+        Ok(vec![Column::on_joint(joint, load.iter().copied())])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_its_formula() {
+        testing::assert_depends_on_load(&TorqueGain, &[-0.1], |load, _, _| -0.1 * load);
+    }
+}
