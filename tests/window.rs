@@ -10,37 +10,95 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, Role, Theme};
 use egui_kittest::kittest::{NodeT, Queryable};
 use support::{Window, demonstration, diagnosed, run, settle, short_plan, small, trained, window};
-use torquescope::app::{Order, Screen};
+use torquescope::app::{Order, Screen, theme};
 use torquescope::session::{Command, Session};
 use torquescope::simulation::{Excitation, Scenario};
 
 fn click(window: &mut Window, name: &str) {
+    window.get_by_role_and_label(Role::Button, name).scroll_to_me();
+    window.run_steps(3);
     window.get_by_role_and_label(Role::Button, name).click();
     settle(window);
 }
 
-/// Clicks that follow the highlighted way lead to a repaired model.
+/// Whoever clicks nothing but the highlighted next step arrives at a repaired model and the opened seal.
 #[test]
 fn a_newcomer_finds_the_hidden_effect() {
-    let mut window = window(demonstration(), Screen::Data, Theme::Dark);
-    for (name, screen) in
-        [("Compare", Screen::Compare), ("Where it fails", Screen::Residuals), ("What is missing", Screen::Diagnose)]
-    {
-        click(&mut window, name);
-        assert_eq!(window.state().screen(), screen);
+    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    let mut steps = Vec::new();
+    let mut first_error = None;
+    while window.query_by_label_contains("the way is done").is_none() {
+        assert!(steps.len() < 20, "the way does not end: {steps:?}");
+        let next = window.get_by(|node| node.role() == Role::Button && node.label().is_some_and(|name| name.starts_with("Next: ")));
+        steps.push(next.accesskit_node().label().unwrap().trim_start_matches("Next: ").to_owned());
+        next.click();
+        settle(&mut window);
+        let errors = || window.state().session().current().unwrap().evaluation.held_out_nmse();
+        first_error.get_or_insert_with(errors);
+        if steps.last().is_some_and(|step| step == "Add Coulomb friction") {
+            assert!(window.state().session().truth.is_none(), "the seal is closed until the user opens it");
+        }
+        if steps.last().is_some_and(|step| step == "Open the seal") {
+            assert!(window.query_by_label_contains("Held-out error by joint fell from").is_some());
+            assert!(window.query_by_label_contains("hidden effect found: Coulomb friction").is_some());
+            assert_eq!(window.get_all_by_label("inside the interval").count(), 2);
+        }
     }
-    let before = window.state().session().current().unwrap().evaluation.held_out_nmse();
-    click(&mut window, "Diagnose");
-    assert!(window.query_by_label_contains("The model lacks Coulomb friction on joints 1, 2").is_some());
-    click(&mut window, "Add Coulomb friction");
-    assert_eq!(window.state().screen(), Screen::Ladder);
-    let after = window.state().session().current().unwrap().evaluation.held_out_nmse();
+    let way = [
+        "Demonstration arm", "Model", "Compare", "Where it fails", "What is missing", "Diagnose", "Add Coulomb friction",
+        "Diagnose again", "Ladder", "Open the seal", "Extrapolation", "Go faster",
+    ];
+    assert_eq!(steps, way);
+    let (before, after) = (first_error.unwrap(), window.state().session().current().unwrap().evaluation.held_out_nmse());
     assert!(after[0] < 0.1 * before[0] && after[1] < 0.1 * before[1], "{before:?} -> {after:?}");
-    assert!(window.state().session().truth.is_none(), "the seal is closed until the user opens it");
-    click(&mut window, "Open the seal");
-    assert_eq!(window.get_all_by_label("inside the interval").count(), 2);
-    click(&mut window, "Diagnose again");
-    assert!(window.query_by_label("nothing missing").is_some());
+}
+
+#[test]
+fn terms_are_edited_by_their_cards_and_undone() {
+    let mut window = window(support::repaired(), Screen::Model, Theme::Light);
+    let labels = |window: &Window| -> Vec<String> {
+        let step = window.state().session().current().unwrap().clone();
+        step.fitted.model.terms.iter().map(torquescope::model::Term::label).collect()
+    };
+    let whole = labels(&window);
+    assert_eq!(whole.len(), 3);
+    click(&mut window, "Switch off: Coulomb friction, joint 2");
+    assert_eq!((labels(&window).len(), window.state().session().set_aside.len()), (2, 1));
+    click(&mut window, "Switch on: Coulomb friction, joint 2");
+    assert_eq!(labels(&window), whole);
+    click(&mut window, "Move down: Coulomb friction, joint 1");
+    assert_eq!(labels(&window), [&whole[0], &whole[2], &whole[1]].map(String::clone));
+    click(&mut window, "Undo");
+    assert_eq!(labels(&window), whole);
+    click(&mut window, "Remove: Coulomb friction, joint 1");
+    assert_eq!(labels(&window).len(), 2);
+    assert!(window.state().session().set_aside.is_empty());
+}
+
+#[test]
+fn any_command_is_found_by_its_name() {
+    let mut window = window(demonstration(), Screen::Data, Theme::Dark);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::P);
+    window.run_steps(3);
+    window.event(egui::Event::Text("viscous joint 3".to_owned()));
+    window.run_steps(3);
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    let step = window.state().session().current().unwrap().clone();
+    assert_eq!(step.title, "+ viscous friction on joint 3");
+    window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
+    window.run_steps(3);
+    window.event(egui::Event::Text("no such thing".to_owned()));
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("No command has all these words").is_some());
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("No command has all these words").is_none());
+    window.key_press(Key::F1);
+    window.run_steps(3);
+    assert!(window.query_by_label("Keyboard and mouse").is_some());
+    click(&mut window, "Close");
+    assert!(window.query_by_label("Keyboard and mouse").is_none());
 }
 
 #[test]
@@ -63,11 +121,23 @@ fn undo_and_redo_by_button_and_key() {
 }
 
 #[test]
-fn the_theme_changes_and_back() {
+fn theme_contrast_and_size_of_text_change_and_back() {
     let mut window = window(Session::default(), Screen::Data, Theme::Dark);
-    click(&mut window, "Light");
+    click(&mut window, "View");
+    window.get_by_role_and_label(Role::RadioButton, "Light").click();
+    settle(&mut window);
     assert_eq!(window.ctx.theme(), Theme::Light);
-    click(&mut window, "Dark");
+    window.get_by_role_and_label(Role::CheckBox, "High contrast").click();
+    settle(&mut window);
+    assert!(theme::is_high_contrast(&window.ctx));
+    window.get_by_role_and_label(Role::CheckBox, "High contrast").click();
+    settle(&mut window);
+    assert!(!theme::is_high_contrast(&window.ctx));
+    window.get_by_label("150 %").click();
+    settle(&mut window);
+    assert_eq!(window.ctx.zoom_factor(), 1.5);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::T);
+    settle(&mut window);
     assert_eq!(window.ctx.theme(), Theme::Dark);
 }
 

@@ -56,15 +56,17 @@ pub struct ScreenshotOptions {
     pub screen: String,
     /// Light or dark.
     pub theme: Look,
-    /// Size of the window \[points\].
+    /// Size of the window \[points at a text scale of 1\].
     pub size: [f32; 2],
     /// Pixels per point.
     pub scale: f32,
+    /// Size of text and everything else, 0.8 to 2.
+    pub text_scale: f32,
 }
 
 impl Default for ScreenshotOptions {
     fn default() -> Self {
-        ScreenshotOptions { screen: "data".to_owned(), theme: Look::default(), size: [1600.0, 1000.0], scale: 1.0 }
+        ScreenshotOptions { screen: "data".to_owned(), theme: Look::default(), size: [1600.0, 1000.0], scale: 1.0, text_scale: 1.0 }
     }
 }
 
@@ -84,7 +86,7 @@ pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Resu
 /// # Errors
 /// If the size can't be, or the window does not settle.
 pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::Result<Picture> {
-    let ScreenshotOptions { theme, size: [width, height], scale, .. } = *options;
+    let ScreenshotOptions { theme, size: [width, height], scale, text_scale, .. } = *options;
     let fits = |side: f32| (64.0..=LARGEST_SIDE).contains(&(side * scale));
     if !(fits(width) && fits(height) && scale > 0.0) {
         bail!(
@@ -94,12 +96,13 @@ pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::
     let ctx = egui::Context::default();
     theme::install(&ctx);
     ctx.set_theme(egui::Theme::from(theme));
+    ctx.set_zoom_factor(text_scale);
     ctx.all_styles_mut(|style| style.animation_time = 0.0);
     let mut raster = Raster::default();
     let begin = Instant::now();
     for frame in 0.. {
         let mut input = RawInput {
-            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(width, height))),
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(width, height) / text_scale)),
             time: Some(frame as f64 / 60.0),
             ..RawInput::default()
         };
@@ -114,7 +117,7 @@ pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::
         if frame + 1 >= FEWEST_FRAMES && !app.is_busy() && app.orders.is_empty() {
             let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
             let pixels = [width, height].map(|side| (side * scale).round() as usize);
-            return Ok(raster.paint(&primitives, pixels, scale, Palette::of(egui::Theme::from(theme)).background));
+            return Ok(raster.paint(&primitives, pixels, output.pixels_per_point, Palette::of(egui::Theme::from(theme)).background));
         }
         if begin.elapsed() > PATIENCE {
             bail!("the window did not settle within {} s", PATIENCE.as_secs());

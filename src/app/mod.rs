@@ -4,6 +4,7 @@
 //! [`screens`] has one file per screen, [`plot`] what charts are made of, [`theme`] all colours and sizes; [`headless`]
 //! draws the same window without a display.
 
+mod flow;
 mod fonts;
 pub mod headless;
 pub mod plot;
@@ -24,8 +25,12 @@ pub use state::{Order, State};
 
 use crate::session::{Command, Curve, History, Session};
 use crate::work::{Job, Outcome};
-use state::{Busy, Notice, Tone};
+use state::{Busy, Notice, Toast, Tone};
 
+/// How long a toast is shown \[s\].
+const TOAST: f64 = 5.0;
+/// Smallest and largest size of text, relative to the usual.
+const TEXT_SCALES: std::ops::RangeInclusive<f32> = 0.8..=2.0;
 /// A file dialog that answers "nothing chosen" faster than this was never shown.
 const FASTEST_CANCEL: Duration = Duration::from_millis(400);
 
@@ -77,6 +82,7 @@ impl TorquescopeApp {
     pub fn new(session: Session) -> Self {
         let mut state = State::default();
         state.follow(&Session::default(), &session);
+        state.recording_changed(&session);
         TorquescopeApp { history: History::new(session), state, running: None, dialog: None, orders: Vec::new() }
     }
 
@@ -107,14 +113,18 @@ impl TorquescopeApp {
 
     /// Receives what jobs, keys and other programs sent, and carries out the orders of the last frame.
     pub fn receive(&mut self, ctx: &egui::Context) {
-        self.poll_job();
+        self.poll_job(ctx);
         self.poll_dialog();
         let dropped: Vec<PathBuf> =
             ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
         if !dropped.is_empty() {
             self.orders.push(Order::open(dropped));
         }
-        self.orders.extend(shell::shortcuts(ctx));
+        self.orders.extend(shell::shortcuts(ctx, self.history.current(), &self.state));
+        let scale = ctx.zoom_factor();
+        if !TEXT_SCALES.contains(&scale) {
+            ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end()));
+        }
         for order in std::mem::take(&mut self.orders) {
             self.carry_out(order, ctx);
         }
@@ -137,6 +147,7 @@ impl TorquescopeApp {
             busy: busy.as_ref(),
             undo: self.history.undo_text(),
             redo: self.history.redo_text(),
+            models: self.history.models(),
         };
         shell::show(ui, &mut desk);
         if !self.orders.is_empty() {
@@ -154,7 +165,7 @@ impl TorquescopeApp {
                 if let Some(running) = &mut self.running {
                     running.job.stop("you pressed Stop");
                 }
-                self.poll_job();
+                self.poll_job(ctx);
             }
             Order::Finish => {
                 if let Some(running) = &mut self.running {
@@ -171,6 +182,11 @@ impl TorquescopeApp {
                 let dark = ctx.theme() == egui::Theme::Dark;
                 ctx.set_theme(if dark { egui::Theme::Light } else { egui::Theme::Dark });
             }
+            Order::HighContrast(high) => theme::set_contrast(ctx, high),
+            Order::ToggleContrast => theme::set_contrast(ctx, !theme::is_high_contrast(ctx)),
+            Order::TextScale(scale) => ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end())),
+            Order::Palette(open) => self.state.palette = open.then(Default::default),
+            Order::KeyList(open) => self.state.key_list = open,
             Order::OpenDialog => self.open_dialog(ctx),
             Order::Dismiss(notice) => {
                 if notice < self.state.notices.len() {
@@ -186,13 +202,8 @@ impl TorquescopeApp {
         step(&mut self.history);
         self.state.data_changed();
         self.state.follow(&before, self.history.current());
-        let same = match (&before.recording, &self.history.current().recording) {
-            (Some(before), Some(after)) => Arc::ptr_eq(before, after),
-            (None, None) => true,
-            _ => false,
-        };
-        if !same {
-            self.state.recording_changed();
+        if !same_recording(&before, self.history.current()) {
+            self.state.recording_changed(self.history.current());
         }
     }
 
@@ -206,7 +217,7 @@ impl TorquescopeApp {
         let session = self.history.current().clone();
         if command.is_quick() {
             match command.run(&session, &crate::progress::Monitor::new()) {
-                Ok(session) => self.accept(session, &command),
+                Ok(session) => self.accept(session, &command, ctx),
                 Err(error) => self.fail(&command, error.to_string()),
             }
             return;
@@ -220,12 +231,12 @@ impl TorquescopeApp {
         self.running = Some(Running { job, command, curve, finishing: false });
     }
 
-    fn poll_job(&mut self) {
+    fn poll_job(&mut self, ctx: &egui::Context) {
         let Some(running) = &mut self.running else { return };
         let Some(outcome) = running.job.poll() else { return };
         let Some(Running { command, .. }) = self.running.take() else { return };
         match outcome {
-            Outcome::Done(session) => self.accept(session, &command),
+            Outcome::Done(session) => self.accept(session, &command, ctx),
             Outcome::Failed(message) => self.fail(&command, message),
             Outcome::Stopped(reason) => {
                 let text = format!("Stopped: {}, because {reason}. Nothing was changed.", command.title());
@@ -239,9 +250,11 @@ impl TorquescopeApp {
         }
     }
 
-    fn accept(&mut self, session: Session, command: &Command) {
+    fn accept(&mut self, session: Session, command: &Command, ctx: &egui::Context) {
         let failures_outlived = |notice: &Notice| notice.tone != Tone::Info;
         self.state.notices.retain(failures_outlived);
+        let until = ctx.input(|input| input.time) + TOAST;
+        self.state.toasts.push(Toast { text: done_text(self.history.current(), &session, command), until });
         self.state.follow(self.history.current(), &session);
         self.history.push(session, &command.title());
         self.state.data_changed();
@@ -250,7 +263,7 @@ impl TorquescopeApp {
                 if matches!(command, Command::Open { .. }) {
                     self.state.remember(self.history.current(), command);
                 }
-                self.state.recording_changed();
+                self.state.recording_changed(self.history.current());
             }
             Command::Diagnose => self.state.screen = Screen::Diagnose,
             Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
@@ -258,8 +271,13 @@ impl TorquescopeApp {
             | Command::TrainPreset { .. }
             | Command::Train { .. }
             | Command::UseModel { .. }
+            | Command::EditTerms(_)
             | Command::GoTo { .. }
             | Command::OpenSeal => (),
+            Command::Extrapolate { stretch, .. } => {
+                self.state.outside.stretch = *stretch;
+                self.state.screen = Screen::Extrapolation;
+            }
         }
     }
 
@@ -298,6 +316,33 @@ impl TorquescopeApp {
                 self.state.screen = Screen::Data;
             }
         }
+    }
+}
+
+/// What was done, with the change of the error where there is one.
+fn done_text(before: &Session, after: &Session, command: &Command) -> String {
+    let title = command.title();
+    let mut letters = title.chars();
+    let title: String = letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect());
+    let error = |session: &Session| {
+        let errors = session.current()?.evaluation.held_out_nmse();
+        let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
+        mean.is_finite().then_some(mean)
+    };
+    match (error(before), error(after)) {
+        (Some(from), Some(to)) if from != to && same_recording(before, after) => {
+            let percent = plot::ticks::percent;
+            format!("{title}: mean held-out error {} → {}.", percent(from), percent(to))
+        }
+        _ => format!("{title}: done."),
+    }
+}
+
+fn same_recording(one: &Session, other: &Session) -> bool {
+    match (&one.recording, &other.recording) {
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (None, None) => true,
+        _ => false,
     }
 }
 

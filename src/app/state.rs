@@ -6,12 +6,14 @@ use std::sync::{Arc, Weak};
 
 use super::plot::{Decimator, Window};
 use super::screens::{Screen, residuals::Scatter};
+use super::shell::CommandPalette;
 use crate::effect::Axis;
 use crate::model::Preset;
 use crate::progress::Progress;
 use crate::recording::read::ReadOptions;
 use crate::recording::{PerJoint, Recording};
-use crate::session::{Command, Session};
+use crate::session::{Command, Session, Step};
+use crate::simulation::extrapolation::{Replay, Stretch};
 use crate::training::Epoch;
 use crate::training::fit::Plan;
 
@@ -36,6 +38,16 @@ pub enum Order {
     ToggleTheme,
     /// Let the user choose files.
     OpenDialog,
+    /// More contrast, or as usual.
+    HighContrast(bool),
+    /// Between high and usual contrast.
+    ToggleContrast,
+    /// Size of text and everything else, 0.8 to 2.
+    TextScale(f32),
+    /// Open or close the command palette.
+    Palette(bool),
+    /// Open or close the list of shortcuts.
+    KeyList(bool),
     /// Remove a message.
     Dismiss(usize),
 }
@@ -72,6 +84,51 @@ impl Notice {
     pub fn new(tone: Tone, text: impl Into<String>, remedy: impl Into<String>) -> Self {
         Notice { tone, text: text.into(), remedy: remedy.into() }
     }
+}
+
+/// What was just done; it passes.
+#[derive(Debug, Clone)]
+pub(super) struct Toast {
+    pub text: String,
+    /// When it goes \[s, in the window's time\].
+    pub until: f64,
+}
+
+/// Which effect is to be added, as set in the panel of the model.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Addition {
+    /// Index into the registry.
+    pub effect: usize,
+    pub joints: Vec<bool>,
+}
+
+/// Where one stands on the screen of extrapolation.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Outside {
+    pub stretch: Stretch,
+    /// The shown joint; `None` for all together.
+    pub joint: Option<usize>,
+    /// The scale of the replay; the cursor of the curves.
+    pub scale: Option<f64>,
+    /// Titles of models that are not to be computed.
+    pub left_out: Vec<usize>,
+    pub window: Window,
+    pub time: Window,
+    pub cursor: Option<f64>,
+    /// The newest replay, and what it is of.
+    pub replay: Option<(ReplayKey, Arc<Replay>)>,
+}
+
+/// Trajectory, stretch, scale as bits, and the address of the model.
+pub(super) type ReplayKey = (usize, Stretch, u64, usize);
+
+/// How much of the torque a term carries on one joint.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Share {
+    /// Its root mean square \[N m\].
+    pub rms: f64,
+    /// The same as a part of that of the measured torque.
+    pub part: f64,
 }
 
 /// What to simulate, as set in the panel.
@@ -121,7 +178,13 @@ pub struct State {
     opened: Vec<(Weak<Recording>, Command)>,
     pub(super) wish: Wish,
     pub(super) training: Training,
+    pub(super) addition: Addition,
+    pub(super) outside: Outside,
     pub(super) notices: Vec<Notice>,
+    pub(super) toasts: Vec<Toast>,
+    pub(super) palette: Option<CommandPalette>,
+    pub(super) key_list: bool,
+    shares: Option<Arc<Vec<Vec<Share>>>>,
     pub(super) decimator: Decimator,
     residuals: HashMap<usize, Arc<PerJoint>>,
     facts: HashMap<usize, Arc<Facts>>,
@@ -150,7 +213,13 @@ impl Default for State {
                 noise_percent: 2.0,
             },
             training: Training::default(),
+            addition: Addition::default(),
+            outside: Outside::default(),
             notices: Vec::new(),
+            toasts: Vec::new(),
+            palette: None,
+            key_list: false,
+            shares: None,
             decimator: Decimator::default(),
             residuals: HashMap::new(),
             facts: HashMap::new(),
@@ -168,6 +237,7 @@ impl State {
         self.facts.clear();
         self.time_steps = None;
         self.scatters.clear();
+        self.shares = None;
         self.chosen_effect = 0;
     }
 
@@ -196,11 +266,12 @@ impl State {
         (self.training.window, self.training.cursor) = (Window::default(), None);
     }
 
-    /// Looks at the beginning of another recording.
-    pub(super) fn recording_changed(&mut self) {
-        (self.trajectory, self.joint) = (0, 0);
+    /// Looks at another recording: at the first trajectory of which something is held out, since the error is measured there.
+    pub(super) fn recording_changed(&mut self, session: &Session) {
+        (self.trajectory, self.joint) = (session.split.held_out.first().map_or(0, |segment| segment.trajectory), 0);
         self.window = Window::default();
         self.cursor = None;
+        self.outside = Outside { stretch: self.outside.stretch, ..Outside::default() };
     }
 
     /// Median time step of each trajectory \[s\].
@@ -226,6 +297,24 @@ impl State {
             })
         };
         Some(Arc::clone(self.facts.entry(trajectory).or_insert_with(compute)))
+    }
+
+    /// How much each term carries on each joint, over all of the recording: `shares[term][joint]`; `None` without a model.
+    pub(super) fn shares(&mut self, session: &Session) -> Option<Arc<Vec<Vec<Share>>>> {
+        let (recording, step) = (session.recording.as_deref()?, session.current()?);
+        let compute = || {
+            let square = |torque: &[f64]| torque.iter().map(|value| value * value).sum::<f64>();
+            let samples = recording.sample_count().max(1) as f64;
+            let share = |term: usize, joint: usize| {
+                let of_term = step.evaluation.predictions.iter().map(|run| square(&run.terms[term][joint])).sum::<f64>();
+                let measured = recording.trajectories.iter().map(|run| square(&run.tau[joint])).sum::<f64>();
+                Share { rms: (of_term / samples).sqrt(), part: (of_term / measured).sqrt() }
+            };
+            let joints = recording.joint_count();
+            let terms = 0..step.fitted.model.terms.len();
+            Arc::new(terms.map(|term| (0..joints).map(|joint| share(term, joint)).collect()).collect())
+        };
+        Some(Arc::clone(self.shares.get_or_insert_with(compute)))
     }
 
     /// Measured minus predicted torque of one trajectory; `None` without a model.
@@ -256,6 +345,8 @@ pub struct Desk<'a> {
     pub(super) state: &'a mut State,
     pub(super) orders: &'a mut Vec<Order>,
     pub(super) busy: Option<&'a Busy>,
+    /// Every model that this recording was given, oldest first.
+    pub(super) models: Vec<Arc<Step>>,
     pub(super) undo: Option<&'a str>,
     pub(super) redo: Option<&'a str>,
 }

@@ -137,6 +137,39 @@ const LIGHT: Palette = Palette {
     ],
 };
 
+/// Dark, with more contrast.
+const DARK_HIGH: Palette = Palette {
+    background: Color32::from_rgb(0x00, 0x00, 0x00),
+    card: Color32::from_rgb(0x06, 0x07, 0x09),
+    canvas: Color32::from_rgb(0x00, 0x00, 0x00),
+    border: Color32::from_rgb(0x9a, 0xa4, 0xb4),
+    grid: Color32::from_rgb(0x3c, 0x43, 0x50),
+    text: Color32::from_rgb(0xff, 0xff, 0xff),
+    weak: Color32::from_rgb(0xd6, 0xdc, 0xe6),
+    accent: Color32::from_rgb(0x8c, 0xc8, 0xff),
+    accent_soft: Color32::from_rgb(0x10, 0x30, 0x55),
+    on_accent: Color32::from_rgb(0x00, 0x00, 0x00),
+    measured: Color32::from_rgb(0xe2, 0xe7, 0xef),
+    ..DARK
+};
+
+/// Light, with more contrast.
+const LIGHT_HIGH: Palette = Palette {
+    background: Color32::from_rgb(0xff, 0xff, 0xff),
+    card: Color32::from_rgb(0xfe, 0xfe, 0xfe),
+    canvas: Color32::from_rgb(0xff, 0xff, 0xff),
+    border: Color32::from_rgb(0x3c, 0x42, 0x4e),
+    grid: Color32::from_rgb(0xc4, 0xca, 0xd4),
+    text: Color32::from_rgb(0x00, 0x00, 0x00),
+    weak: Color32::from_rgb(0x2c, 0x32, 0x3c),
+    accent: Color32::from_rgb(0x00, 0x42, 0x9a),
+    good: Color32::from_rgb(0x00, 0x56, 0x3c),
+    warning: Color32::from_rgb(0x70, 0x44, 0x00),
+    error: Color32::from_rgb(0x96, 0x12, 0x06),
+    measured: Color32::from_rgb(0x00, 0x00, 0x00),
+    ..LIGHT
+};
+
 impl Palette {
     /// The colours of a theme.
     pub fn of(theme: Theme) -> &'static Palette {
@@ -148,7 +181,13 @@ impl Palette {
 
     /// The colours of the theme in which `ui` is drawn.
     pub fn in_ui(ui: &egui::Ui) -> &'static Palette {
-        Palette::of(if ui.visuals().dark_mode { Theme::Dark } else { Theme::Light })
+        let visuals = ui.visuals();
+        match (visuals.dark_mode, is_high(visuals)) {
+            (true, false) => &DARK,
+            (true, true) => &DARK_HIGH,
+            (false, false) => &LIGHT,
+            (false, true) => &LIGHT_HIGH,
+        }
     }
 
     /// Colour and dash of the n-th joint, effect or term.
@@ -157,12 +196,29 @@ impl Palette {
     }
 }
 
+/// The high contrast of a context is known by its ground, so that it is stored in one place only.
+fn is_high(visuals: &Visuals) -> bool {
+    visuals.panel_fill == if visuals.dark_mode { DARK_HIGH.background } else { LIGHT_HIGH.background }
+}
+
+/// Whether the context shows the high contrast.
+pub fn is_high_contrast(ctx: &egui::Context) -> bool {
+    is_high(&ctx.style_of(ctx.theme()).visuals)
+}
+
+/// High contrast for both themes, or the usual one.
+pub fn set_contrast(ctx: &egui::Context, high: bool) {
+    for (theme, usual, strong) in [(Theme::Dark, &DARK, &DARK_HIGH), (Theme::Light, &LIGHT, &LIGHT_HIGH)] {
+        ctx.style_mut_of(theme, |style| style.visuals = visuals(theme, if high { strong } else { usual }));
+    }
+}
+
 /// Gives the context both themes, the fonts and the sizes.
 pub fn install(ctx: &egui::Context) {
     ctx.set_fonts(super::fonts::definitions());
     for theme in [Theme::Dark, Theme::Light] {
         ctx.style_mut_of(theme, |style| {
-            style.visuals = visuals(theme);
+            style.visuals = visuals(theme, Palette::of(theme));
             let font = |size| FontId::new(size, FontFamily::Proportional);
             style.text_styles = [
                 (TextStyle::Heading, font(HEADLINE)),
@@ -187,8 +243,7 @@ pub fn install(ctx: &egui::Context) {
     }
 }
 
-fn visuals(theme: Theme) -> Visuals {
-    let palette = Palette::of(theme);
+fn visuals(theme: Theme, palette: &Palette) -> Visuals {
     let dark = theme == Theme::Dark;
     let mut visuals = if dark { Visuals::dark() } else { Visuals::light() };
     let towards_text = |share: f32| palette.card.lerp_to_gamma(palette.text, share);
@@ -246,8 +301,9 @@ mod tests {
 
     #[test]
     fn text_is_readable_and_lines_are_visible_in_both_themes() {
-        for theme in [Theme::Dark, Theme::Light] {
-            let palette = Palette::of(theme);
+        for (theme, palette) in
+            [(Theme::Dark, &DARK), (Theme::Light, &LIGHT), (Theme::Dark, &DARK_HIGH), (Theme::Light, &LIGHT_HIGH)]
+        {
             for ground in [palette.background, palette.card, palette.canvas] {
                 for ink in [palette.text, palette.weak, palette.accent, palette.good, palette.warning, palette.error] {
                     assert!(contrast(ink, ground) >= 4.5, "{theme:?}: {ink:?} on {ground:?}");

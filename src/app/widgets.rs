@@ -46,6 +46,15 @@ pub fn weak(ui: &mut Ui, text: impl Into<String>) -> Response {
     ui.label(RichText::new(text).color(Palette::in_ui(ui).weak))
 }
 
+/// A formula of an effect's file in the letters of formulas: `tau_c * sign(qd)` as `τ_c sign(q̇)`.
+pub fn formula(plain: &str) -> String {
+    let mut text = plain.replace(" * ", " ").replace("^2", "²");
+    for (name, letter) in [("tau", "τ"), ("qdd", "q̈"), ("qd", "q̇"), ("omega", "ω"), ("phi", "φ"), ("sigma", "σ")] {
+        text = text.replace(name, letter);
+    }
+    text
+}
+
 /// A word in a coloured frame; the word tells the same as the colour.
 pub fn chip(ui: &mut Ui, text: &str, color: Color32) -> Response {
     let frame = Frame::new()
@@ -99,9 +108,14 @@ pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
     });
 }
 
-/// The main part of a screen and a column of this width at its right.
+/// The main part of a screen and a column of this width at its right; below it where there is no room beside it.
 pub fn beside(ui: &Ui, side: f32) -> [egui::Rect; 2] {
     let whole = ui.available_rect_before_wrap();
+    if whole.width() < 2.0 * side {
+        let middle = whole.top() + 0.6 * whole.height();
+        let main = egui::Rect::from_min_max(whole.min, egui::pos2(whole.right(), middle - GAP));
+        return [main, egui::Rect::from_min_max(egui::pos2(whole.left(), middle), whole.max)];
+    }
     let middle = whole.right() - side;
     let main = egui::Rect::from_min_max(whole.min, egui::pos2(middle - GAP, whole.bottom()));
     [main, egui::Rect::from_min_max(egui::pos2(middle, whole.top()), whole.max)]

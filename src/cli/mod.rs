@@ -8,6 +8,7 @@ mod data;
 mod demo;
 mod diagnose;
 mod evaluate;
+mod extrapolate;
 mod inspect;
 mod predict;
 mod progress;
@@ -43,6 +44,7 @@ enum Command {
     Inspect(inspect::Inspect),
     Train(train::Train),
     Evaluate(evaluate::Evaluate),
+    Extrapolate(extrapolate::Extrapolate),
     Predict(predict::Predict),
     Diagnose(diagnose::Diagnose),
     Demo(demo::Demo),
@@ -67,6 +69,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Inspect(command)) => command.run(),
         Some(Command::Train(command)) => command.run(),
         Some(Command::Evaluate(command)) => command.run(),
+        Some(Command::Extrapolate(command)) => command.run(),
         Some(Command::Predict(command)) => command.run(),
         Some(Command::Diagnose(command)) => command.run(),
         Some(Command::Demo(command)) => command.run(),

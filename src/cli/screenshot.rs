@@ -9,12 +9,13 @@ use crate::app::headless::Look;
 use crate::app::{self, Screen, ScreenshotOptions};
 use crate::model::learned::LearnedPreset;
 use crate::session::{Command, Session};
+use crate::simulation::extrapolation::Stretch;
 use crate::training::fit::Plan;
 
 /// Draw a screen of the window as a picture, without display or GPU.
 ///
-/// For the screen `train` a structured DeLaN is trained first; for `diagnose` the diagnosis is run, for `ladder` what it names is
-/// added too.
+/// For the screen `train` a structured DeLaN is trained first; for `diagnose` the diagnosis is run, for `model`, `ladder` and
+/// `extrapolation` what it names is added too.
 #[derive(Args)]
 pub struct Screenshot {
     #[command(flatten)]
@@ -34,6 +35,9 @@ pub struct Screenshot {
     /// Pixels per point.
     #[arg(long, default_value_t = 1.0)]
     scale: f32,
+    /// Size of text and everything else [%], 80 to 200.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u16).range(80..=200))]
+    text_size: u16,
     /// The picture (PNG), or the folder for all.
     #[arg(short, long, value_name = "PICTURE.png|FOLDER")]
     output: PathBuf,
@@ -58,7 +62,9 @@ impl Screenshot {
     fn draw(&self, screen: Screen, start: &Session) -> anyhow::Result<Vec<u8>> {
         let session = prepared(screen, start)?;
         let options =
-            ScreenshotOptions { screen: screen.id().to_owned(), theme: self.theme, size: self.size, scale: self.scale };
+            ScreenshotOptions { screen: screen.id().to_owned(), theme: self.theme, size: self.size, scale: self.scale,
+            text_scale: f32::from(self.text_size) / 100.0,
+        };
         app::screenshot(session, &options)
     }
 }
@@ -70,14 +76,19 @@ pub fn prepared(screen: Screen, start: &Session) -> anyhow::Result<Session> {
         let preset = LearnedPreset::StructuredDelan;
         session = progress::run(Command::TrainPreset { preset, plan: Box::new(Plan::default()) }, &session)?;
     }
-    if matches!(screen, Screen::Diagnose | Screen::Ladder) && session.current().is_some() {
+    let repaired = matches!(screen, Screen::Model | Screen::Ladder | Screen::Extrapolation);
+    if (repaired || screen == Screen::Diagnose) && session.current().is_some() {
         session = progress::run(Command::Diagnose, &session)?;
     }
-    if screen == Screen::Ladder {
+    if repaired {
         for effect in session.report.clone().iter().flat_map(|report| &report.effects) {
             let command = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
             session = progress::run(command, &session)?;
         }
+    }
+    if screen == Screen::Extrapolation && session.current().is_some() {
+        let command = Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed };
+        session = progress::run(command, &session)?;
     }
     Ok(session)
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::terms::{self, TermEdit};
 use super::{Session, Step};
 use crate::diagnosis;
 use crate::effect::{Scope, registry};
@@ -13,6 +14,7 @@ use crate::recording::joints_text;
 use crate::recording::read::{self, ReadError, ReadOptions};
 use crate::recording::seal::SealError;
 use crate::recording::split::{Split, SplitError};
+use crate::simulation::extrapolation::{self, ExtrapolationError, Stretch};
 use crate::simulation::{self, Scenario, SimulationError};
 use crate::training::fit::Plan;
 use crate::training::{self, Ending, TrainError};
@@ -64,6 +66,15 @@ pub enum Command {
         /// The joints, counted from 0; ignored by effects of the whole arm.
         joints: Vec<usize>,
     },
+    /// Takes a term out of the current model, switches it off or on, or moves it in the list.
+    EditTerms(TermEdit),
+    /// Computes how the error of these models grows outside the data.
+    Extrapolate {
+        /// The models.
+        steps: Vec<Arc<Step>>,
+        /// Faster or wider.
+        stretch: Stretch,
+    },
     /// Goes back to a step of the ladder; the later ones are dropped (undo brings them back).
     GoTo {
         /// Index into [`Session::ladder`].
@@ -101,6 +112,18 @@ pub enum SessionError {
         /// How many there are.
         count: usize,
     },
+    /// The current model, or what was switched off of it, has no such term.
+    #[error("the model has no such term: choose one of its {count}")]
+    NoSuchTerm {
+        /// How many there are.
+        count: usize,
+    },
+    /// The base of the model is not an effect.
+    #[error("{0} is what the model starts from: choose another preset instead of taking it out")]
+    Base(String),
+    /// Terms of a trained model were to be reordered.
+    #[error("the order of a trained model's terms is fixed by its networks: reorder the terms of a rigid body")]
+    FixedOrder,
     /// The current model has the effect already.
     #[error("the model has {0} already")]
     AlreadyThere(String),
@@ -128,6 +151,9 @@ pub enum SessionError {
     /// Training can't begin.
     #[error(transparent)]
     Train(#[from] TrainError),
+    /// The error outside the data can't be computed.
+    #[error(transparent)]
+    Extrapolation(#[from] ExtrapolationError),
     /// The seal is damaged.
     #[error(transparent)]
     Seal(#[from] SealError),
@@ -202,6 +228,17 @@ impl Command {
                 Ok(Session { report: Some(Arc::new(report)), ..session.clone() })
             }
             Command::AddEffect { effect, joints } => add_effect(session, effect, joints, monitor),
+            Command::EditTerms(edit) => terms::edit(session, *edit, monitor),
+            Command::Extrapolate { steps, stretch } => {
+                let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
+                let models: Vec<(String, &Fitted)> =
+                    steps.iter().map(|step| (step.title.clone(), &step.fitted)).collect();
+                if models.is_empty() {
+                    return Err(SessionError::NoModel);
+                }
+                let sweep = extrapolation::sweep(recording, &session.split, &models, *stretch, monitor)?;
+                Ok(Session { sweep: Some(Arc::new(sweep)), ..session.clone() })
+            }
             Command::GoTo { step } => {
                 let count = session.ladder.len();
                 if *step >= count {
@@ -235,6 +272,8 @@ impl Command {
             Command::UseModel { title, .. } => format!("start from {title}"),
             Command::Diagnose => "diagnose".to_owned(),
             Command::AddEffect { effect, joints } => format!("add {}", effect_text(effect, joints)),
+            Command::EditTerms(edit) => edit.title().to_owned(),
+            Command::Extrapolate { .. } => "extrapolate".to_owned(),
             Command::GoTo { step } => format!("go back to step {}", step + 1),
             Command::OpenSeal => "open the seal".to_owned(),
         }
@@ -246,7 +285,7 @@ impl Command {
             Command::ChoosePreset(preset) => matches!(preset, Preset::Learned(_)),
             Command::TrainPreset { .. } | Command::Train { .. } => true,
             Command::UseModel { model, .. } => model.is_learned(),
-            Command::AddEffect { .. } => session.current().is_some_and(|step| step.fitted.model.is_learned()),
+            Command::AddEffect { .. } | Command::EditTerms(_) => session.current().is_some_and(|step| step.fitted.model.is_learned()),
             _ => false,
         }
     }
@@ -273,7 +312,7 @@ fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session
 }
 
 /// Identifies or trains a model and measures it. With `before`, networks start from its weights.
-fn step(
+pub(super) fn step(
     title: String,
     model: Model,
     before: Option<&Fitted>,

@@ -1,6 +1,8 @@
 //! Undo and redo: the sessions before and after the current one.
 
-use super::Session;
+use std::sync::Arc;
+
+use super::{Session, Step};
 
 /// How many steps back are kept.
 const DEPTH: usize = 100;
@@ -49,6 +51,21 @@ impl History {
     /// What redo would do again; `None` if there is nothing.
     pub fn redo_text(&self) -> Option<&str> {
         self.future.last().map(|entry| entry.change.as_str())
+    }
+
+    /// Every model that was fitted to the current recording and can be gone back to, oldest first.
+    pub fn models(&self) -> Vec<Arc<Step>> {
+        let mut models: Vec<Arc<Step>> = Vec::new();
+        let Some(recording) = &self.current.recording else { return models };
+        let sessions = self.past.iter().map(|entry| &entry.session).chain([&self.current]);
+        for session in sessions.filter(|session| session.recording.as_ref().is_some_and(|own| Arc::ptr_eq(own, recording))) {
+            for step in &session.ladder {
+                if !models.iter().any(|known| Arc::ptr_eq(known, step)) {
+                    models.push(Arc::clone(step));
+                }
+            }
+        }
+        models
     }
 
     /// Goes one step back; nothing happens at the start.

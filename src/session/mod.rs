@@ -5,19 +5,22 @@
 
 mod command;
 mod history;
+mod terms;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 pub use command::{Command, SessionError};
 pub use history::History;
+pub use terms::TermEdit;
 
 use crate::diagnosis::Report;
-use crate::model::{Evaluation, Fitted, Preset};
+use crate::model::{Evaluation, Fitted, Preset, Term};
 use crate::recording::Recording;
 use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
 use crate::recording::seal::Truth;
 use crate::recording::split::Split;
+use crate::simulation::extrapolation::Sweep;
 use crate::training::fit::Plan;
 use crate::training::{Ending, Epoch};
 
@@ -41,8 +44,12 @@ pub struct Session {
     /// The models, each with one effect more than the one before. The first is the bare preset, the last is the current
     /// model. Empty until the first fit.
     pub ladder: Vec<Arc<Step>>,
+    /// Terms that were switched off; they can be switched on again.
+    pub set_aside: Vec<Term>,
     /// What the diagnosis says of the current model.
     pub report: Option<Arc<Report>>,
+    /// How the error of models grows outside the data, once it was asked for.
+    pub sweep: Option<Arc<Sweep>>,
     /// The truth, once the user opened the seal.
     pub truth: Option<Arc<Truth>>,
 }

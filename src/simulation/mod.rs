@@ -10,6 +10,7 @@
 //! What was hidden goes into the recording's [`Seal`]. The same scenario gives the same recording.
 
 mod excitation;
+pub mod extrapolation;
 mod hidden;
 mod sensor;
 

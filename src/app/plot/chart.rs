@@ -295,6 +295,8 @@ impl<'a> Chart<'a> {
             }
         };
         pieces.iter().flat_map(|pieces| pieces.iter().flatten()).for_each(|point| take(point[1]));
+        let bands = self.bands.iter().flat_map(|(band, _)| band.iter());
+        bands.filter(|[x, ..]| (x_range[0]..=x_range[1]).contains(x)).flat_map(|[_, low, high]| [*low, *high]).for_each(&mut take);
         let clouds = self.clouds.iter().flat_map(|cloud| cloud.points);
         clouds.filter(|point| (x_range[0]..=x_range[1]).contains(&point[0])).for_each(|point| take(point[1]));
         if low > high {

@@ -174,7 +174,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
     });
     if let Some(spec) = spec(&effect.effect) {
         widgets::card(ui, "About this effect", |ui| {
-            ui.label(RichText::new(spec.formula).monospace().color(palette.accent));
+            ui.label(RichText::new(widgets::formula(spec.formula)).monospace().color(palette.accent));
             ui.label(spec.description);
             widgets::weak(ui, format!("Looks like: {}", spec.fingerprint));
             widgets::weak(ui, format!("What hides it: {}", spec.absorbed));

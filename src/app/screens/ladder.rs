@@ -42,7 +42,30 @@ fn summary(session: &Session) -> String {
         [&first.evaluation, &last.evaluation].map(|evaluation| evaluation.held_out.iter().map(|error| error.nmse));
     let [before, after] = errors.map(|errors| errors.sum::<f64>());
     let verb = if after < before { "fell" } else { "rose" };
-    format!("Held-out error by joint {verb} from {from} to {to}.")
+    format!("Held-out error by joint {verb} from {from} to {to}{}.", verdict(session))
+}
+
+/// Whether what was hidden is in the model, once the seal is open.
+fn verdict(session: &Session) -> String {
+    let Some(truth) = session.truth.as_deref() else { return String::new() };
+    let Some(step) = session.current() else { return String::new() };
+    let found = |hidden: &HiddenEffect| {
+        step.fitted.model.effects().any(|term| term.effect == hidden.effect && term.joint == hidden.joint)
+    };
+    if truth.effects.is_empty() {
+        return "; nothing was hidden".to_owned();
+    }
+    if !truth.effects.iter().all(found) {
+        return "; the hidden effect was not found".to_owned();
+    }
+    let mut names: Vec<&str> = Vec::new();
+    for hidden in &truth.effects {
+        let name = registry::find(&hidden.effect).map_or(hidden.effect.as_str(), |effect| effect.spec().name);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    format!("; hidden effect found: {}", names.join(", "))
 }
 
 /// For every step a group of bars, one for each joint, down from 100 % on a logarithmic axis; a line marks the noise floor.

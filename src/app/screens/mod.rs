@@ -3,7 +3,9 @@
 mod compare;
 mod data;
 mod diagnose;
+mod extrapolation;
 mod ladder;
+mod model;
 pub mod residuals;
 mod train;
 
@@ -21,6 +23,8 @@ use crate::simulation::Scenario;
 pub enum Screen {
     /// What was measured.
     Data,
+    /// The terms of the model.
+    Model,
     /// Models with networks.
     Train,
     /// Measured and predicted torque.
@@ -31,22 +35,34 @@ pub enum Screen {
     Diagnose,
     /// The error over the steps of the model.
     Ladder,
+    /// The error outside the data.
+    Extrapolation,
 }
 
 impl Screen {
     /// All screens, left to right.
-    pub const ALL: [Screen; 6] =
-        [Screen::Data, Screen::Train, Screen::Compare, Screen::Residuals, Screen::Diagnose, Screen::Ladder];
+    pub const ALL: [Screen; 8] = [
+        Screen::Data,
+        Screen::Model,
+        Screen::Train,
+        Screen::Compare,
+        Screen::Residuals,
+        Screen::Diagnose,
+        Screen::Ladder,
+        Screen::Extrapolation,
+    ];
 
     /// Its name on the command line.
     pub fn id(self) -> &'static str {
         match self {
             Screen::Data => "data",
+            Screen::Model => "model",
             Screen::Train => "train",
             Screen::Compare => "compare",
             Screen::Residuals => "residuals",
             Screen::Diagnose => "diagnose",
             Screen::Ladder => "ladder",
+            Screen::Extrapolation => "extrapolation",
         }
     }
 
@@ -54,11 +70,13 @@ impl Screen {
     pub fn title(self) -> &'static str {
         match self {
             Screen::Data => "Data",
+            Screen::Model => "Model",
             Screen::Train => "Train",
             Screen::Compare => "Compare",
             Screen::Residuals => "Where it fails",
             Screen::Diagnose => "What is missing",
             Screen::Ladder => "Ladder",
+            Screen::Extrapolation => "Extrapolation",
         }
     }
 
@@ -66,24 +84,14 @@ impl Screen {
     pub fn purpose(self) -> &'static str {
         match self {
             Screen::Data => "What was measured, and what is odd about it",
+            Screen::Model => "What the model adds up, and with which parameters",
             Screen::Train => "Which model, and how its networks learn",
             Screen::Compare => "Measured against predicted torque",
             Screen::Residuals => "What the model leaves, over every state",
             Screen::Diagnose => "Which physical effect the model lacks",
             Screen::Ladder => "How the error fell with every added effect",
+            Screen::Extrapolation => "How the error grows outside the data",
         }
-    }
-
-    /// The screen to go to next from `from`; `None` where the session lacks what it needs.
-    pub fn next(session: &Session, from: Screen) -> Option<Screen> {
-        session.current()?;
-        if from == Screen::Diagnose && session.report.as_ref().is_none_or(|report| !report.effects.is_empty()) {
-            // First diagnose, then add: both are buttons of this screen, and lead on by themselves.
-            return None;
-        }
-        let number = Screen::ALL.iter().position(|screen| *screen == from)?;
-        // A rigid body needs no training, so the way of a newcomer leads past it.
-        Screen::ALL[number + 1..].iter().copied().find(|screen| *screen != Screen::Train)
     }
 }
 
@@ -122,10 +130,12 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     }
     match screen {
         Screen::Data | Screen::Train => (),
+        Screen::Model => model::show(ui, desk),
         Screen::Compare => compare::show(ui, desk),
         Screen::Residuals => residuals::show(ui, desk),
         Screen::Diagnose => diagnose::show(ui, desk),
         Screen::Ladder => ladder::show(ui, desk),
+        Screen::Extrapolation => extrapolation::show(ui, desk),
     }
 }
 

@@ -1,0 +1,104 @@
+//! The way through the screens: which steps are behind, and the one step that comes next.
+//!
+//! Whoever does nothing but take the next step arrives at a repaired model, whatever the recording holds.
+
+use super::screens::Screen;
+use super::state::Order;
+use crate::diagnosis::Verdict;
+use crate::effect::registry;
+use crate::model::Preset;
+use crate::session::{Command, Session};
+use crate::simulation::Scenario;
+use crate::simulation::extrapolation::Stretch;
+
+/// What to do next, as the highlighted button says it.
+pub struct NextStep {
+    /// A few words.
+    pub label: String,
+    /// Why, for the tool tip.
+    pub why: &'static str,
+    /// What the click does.
+    pub order: Order,
+}
+
+impl NextStep {
+    fn show(screen: Screen) -> Self {
+        NextStep { label: screen.title().to_owned(), why: screen.purpose(), order: Order::Show(screen) }
+    }
+
+    fn run(label: impl Into<String>, why: &'static str, command: Command) -> Self {
+        NextStep { label: label.into(), why, order: Order::run(command) }
+    }
+}
+
+/// The next step from this screen; `None` at the end of the way.
+pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
+    if session.recording.is_none() {
+        let demonstration = Command::Simulate(Box::new(Scenario::embedded()));
+        return Some(NextStep::run("Demonstration arm", "Simulate an arm with a hidden effect", demonstration));
+    }
+    let Some(step) = session.current() else {
+        let why = "Identify the arm's base parameters from the data";
+        return Some(NextStep::run("Fit a rigid body", why, Command::ChoosePreset(Preset::RigidBody)));
+    };
+    let learned = step.fitted.model.is_learned();
+    Some(match screen {
+        Screen::Data => NextStep::show(Screen::Model),
+        // A rigid body is solved for at once, so the way leads past the training.
+        Screen::Model | Screen::Train => NextStep::show(Screen::Compare),
+        Screen::Compare => NextStep::show(Screen::Residuals),
+        Screen::Residuals => NextStep::show(Screen::Diagnose),
+        Screen::Diagnose => match &session.report {
+            None if learned => {
+                let why = "What networks absorb of an effect is not known; a rigid body can be diagnosed";
+                NextStep::run("Start from the rigid body", why, Command::ChoosePreset(Preset::RigidBody))
+            }
+            None => NextStep::run("Diagnose", "Lay every known effect beside the model", Command::Diagnose),
+            Some(report) => match report.effects.first() {
+                Some(effect) => {
+                    let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |known| known.spec().name);
+                    let add = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+                    NextStep::run(format!("Add {name}"), "Add it and identify all parameters anew", add)
+                }
+                None => NextStep::show(Screen::Ladder),
+            },
+        },
+        Screen::Ladder => after_the_ladder(session, learned),
+        Screen::Extrapolation => {
+            if session.sweep.is_some() {
+                return None;
+            }
+            let why = "Test the models at up to three times the speed";
+            let sweep = Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed };
+            NextStep::run("Go faster", why, sweep)
+        }
+    })
+}
+
+fn after_the_ladder(session: &Session, learned: bool) -> NextStep {
+    let sealed =
+        session.truth.is_none() && session.recording.as_ref().is_some_and(|recording| recording.seal.is_some());
+    match &session.report {
+        None if session.ladder.len() > 1 && !learned => {
+            NextStep::run("Diagnose again", "Ask what the current model still lacks", Command::Diagnose)
+        }
+        None if session.ladder.len() == 1 && !learned => NextStep::show(Screen::Diagnose),
+        Some(report) if sealed && report.verdict == Verdict::NothingMissing => {
+            NextStep::run("Open the seal", "Compare what was found with what was hidden", Command::OpenSeal)
+        }
+        _ => NextStep::show(Screen::Extrapolation),
+    }
+}
+
+/// Whether the work of a screen is behind.
+pub fn is_done(session: &Session, screen: Screen) -> bool {
+    let fitted = session.current().is_some();
+    match screen {
+        Screen::Data => session.recording.is_some(),
+        Screen::Model | Screen::Compare | Screen::Residuals => fitted,
+        Screen::Train => session.current().is_some_and(|step| !step.history.is_empty()),
+        Screen::Diagnose => session.report.is_some() || session.ladder.len() > 1,
+        Screen::Ladder => session.ladder.len() > 1,
+        Screen::Extrapolation => session.sweep.is_some(),
+    }
+}

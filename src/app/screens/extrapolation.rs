@@ -1,0 +1,246 @@
+//! Extrapolation: how the error of the models grows when the arm moves faster or wider than in the data, and the torque there.
+
+use std::sync::Arc;
+
+use egui::{RichText, Slider, Ui, WidgetInfo, WidgetText};
+
+use super::data::units;
+use super::{time_extent, trajectory_chooser};
+use crate::app::plot::{Chart, Decimator, ticks};
+use crate::app::state::{Desk, ReplayKey};
+use crate::app::theme::{GAP, GROUP, MEASURED_DASH, PREDICTED_DASH, Palette, SIDE, SMALL};
+use crate::app::widgets;
+use crate::recording::Recording;
+use crate::session::{Command, Step};
+use crate::simulation::extrapolation::{Basis, Curve, Replay, Stretch, Sweep, replay};
+
+/// Scales that the replay can have.
+const REPLAYED: std::ops::RangeInclusive<f64> = 1.0..=3.0;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    widgets::headline(ui, "Outside the data", &sentence(desk, &recording));
+    let [main, side] = widgets::beside(ui, SIDE);
+    widgets::scrolling(ui, "curves", main, |ui| {
+        match desk.session.sweep.clone() {
+            Some(sweep) => curves(ui, desk, &recording, &sweep),
+            None => widgets::card(ui, "Error over scale", |ui| {
+                widgets::weak(ui, "Nothing was computed yet: choose the models at the right, then press Compute.");
+            }),
+        }
+        replayed(ui, desk, &recording);
+    });
+    widgets::scrolling(ui, "models outside", side, |ui| choices(ui, desk));
+}
+
+/// What the curves are made of, said before anything is believed.
+fn sentence(desk: &Desk, recording: &Recording) -> String {
+    let how = if recording.seal.is_some() {
+        "the held-out runs are travelled anew by the simulated arm, and the exact torque is known"
+    } else {
+        "the held-out data are cut into blocks of a second, sorted by how fast they are"
+    };
+    match desk.session.sweep.as_deref().and_then(|sweep| Some((sweep.curves.last()?, sweep.stretch))) {
+        Some((Curve { model, points }, stretch)) if points.len() > 1 => {
+            let (first, last) = (&points[0], &points[points.len() - 1]);
+            let (from, to) = (ticks::number(first.overall), ticks::number(last.overall));
+            let scale = ticks::short((100.0 * last.scale).round() / 100.0);
+            let what = if stretch == Stretch::Speed { "speed" } else { "range" };
+            format!("“{model}” goes from an error (nMSE) of {from} to {to} at {scale} times the {what}; {how}.")
+        }
+        _ => format!("Does the model hold where nothing was recorded? For the answer {how}."),
+    }
+}
+
+fn curves(ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
+    let palette = Palette::in_ui(ui);
+    let title = match (sweep.stretch, sweep.basis) {
+        (Stretch::Speed, Basis::Simulated) => "Error over speed, exact truth",
+        (Stretch::Range, Basis::Simulated) => "Error over range, exact truth",
+        (Stretch::Speed, Basis::Measured) => "Error over speed, held-out blocks as measured",
+        (Stretch::Range, Basis::Measured) => "Error over range, held-out blocks as measured",
+    };
+    widgets::card(ui, title, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            let outside = &mut desk.state.outside;
+            ui.selectable_value(&mut outside.joint, None, "All joints");
+            for (joint, info) in recording.joints.iter().enumerate() {
+                ui.selectable_value(&mut outside.joint, Some(joint), &info.name);
+            }
+        });
+        let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
+        let shown = desk.state.outside.joint.filter(|joint| *joint < recording.joint_count());
+        let lines: Vec<(Vec<f64>, Vec<f64>, Vec<[f64; 3]>)> = sweep
+            .curves
+            .iter()
+            .map(|curve| {
+                let x = curve.points.iter().map(|point| point.scale).collect();
+                let error = |point: &crate::simulation::extrapolation::Point| match shown {
+                    Some(joint) => log(point.joints[joint]),
+                    None => log(point.overall),
+                };
+                let band = |point: &crate::simulation::extrapolation::Point| {
+                    let [low, high] = point.band.map(log);
+                    (shown.is_none() && low.is_finite() && high.is_finite()).then_some([point.scale, low, high])
+                };
+                (x, curve.points.iter().map(error).collect(), curve.points.iter().filter_map(band).collect())
+            })
+            .collect();
+        let scales = || lines.iter().flat_map(|line: &(Vec<f64>, _, _)| line.0.iter().copied());
+        let extent = [scales().fold(f64::INFINITY, f64::min), scales().fold(f64::NEG_INFINITY, f64::max)];
+        let axis = if sweep.stretch == Stretch::Speed { "times the speed" } else { "times the range" };
+        let mut chart = Chart::new("error (nMSE), logarithmic", "", extent)
+            .logarithmic()
+            .x_axis(axis, "")
+            .height((ui.available_height() * 0.42).clamp(190.0, 340.0));
+        for (number, (curve, (x, y, band))) in sweep.curves.iter().zip(&lines).enumerate() {
+            let style = palette.nth(number);
+            chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(&curve.model, x, y, style);
+        }
+        let outside = &mut desk.state.outside;
+        let mut cursor = outside.scale;
+        // The lines live for this frame only, so their decimation is not to be kept.
+        chart.cursor(&mut cursor).show(ui, &mut outside.window, &mut Decimator::default());
+        if cursor != outside.scale {
+            outside.scale = cursor.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
+        }
+        let text = "Bands: four in five blocks of a second. nMSE: squared error over squared torque. Drag: scale of the replay.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+    });
+}
+
+/// The chosen trajectory at the chosen scale.
+fn replayed(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    let Some(step) = desk.session.current().cloned() else { return };
+    widgets::card(ui, "Replay", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            let mut scale = desk.state.outside.scale.unwrap_or(1.0);
+            let label = ui.label(if desk.state.outside.stretch == Stretch::Speed { "Speed" } else { "Range" });
+            let slider = Slider::new(&mut scale, REPLAYED).fixed_decimals(2).suffix(" ×");
+            let slider = ui.add(slider).labelled_by(label.id);
+            slider.widget_info(|| WidgetInfo::slider(true, scale, "scale of the replay"));
+            if slider.changed() {
+                desk.state.outside.scale = Some(scale);
+            }
+            ui.add_space(GAP);
+            trajectory_chooser(ui, desk);
+            ui.add_space(GAP);
+            desk.state.joint = desk.state.joint.min(recording.joint_count().saturating_sub(1));
+            for (joint, info) in recording.joints.iter().enumerate() {
+                ui.selectable_value(&mut desk.state.joint, joint, &info.name);
+            }
+        });
+        let Some(replay) = current_replay(ui, desk, recording, &step) else { return };
+        let joint = desk.state.joint;
+        let unit = units(recording.joints[joint].kind);
+        let motion = &replay.motion;
+        let extent = time_extent(&motion.time);
+        let name = &recording.joints[joint].name;
+        let height = (ui.available_height() * 0.5).clamp(130.0, 240.0);
+        let mut decimator = Decimator::default();
+        let mut chart = Chart::new(format!("{name}: torque at this scale"), unit[3], extent)
+            .cursor(&mut desk.state.outside.cursor)
+            .without_ticks()
+            .height(height);
+        if replay.exact {
+            let word = if recording.seal.is_some() { "exact τ" } else { "measured τ" };
+            chart = chart.under_line(word, &motion.time, &motion.tau[joint], (palette.measured, MEASURED_DASH));
+        }
+        chart
+            .line("predicted τ̂", &motion.time, &replay.predicted[joint], (palette.predicted, PREDICTED_DASH))
+            .show(ui, &mut desk.state.outside.time, &mut decimator);
+        Chart::new(format!("{name}: velocity q̇"), unit[1], extent)
+            .line("q̇", &motion.time, &motion.qd[joint], palette.nth(joint))
+            .cursor(&mut desk.state.outside.cursor)
+            .x_axis("time t", "s")
+            .height(110.0)
+            .show(ui, &mut desk.state.outside.time, &mut decimator);
+        let text = if replay.exact {
+            format!("Model: {}. {}", step.title, super::compare::HINT)
+        } else {
+            "This arm was measured: what it would need at this scale is not known, so only the prediction is drawn.".into()
+        };
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+    });
+}
+
+/// Computed anew only when something of it changed.
+fn current_replay(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Arc<Step>) -> Option<Arc<Replay>> {
+    let outside = &mut desk.state.outside;
+    let scale = outside.scale.unwrap_or(1.0);
+    let key: ReplayKey = (desk.state.trajectory, outside.stretch, scale.to_bits(), Arc::as_ptr(step) as usize);
+    if let Some((known, replay)) = &outside.replay
+        && *known == key
+    {
+        return Some(Arc::clone(replay));
+    }
+    match replay(recording, desk.state.trajectory, outside.stretch, scale, &step.fitted) {
+        Ok(new) => {
+            let new = Arc::new(new);
+            outside.replay = Some((key, Arc::clone(&new)));
+            Some(new)
+        }
+        Err(error) => {
+            ui.label(RichText::new(format!("It can't be replayed: {error}.")).color(Palette::in_ui(ui).error));
+            None
+        }
+    }
+}
+
+/// Which models, faster or wider, and the button that computes.
+fn choices(ui: &mut Ui, desk: &mut Desk) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "What to compute", |ui| {
+        ui.horizontal(|ui| {
+            ui.radio_value(&mut desk.state.outside.stretch, Stretch::Speed, "Faster");
+            ui.radio_value(&mut desk.state.outside.stretch, Stretch::Range, "Wider");
+        });
+        ui.add_space(2.0);
+        widgets::weak(ui, "Models of this session");
+        let models = desk.models.clone();
+        for (number, model) in models.iter().enumerate() {
+            let mut chosen = !desk.state.outside.left_out.contains(&number);
+            if ui.checkbox(&mut chosen, format!("{}  {}", number + 1, model.title)).changed() {
+                desk.state.outside.left_out.retain(|other| *other != number);
+                if !chosen {
+                    desk.state.outside.left_out.push(number);
+                }
+            }
+        }
+        let steps: Vec<Arc<Step>> = models
+            .into_iter()
+            .enumerate()
+            .filter(|(number, _)| !desk.state.outside.left_out.contains(number))
+            .map(|(_, model)| model)
+            .collect();
+        let button = widgets::primary(ui, desk.busy.is_none() && !steps.is_empty(), "Compute");
+        if button.on_disabled_hover_text("Choose a model").clicked() {
+            let stretch = desk.state.outside.stretch;
+            desk.run(Command::Extrapolate { steps, stretch });
+        }
+    });
+    let Some(sweep) = desk.session.sweep.clone() else { return };
+    widgets::card(ui, "Error (nMSE) of all joints", |ui| {
+        let scale = desk.state.outside.scale.unwrap_or(*REPLAYED.start());
+        let scales: Vec<f64> = sweep.curves.first().map_or(Vec::new(), |curve| {
+            let mut near: Vec<f64> = curve.points.iter().map(|point| point.scale).collect();
+            near.sort_by(|one, other| (one - scale).abs().total_cmp(&(other - scale).abs()));
+            let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) else { return Vec::new() };
+            let mut shown = vec![first.scale, near[0], last.scale];
+            shown.dedup();
+            shown
+        });
+        for curve in &sweep.curves {
+            ui.label(RichText::new(&curve.model).size(SMALL).color(palette.weak));
+            let cell = |scale: &f64| {
+                let point = curve.points.iter().find(|point| point.scale == *scale);
+                WidgetText::from(point.map_or("—".to_owned(), |point| ticks::number(point.overall)))
+            };
+            let header: Vec<String> = scales.iter().map(|scale| format!("{} ×", ticks::short((100.0 * scale).round() / 100.0))).collect();
+            let header: Vec<&str> = header.iter().map(String::as_str).collect();
+            widgets::table(ui, &format!("errors of {}", curve.model), &header, &[scales.iter().map(cell).collect()]);
+            ui.add_space(GROUP / 4.0);
+        }
+    });
+}

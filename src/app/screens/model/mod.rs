@@ -1,0 +1,227 @@
+//! Model: its terms as cards, each with its formula, its parameters and its share of the torque; and how they are wired.
+
+mod diagram;
+
+use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichText, Ui, WidgetInfo, WidgetText};
+
+use super::Screen;
+use super::diagnose::parameter_row;
+use crate::app::plot::ticks;
+use crate::app::state::{Desk, Order, Share};
+use crate::app::theme::{GAP, Palette, SIDE, SMALL};
+use crate::app::widgets;
+use crate::effect::{Scope, registry};
+use crate::model::learned::LearnedTerm;
+use crate::model::{Parameter, Preset, RigidBody, Term};
+use crate::recording::Recording;
+use crate::session::{Command, Step, TermEdit};
+
+/// With more parameters than this, a card shows them only when asked.
+const MOST_PARAMETERS: usize = 6;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+        return;
+    };
+    let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+    let sentence = format!("The torque is the sum of {}: {}.", terms_text(terms.len()), terms.join(" + "));
+    widgets::headline(ui, "The model", &sentence);
+    let [main, side] = widgets::beside(ui, SIDE);
+    widgets::scrolling(ui, "terms", main, |ui| {
+        widgets::card(ui, "How it is wired", |ui| diagram::show(ui, &step.fitted.model, recording.joint_count()));
+        let shares = desk.state.shares(desk.session);
+        for (place, term) in step.fitted.model.terms.iter().enumerate() {
+            let shares = shares.as_ref().map_or(&[][..], |shares| &shares[place]);
+            card(ui, desk, &recording, &step, place, term, shares);
+        }
+        for (place, term) in desk.session.set_aside.iter().enumerate() {
+            set_aside(ui, desk.orders, desk.busy.is_none(), place, term);
+        }
+    });
+    widgets::scrolling(ui, "change the model", side, |ui| {
+        add(ui, desk, &recording);
+        presets(ui, desk, &recording);
+    });
+}
+
+fn terms_text(count: usize) -> String {
+    if count == 1 { "one term".to_owned() } else { format!("{count} terms") }
+}
+
+/// One term: what it is, what it carries, its parameters, and what can be done with it.
+fn card(
+    ui: &mut Ui,
+    desk: &mut Desk,
+    recording: &Recording,
+    step: &Step,
+    place: usize,
+    term: &Term,
+    shares: &[Share],
+) {
+    let palette = Palette::in_ui(ui);
+    let label = term.label();
+    let count = step.fitted.model.terms.len();
+    widgets::card(ui, "", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            let (color, _) = palette.nth(place);
+            ui.label(RichText::new(format!("{}  {label}", place + 1)).size(crate::app::theme::TITLE).color(color));
+            ui.add_space(GAP);
+            let (idle, fixed) = (desk.busy.is_none(), step.fitted.model.is_learned());
+            let mut edit = |ui: &mut Ui, possible: bool, text: &str, what: &str, edit: TermEdit| {
+                let button = ui.add_enabled(possible && idle, Button::new(text).small());
+                let spoken = format!("{what}: {label}");
+                button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, possible && idle, &spoken));
+                if button.on_hover_text(what).clicked() {
+                    desk.orders.push(Order::run(Command::EditTerms(edit)));
+                }
+            };
+            let up = TermEdit::Move { from: place, to: place.saturating_sub(1) };
+            edit(ui, place > 0 && !fixed, "↑", "Move up", up);
+            edit(ui, place + 1 < count && !fixed, "↓", "Move down", TermEdit::Move { from: place, to: place + 1 });
+            if matches!(term, Term::Effect(_)) {
+                edit(ui, true, "Switch off", "Switch off", TermEdit::SwitchOff(place));
+                edit(ui, true, "Remove", "Remove", TermEdit::Remove(place));
+            }
+        });
+        let (formula, description) = texts(term);
+        ui.label(RichText::new(formula).monospace().color(palette.accent));
+        widgets::weak(ui, description);
+        ui.add_space(2.0);
+        for (joint, share) in shares.iter().enumerate().filter(|(_, share)| share.rms > 0.0) {
+            ui.horizontal(|ui| {
+                ui.label(&recording.joints[joint].name);
+                widgets::share_bar(ui, share.part, 120.0, palette.nth(place).0);
+                let unit = super::data::units(recording.joints[joint].kind)[3];
+                let text = format!("{} of the torque, {} {unit} RMS", ticks::percent(share.part), ticks::number(share.rms));
+                ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+            });
+        }
+        let own: Vec<&Parameter> =
+            step.fitted.parameters.iter().filter(|parameter| parameter.term == place).collect();
+        match own.len() {
+            0 => (),
+            1..=MOST_PARAMETERS => parameters(ui, place, &own),
+            many => {
+                let header = CollapsingHeader::new(format!("{many} parameters")).id_salt(("parameters", place));
+                header.show(ui, |ui| parameters(ui, place, &own));
+            }
+        }
+    });
+}
+
+fn parameters(ui: &mut Ui, place: usize, own: &[&Parameter]) {
+    let rows: Vec<Vec<WidgetText>> = own.iter().map(|parameter| parameter_row(parameter).to_vec()).collect();
+    let header = ["parameter", "joint", "value", "95 % interval", "unit"];
+    widgets::table(ui, &format!("parameters of term {place}"), &header, &rows);
+}
+
+/// Formula and what it means.
+fn texts(term: &Term) -> (String, String) {
+    let learned = |formula: &str, text: &str| (formula.to_owned(), text.to_owned());
+    match term {
+        Term::RigidBody(RigidBody::Identified) => {
+            learned("τ = H(q) q̈ + c(q, q̇) + g(q)", "Planar links; their base parameters are identified from the data.")
+        }
+        Term::RigidBody(RigidBody::Stated(_)) => {
+            learned("τ = H(q) q̈ + c(q, q̇) + g(q)", "Planar links with the masses and lengths that the maker states.")
+        }
+        Term::Effect(effect) => match registry::find(&effect.effect) {
+            Ok(effect) => (widgets::formula(effect.spec().formula), effect.spec().description.to_owned()),
+            Err(error) => (effect.effect.clone(), error.to_string()),
+        },
+        Term::Learned(LearnedTerm::StructuredLagrangian { .. }) => learned(
+            "τ = d/dt ∂L/∂q̇ − ∂L/∂q,  L = ½ q̇ᵀ H(q) q̇ − V(q),  H = L Lᵀ",
+            "Two networks: the lower triangle of the mass matrix, and the potential energy.",
+        ),
+        Term::Learned(LearnedTerm::BlackBoxLagrangian { .. }) => {
+            learned("τ = d/dt ∂L/∂q̇ − ∂L/∂q", "One network for the Lagrangian L(q, q̇).")
+        }
+        Term::Learned(LearnedTerm::FeedForward { penalty, .. }) if *penalty > 0.0 => {
+            (format!("τ = f(q, q̇, q̈), loss + {penalty} ‖f‖²"), "A network for what the rest can't explain.".to_owned())
+        }
+        Term::Learned(LearnedTerm::FeedForward { .. }) => {
+            learned("τ = f(q, q̇, q̈)", "One network from motion to torque, without physics.")
+        }
+        Term::Learned(LearnedTerm::Friction) => learned(
+            "τ = (τ_C + τ_S exp(−q̇²/v)) sign(q̇) + d q̇",
+            "Stribeck friction of each joint; its coefficients are trained.",
+        ),
+        Term::Learned(LearnedTerm::Columns { names }) => (names.join(" + "), "Effects with trained factors.".to_owned()),
+    }
+}
+
+fn set_aside(ui: &mut Ui, orders: &mut Vec<Order>, idle: bool, place: usize, term: &Term) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(RichText::new(term.label()).color(palette.weak));
+            widgets::chip(ui, "switched off", palette.weak);
+            for (text, edit) in [("Switch on", TermEdit::SwitchOn(place)), ("Forget", TermEdit::Forget(place))] {
+                let button = ui.add_enabled(idle, Button::new(text).small());
+                let spoken = format!("{text}: {}", term.label());
+                button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, idle, &spoken));
+                if button.clicked() {
+                    orders.push(Order::run(Command::EditTerms(edit)));
+                }
+            }
+        });
+    });
+}
+
+/// Any effect can be added by hand, whatever the diagnosis says.
+fn add(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    widgets::card(ui, "Add a term", |ui| {
+        let addition = &mut desk.state.addition;
+        addition.effect = addition.effect.min(registry::ALL.len() - 1);
+        addition.joints.resize(recording.joint_count(), true);
+        let name = |index: usize| registry::ALL[index].spec().name;
+        let label = ui.label("Effect");
+        let chooser = ComboBox::from_id_salt("effect to add").selected_text(name(addition.effect)).width(200.0);
+        let chooser = chooser.show_ui(ui, |ui| {
+            for index in 0..registry::ALL.len() {
+                ui.selectable_value(&mut addition.effect, index, name(index));
+            }
+        });
+        chooser.response.labelled_by(label.id);
+        let spec = registry::ALL[addition.effect].spec();
+        if spec.scope == Scope::Joint {
+            ui.horizontal_wrapped(|ui| {
+                for (on, joint) in addition.joints.iter_mut().zip(&recording.joints) {
+                    ui.checkbox(on, &joint.name);
+                }
+            });
+        }
+        let joints: Vec<usize> = (0..addition.joints.len()).filter(|joint| addition.joints[*joint]).collect();
+        let possible = desk.busy.is_none() && (spec.scope == Scope::Arm || !joints.is_empty());
+        ui.label(RichText::new(widgets::formula(spec.formula)).monospace().color(Palette::in_ui(ui).accent));
+        widgets::weak(ui, spec.description);
+        let button = ui.add_enabled(possible, Button::new("Add this term"));
+        if button.on_disabled_hover_text("Choose a joint").clicked() {
+            desk.run(Command::AddEffect { effect: spec.id.to_owned(), joints });
+        }
+    });
+}
+
+fn presets(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    widgets::card(ui, "Start from another model", |ui| {
+        for preset in Preset::ALL {
+            let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
+            let chosen = desk.session.preset == preset;
+            let radio = ui.add_enabled(possible && desk.busy.is_none(), RadioButton::new(chosen, preset.title()));
+            let radio = radio.on_hover_text(preset.description()).on_disabled_hover_text("The recording states no arm.");
+            if radio.clicked() && !chosen {
+                match preset {
+                    Preset::Learned(_) => {
+                        desk.state.training.preset = preset;
+                        desk.orders.push(Order::Show(Screen::Train));
+                    }
+                    _ => desk.run(Command::ChoosePreset(preset)),
+                }
+            }
+        }
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
+            let text = "Models with networks are trained on the next screen.";
+            ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
+        });
+    });
+}

@@ -1,0 +1,85 @@
+//! Everything that can be done now, by name: what the command palette offers.
+
+use crate::app::flow;
+use crate::app::screens::Screen;
+use crate::app::state::{Desk, Order};
+use crate::effect::{Scope, registry};
+use crate::model::Preset;
+use crate::session::Command;
+use crate::simulation::Scenario;
+use crate::simulation::extrapolation::Stretch;
+
+/// Something that can be done.
+pub struct Action {
+    /// What is searched and shown.
+    pub name: String,
+    /// The keys that do the same, if any.
+    pub keys: &'static str,
+    /// What it does.
+    pub order: Order,
+}
+
+/// All actions that make sense now.
+pub fn all(desk: &Desk) -> Vec<Action> {
+    let mut actions = Vec::new();
+    let mut add = |name: String, keys: &'static str, order: Order| actions.push(Action { name, keys, order });
+    if let Some(next) = flow::next(desk.session, desk.state.screen) {
+        add(format!("Next: {}", next.label), "Ctrl+Enter", next.order);
+    }
+    for screen in Screen::ALL {
+        add(format!("Go to {}", screen.title()), "", Order::Show(screen));
+    }
+    if desk.undo.is_some() {
+        add("Undo".into(), "Ctrl+Z", Order::Undo);
+    }
+    if desk.redo.is_some() {
+        add("Redo".into(), "Ctrl+Y", Order::Redo);
+    }
+    if desk.busy.is_some() {
+        add("Stop".into(), "Esc", Order::Stop);
+    }
+    add("Open recordings…".into(), "Ctrl+O", Order::OpenDialog);
+    add("Simulate the demonstration arm".into(), "", Order::run(Command::Simulate(Box::new(Scenario::embedded()))));
+    if let Ok(scenario) = Scenario::mystery(desk.state.wish.seed) {
+        add("Draw a mystery".into(), "", Order::run(Command::Simulate(Box::new(scenario))));
+    }
+    if let Some(recording) = &desk.session.recording {
+        add("Start from the rigid body".into(), "", Order::run(Command::ChoosePreset(Preset::RigidBody)));
+        if recording.stated_arm.is_some() {
+            add("Start from the stated arm".into(), "", Order::run(Command::ChoosePreset(Preset::StatedArm)));
+        }
+        if recording.seal.is_some() && desk.session.truth.is_none() {
+            add("Open the seal".into(), "", Order::run(Command::OpenSeal));
+        }
+    }
+    if desk.session.current().is_some() {
+        add("Diagnose".into(), "", Order::run(Command::Diagnose));
+        for stretch in [Stretch::Speed, Stretch::Range] {
+            let name = if stretch == Stretch::Speed { "Extrapolate in speed" } else { "Extrapolate in range" };
+            let steps = desk.session.ladder.clone();
+            add(name.into(), "", Order::run(Command::Extrapolate { steps, stretch }));
+        }
+        let joints = desk.session.recording.as_ref().map_or(0, |recording| recording.joint_count());
+        for effect in registry::ALL {
+            let spec = effect.spec();
+            let mut offer = |name: String, joints: Vec<usize>| {
+                add(name, "", Order::run(Command::AddEffect { effect: spec.id.to_owned(), joints }));
+            };
+            if spec.scope == Scope::Arm {
+                offer(format!("Add {}", spec.name), Vec::new());
+                continue;
+            }
+            offer(format!("Add {} on all joints", spec.name), (0..joints).collect());
+            for joint in 0..joints {
+                offer(format!("Add {} on joint {}", spec.name, joint + 1), vec![joint]);
+            }
+        }
+    }
+    add("Change between light and dark".into(), "Ctrl+T", Order::ToggleTheme);
+    add("Change the contrast".into(), "", Order::ToggleContrast);
+    for percent in [80, 100, 125, 150, 200] {
+        add(format!("Size of text {percent} %"), "", Order::TextScale(percent as f32 / 100.0));
+    }
+    add("Keyboard shortcuts".into(), "F1", Order::KeyList(true));
+    actions
+}

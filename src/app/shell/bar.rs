@@ -1,0 +1,128 @@
+//! The two bars at the top: the tools, and the way through the screens with the highlighted next step.
+
+use egui::containers::menu::{MenuButton, MenuConfig};
+use egui::{Align, Button, Color32, Layout, PopupCloseBehavior, RichText, Stroke, Ui, WidgetInfo};
+
+use super::is_narrow;
+use super::keys;
+use crate::app::flow;
+use crate::app::screens::Screen;
+use crate::app::state::{Desk, Order};
+use crate::app::theme::{self, BODY, GAP, Palette};
+use crate::app::widgets;
+
+pub fn tools(ui: &mut Ui, desk: &mut Desk) {
+    let palette = Palette::in_ui(ui);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Torquescope").size(BODY + 2.0).color(palette.text));
+        ui.add_space(GAP);
+        let open = format!("Open recordings, CSV or NPZ ({}), or drop them on the window", keys::text(ui, &keys::OPEN));
+        if ui.button("Open…").on_hover_text(open).clicked() {
+            desk.orders.push(Order::OpenDialog);
+        }
+        let undo = desk.undo.map_or("Nothing to undo".to_owned(), |change| format!("Undo: {change}"));
+        step_button(ui, desk, "Undo", &undo, &keys::UNDO, Order::Undo);
+        let redo = desk.redo.map_or("Nothing to redo".to_owned(), |change| format!("Redo: {change}"));
+        step_button(ui, desk, "Redo", &redo, &keys::REDO, Order::Redo);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+            let menu = MenuButton::new("View").config(stays).ui(ui, |ui| view(ui, desk));
+            menu.0.on_hover_text("Theme, contrast, size of text");
+            let all = format!("Find any command by its name ({})", keys::text(ui, &keys::PALETTE));
+            if ui.button("Commands").on_hover_text(all).clicked() {
+                desk.orders.push(Order::Palette(true));
+            }
+        });
+    });
+}
+
+fn step_button(ui: &mut Ui, desk: &mut Desk, name: &str, what: &str, key: &egui::KeyboardShortcut, order: Order) {
+    let possible = if name == "Undo" { desk.undo } else { desk.redo }.is_some();
+    let text = format!("{what} ({})", keys::text(ui, key));
+    let button = ui.add_enabled(possible, Button::new(name)).on_hover_text(&text).on_disabled_hover_text(what);
+    if button.clicked() {
+        desk.orders.push(order);
+    }
+}
+
+/// Theme, contrast, size of text.
+fn view(ui: &mut Ui, desk: &mut Desk) {
+    let dark = ui.visuals().dark_mode;
+    for (name, value) in [("Dark", true), ("Light", false)] {
+        if ui.radio(dark == value, name).clicked() && dark != value {
+            desk.orders.push(Order::ToggleTheme);
+        }
+    }
+    let mut high = theme::is_high_contrast(ui.ctx());
+    if ui.checkbox(&mut high, "High contrast").changed() {
+        desk.orders.push(Order::HighContrast(high));
+    }
+    ui.separator();
+    let percent = (100.0 * ui.ctx().zoom_factor()).round() as u32;
+    ui.label("Size of text");
+    ui.horizontal(|ui| {
+        for size in [80, 100, 125, 150, 200] {
+            if ui.selectable_label(percent == size, format!("{size} %")).clicked() {
+                desk.orders.push(Order::TextScale(size as f32 / 100.0));
+            }
+        }
+    });
+    ui.separator();
+    if ui.button(format!("Keyboard shortcuts ({})", keys::text(ui, &keys::LIST))).clicked() {
+        desk.orders.push(Order::KeyList(true));
+    }
+}
+
+/// The screens, left to right, and the next step.
+pub fn way(ui: &mut Ui, desk: &mut Desk) {
+    let palette = Palette::in_ui(ui);
+    let next = flow::next(desk.session, desk.state.screen);
+    let leads_to = next.as_ref().and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
+    let narrow = is_narrow(ui);
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        ui.spacing_mut().button_padding.x = if narrow { 6.0 } else { 7.0 };
+        for (number, screen) in Screen::ALL.into_iter().enumerate() {
+            if number > 0 {
+                ui.label(RichText::new("›").color(palette.weak));
+            }
+            let current = desk.state.screen == screen;
+            let is_next = leads_to == Some(screen);
+            let done = flow::is_done(desk.session, screen);
+            let color = match (current || is_next, done) {
+                (true, _) => palette.accent,
+                (_, true) => palette.text,
+                _ => palette.weak,
+            };
+            // Without room only the step where one stands has its name; the others have their number.
+            let name = if narrow && !current { (number + 1).to_string() } else { screen.title().to_owned() };
+            let mark = if done && !current && !narrow { "✔ " } else { "" };
+            let text = RichText::new(format!("{mark}{name}")).color(color);
+            let mut button = Button::new(text).selected(current);
+            if !current {
+                button = button.fill(Color32::TRANSPARENT);
+            }
+            let stroke = if is_next { Stroke::new(1.0, palette.accent) } else { Stroke::NONE };
+            let hint = format!("{}: {} (Ctrl+{})", screen.title(), screen.purpose(), number + 1);
+            let response = ui.add(button.stroke(stroke)).on_hover_text(hint);
+            response.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, current, screen.title()));
+            if response.clicked() {
+                desk.orders.push(Order::Show(screen));
+            }
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let Some(next) = next else {
+                ui.label(RichText::new("✔ the way is done").color(palette.good));
+                return;
+            };
+            let text = if narrow { "Next →".to_owned() } else { format!("Next: {} →", next.label) };
+            let button = widgets::primary(ui, desk.busy.is_none(), &text);
+            let name = format!("Next: {}", next.label);
+            button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
+            let hint = format!("{}. {} ({})", next.label, next.why, keys::text(ui, &keys::NEXT));
+            if button.on_hover_text(&hint).on_disabled_hover_text("Something is at work; see below").clicked() {
+                desk.orders.push(next.order);
+            }
+        });
+    });
+}

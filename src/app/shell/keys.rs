@@ -1,0 +1,121 @@
+//! Every shortcut, in one table: the keys, the tool tips and the list of shortcuts are made from it.
+
+use egui::{Grid, Key, KeyboardShortcut, Modifiers, RichText, Ui};
+
+use crate::app::flow;
+use crate::app::screens::Screen;
+use crate::app::state::{Desk, Order, State};
+use crate::app::theme::{GAP, Palette};
+use crate::session::Session;
+
+const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+
+pub const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
+pub const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
+pub const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Y);
+pub const NEXT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Enter);
+pub const PALETTE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
+pub const LIST: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F1);
+const REDO_TOO: KeyboardShortcut = KeyboardShortcut::new(CTRL_SHIFT, Key::Z);
+const PALETTE_TOO: KeyboardShortcut = KeyboardShortcut::new(CTRL_SHIFT, Key::P);
+const LIST_TOO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::SHIFT, Key::Questionmark);
+const LIST_PLAIN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Questionmark);
+const STOP: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Escape);
+const THEME: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::T);
+const NUMBERS: [Key; 8] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
+
+/// The orders that were given by keys.
+pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<Order> {
+    let mut orders = Vec::new();
+    // While text is typed, undo is the text's own, and a question mark is one.
+    let typing = ctx.text_edit_focused();
+    let overlay = state.palette.is_some() || state.key_list;
+    ctx.input_mut(|input| {
+        // Those with Shift have to be asked for first: Ctrl+Z would match Ctrl+Shift+Z too.
+        for key in [PALETTE_TOO, PALETTE] {
+            if input.consume_shortcut(&key) {
+                orders.push(Order::Palette(state.palette.is_none()));
+            }
+        }
+        if overlay && input.consume_shortcut(&STOP) {
+            orders.extend([Order::Palette(false), Order::KeyList(false)]);
+        }
+        if input.consume_shortcut(&LIST)
+            || (!typing && (input.consume_shortcut(&LIST_TOO) || input.consume_shortcut(&LIST_PLAIN)))
+        {
+            orders.push(Order::KeyList(!state.key_list));
+        }
+        let general = [
+            (REDO_TOO, Order::Redo),
+            (REDO, Order::Redo),
+            (UNDO, Order::Undo),
+            (OPEN, Order::OpenDialog),
+            (STOP, Order::Stop),
+            (THEME, Order::ToggleTheme),
+        ];
+        for (shortcut, order) in general {
+            if !typing && input.consume_shortcut(&shortcut) {
+                orders.push(order);
+            }
+        }
+        if input.consume_shortcut(&NEXT) {
+            orders.extend(flow::next(session, state.screen).map(|next| next.order));
+        }
+        for (key, screen) in NUMBERS.into_iter().zip(Screen::ALL) {
+            if input.consume_shortcut(&KeyboardShortcut::new(Modifiers::COMMAND, key)) {
+                orders.push(Order::Show(screen));
+            }
+        }
+    });
+    orders
+}
+
+/// `Ctrl+Z`, or what it is called on this system.
+pub fn text(ui: &Ui, shortcut: &KeyboardShortcut) -> String {
+    ui.ctx().format_shortcut(shortcut)
+}
+
+/// The list of all shortcuts, while it is asked for.
+pub fn list(ui: &mut Ui, desk: &mut Desk) {
+    if !desk.state.key_list {
+        return;
+    }
+    let palette = Palette::in_ui(ui);
+    let text = |shortcut: &KeyboardShortcut| text(ui, shortcut);
+    let rows = [
+        (text(&NEXT), "the next step"),
+        ("Ctrl+1 … Ctrl+8".to_owned(), "the screens, left to right"),
+        (format!("{} or {}", text(&PALETTE), text(&PALETTE_TOO)), "find any command"),
+        (text(&OPEN), "open recordings"),
+        (text(&UNDO), "undo"),
+        (format!("{} or {}", text(&REDO), text(&REDO_TOO)), "redo"),
+        (text(&STOP), "stop what is at work; close a list"),
+        (text(&THEME), "light or dark"),
+        ("Ctrl+Plus, Ctrl+Minus, Ctrl+0".to_owned(), "larger text, smaller text, as it was"),
+        (format!("{} or ?", text(&LIST)), "this list"),
+        ("in a chart: drag, ← →".to_owned(), "move the time cursor"),
+        ("in a chart: Alt+drag".to_owned(), "measure between two cursors"),
+        ("in a chart: Ctrl+wheel".to_owned(), "zoom about the pointer"),
+        ("in a chart: right drag, Shift+drag".to_owned(), "move the view"),
+        ("in a chart: double click, F".to_owned(), "show everything"),
+    ];
+    let modal = egui::Modal::new(egui::Id::unique("key list")).show(ui.ctx(), |ui| {
+        ui.heading("Keyboard and mouse");
+        ui.add_space(GAP);
+        egui::ScrollArea::vertical().max_height(ui.ctx().content_rect().height() - 150.0).show(ui, |ui| {
+            Grid::new("keys").striped(true).spacing([24.0, 6.0]).show(ui, |ui| {
+                for (keys, what) in rows {
+                    ui.label(RichText::new(keys).color(palette.accent));
+                    ui.label(what);
+                    ui.end_row();
+                }
+            });
+        });
+        ui.add_space(GAP);
+        ui.button("Close").clicked()
+    });
+    if modal.inner || modal.should_close() {
+        desk.state.key_list = false;
+    }
+}

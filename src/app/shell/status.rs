@@ -1,0 +1,54 @@
+//! The bar at the bottom: what is loaded, which model, its error, and what is at work.
+
+use egui::{Align, Button, Label, Layout, ProgressBar, RichText, Ui};
+
+use super::{is_narrow, thousands};
+use crate::app::plot::ticks::percent;
+use crate::app::state::{Busy, Desk, Order};
+use crate::app::theme::{Palette, SMALL};
+use crate::model::Term;
+
+pub fn show(ui: &mut Ui, desk: &mut Desk) {
+    let palette = Palette::in_ui(ui);
+    ui.horizontal(|ui| {
+        ui.set_min_height(22.0);
+        let small = |text: String| RichText::new(text).size(SMALL).color(palette.weak);
+        if let Some(busy) = desk.busy {
+            return at_work(ui, desk.orders, busy);
+        }
+        match desk.session.recording.as_deref() {
+            None => drop(ui.label(small("no recording".into()))),
+            Some(recording) => {
+                let joints = recording.joint_count();
+                let joints = if joints == 1 { "1 joint".to_owned() } else { format!("{joints} joints") };
+                let samples = thousands(recording.sample_count());
+                ui.add(Label::new(small(format!("{} · {joints} · {samples} samples", recording.name))).truncate());
+            }
+        }
+        if let Some(step) = desk.session.current().filter(|_| !is_narrow(ui)) {
+            ui.separator();
+            let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+            let shown =
+                if terms.len() > 2 { format!("{} + {} effects", terms[0], terms.len() - 1) } else { terms.join(" + ") };
+            ui.label(small(format!("model: {shown}"))).on_hover_text(terms.join(" + "));
+            ui.separator();
+            let errors: Vec<String> = step.evaluation.held_out_nmse().into_iter().map(percent).collect();
+            ui.label(small(format!("held-out error by joint (nMSE): {}", errors.join(" · "))));
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(small("ready".into())));
+    });
+}
+
+fn at_work(ui: &mut Ui, orders: &mut Vec<Order>, busy: &Busy) {
+    let palette = Palette::in_ui(ui);
+    let Busy { name, progress, paused, .. } = busy;
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        if ui.add(Button::new("Stop").small()).on_hover_text("Stop this; nothing is changed (Esc)").clicked() {
+            orders.push(Order::Stop);
+        }
+        ui.add(ProgressBar::new(progress.fraction).desired_width(160.0).desired_height(8.0));
+        let name = if *paused { format!("paused: {name}") } else { name.clone() };
+        let activity = if progress.activity.is_empty() { name } else { format!("{name}: {}", progress.activity) };
+        ui.add(Label::new(RichText::new(activity).size(SMALL).color(palette.text)).truncate());
+    });
+}
