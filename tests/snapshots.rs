@@ -8,7 +8,7 @@ mod support;
 
 use egui::Theme;
 use egui_kittest::{SnapshotOptions, SnapshotResults};
-use support::{demonstration, diagnosed, repaired, run, settle, trained, window};
+use support::{demonstration, diagnosed, extrapolated, repaired, run, settle, trained, window};
 use torquescope::app::{Order, Screen};
 use torquescope::session::{Command, Session};
 
@@ -23,6 +23,10 @@ fn every_screen_looks_as_it_did() {
     let nothing_left = run(Command::Diagnose, &repaired());
     let scenes = [
         ("data", Screen::Data, demonstration()),
+        ("model", Screen::Model, repaired()),
+        ("model-trained", Screen::Model, trained()),
+        ("extrapolation", Screen::Extrapolation, extrapolated()),
+        ("extrapolation-unasked", Screen::Extrapolation, demonstration()),
         ("train", Screen::Train, trained()),
         ("train-unasked", Screen::Train, demonstration()),
         ("diagnose-trained", Screen::Diagnose, trained()),

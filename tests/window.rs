@@ -29,7 +29,8 @@ fn a_newcomer_finds_the_hidden_effect() {
     let mut first_error = None;
     while window.query_by_label_contains("the way is done").is_none() {
         assert!(steps.len() < 20, "the way does not end: {steps:?}");
-        let next = window.get_by(|node| node.role() == Role::Button && node.label().is_some_and(|name| name.starts_with("Next: ")));
+        let next = window
+            .get_by(|node| node.role() == Role::Button && node.label().is_some_and(|name| name.starts_with("Next: ")));
         steps.push(next.accesskit_node().label().unwrap().trim_start_matches("Next: ").to_owned());
         next.click();
         settle(&mut window);
@@ -45,11 +46,22 @@ fn a_newcomer_finds_the_hidden_effect() {
         }
     }
     let way = [
-        "Demonstration arm", "Model", "Compare", "Where it fails", "What is missing", "Diagnose", "Add Coulomb friction",
-        "Diagnose again", "Ladder", "Open the seal", "Extrapolation", "Go faster",
+        "Demonstration arm",
+        "Model",
+        "Compare",
+        "Where it fails",
+        "What is missing",
+        "Diagnose",
+        "Add Coulomb friction",
+        "Diagnose again",
+        "Ladder",
+        "Open the seal",
+        "Extrapolation",
+        "Go faster",
     ];
     assert_eq!(steps, way);
-    let (before, after) = (first_error.unwrap(), window.state().session().current().unwrap().evaluation.held_out_nmse());
+    let (before, after) =
+        (first_error.unwrap(), window.state().session().current().unwrap().evaluation.held_out_nmse());
     assert!(after[0] < 0.1 * before[0] && after[1] < 0.1 * before[1], "{before:?} -> {after:?}");
 }
 

@@ -66,7 +66,13 @@ pub struct ScreenshotOptions {
 
 impl Default for ScreenshotOptions {
     fn default() -> Self {
-        ScreenshotOptions { screen: "data".to_owned(), theme: Look::default(), size: [1600.0, 1000.0], scale: 1.0, text_scale: 1.0 }
+        ScreenshotOptions {
+            screen: "data".to_owned(),
+            theme: Look::default(),
+            size: [1600.0, 1000.0],
+            scale: 1.0,
+            text_scale: 1.0,
+        }
     }
 }
 
@@ -117,7 +123,12 @@ pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::
         if frame + 1 >= FEWEST_FRAMES && !app.is_busy() && app.orders.is_empty() {
             let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
             let pixels = [width, height].map(|side| (side * scale).round() as usize);
-            return Ok(raster.paint(&primitives, pixels, output.pixels_per_point, Palette::of(egui::Theme::from(theme)).background));
+            return Ok(raster.paint(
+                &primitives,
+                pixels,
+                output.pixels_per_point,
+                Palette::of(egui::Theme::from(theme)).background,
+            ));
         }
         if begin.elapsed() > PATIENCE {
             bail!("the window did not settle within {} s", PATIENCE.as_secs());

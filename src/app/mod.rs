@@ -24,6 +24,7 @@ pub use screens::Screen;
 pub use state::{Order, State};
 
 use crate::session::{Command, Curve, History, Session};
+use crate::simulation::Scenario;
 use crate::work::{Job, Outcome};
 use state::{Busy, Notice, Toast, Tone};
 
@@ -187,6 +188,17 @@ impl TorquescopeApp {
             Order::TextScale(scale) => ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end())),
             Order::Palette(open) => self.state.palette = open.then(Default::default),
             Order::KeyList(open) => self.state.key_list = open,
+            Order::DrawMystery => {
+                let seed = self.state.wish.seed;
+                self.state.wish.seed += 1;
+                match Scenario::mystery(seed) {
+                    Ok(scenario) => self.run(Command::Simulate(Box::new(scenario)), ctx),
+                    Err(error) => {
+                        let text = format!("Nothing was simulated: {error}.");
+                        self.state.notices.push(Notice::new(Tone::Error, text, "Try another seed."));
+                    }
+                }
+            }
             Order::OpenDialog => self.open_dialog(ctx),
             Order::Dismiss(notice) => {
                 if notice < self.state.notices.len() {

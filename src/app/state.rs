@@ -36,6 +36,8 @@ pub enum Order {
     Pause(bool),
     /// Between light and dark.
     ToggleTheme,
+    /// Simulate an arm whose hidden effect is drawn by the next seed.
+    DrawMystery,
     /// Let the user choose files.
     OpenDialog,
     /// More contrast, or as usual.
@@ -306,7 +308,8 @@ impl State {
             let square = |torque: &[f64]| torque.iter().map(|value| value * value).sum::<f64>();
             let samples = recording.sample_count().max(1) as f64;
             let share = |term: usize, joint: usize| {
-                let of_term = step.evaluation.predictions.iter().map(|run| square(&run.terms[term][joint])).sum::<f64>();
+                let of_term =
+                    step.evaluation.predictions.iter().map(|run| square(&run.terms[term][joint])).sum::<f64>();
                 let measured = recording.trajectories.iter().map(|run| square(&run.tau[joint])).sum::<f64>();
                 Share { rms: (of_term / samples).sqrt(), part: (of_term / measured).sqrt() }
             };

@@ -190,6 +190,17 @@ impl Palette {
         }
     }
 
+    /// Colour of a value between −1 and 1: two hues that people with a colour vision deficiency can tell apart, nothing at 0.
+    pub fn signed(&self, share: f32) -> Color32 {
+        let end = if share < 0.0 { self.series[0] } else { self.series[2] };
+        self.canvas.lerp_to_gamma(end, share.abs().clamp(0.0, 1.0).sqrt())
+    }
+
+    /// Colour of an amount between 0 and 1.
+    pub fn amount(&self, share: f32) -> Color32 {
+        self.grid.lerp_to_gamma(self.series[0], share.clamp(0.0, 1.0).sqrt())
+    }
+
     /// Colour and dash of the n-th joint, effect or term.
     pub fn nth(&self, n: usize) -> (Color32, Dash) {
         (self.series[n % self.series.len()], DASHES[n % DASHES.len()])

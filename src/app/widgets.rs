@@ -49,7 +49,8 @@ pub fn weak(ui: &mut Ui, text: impl Into<String>) -> Response {
 /// A formula of an effect's file in the letters of formulas: `tau_c * sign(qd)` as `τ_c sign(q̇)`.
 pub fn formula(plain: &str) -> String {
     let mut text = plain.replace(" * ", " ").replace("^2", "²");
-    for (name, letter) in [("tau", "τ"), ("qdd", "q̈"), ("qd", "q̇"), ("omega", "ω"), ("phi", "φ"), ("sigma", "σ")] {
+    for (name, letter) in [("tau", "τ"), ("qdd", "q̈"), ("qd", "q̇"), ("omega", "ω"), ("phi", "φ"), ("sigma", "σ")]
+    {
         text = text.replace(name, letter);
     }
     text

@@ -61,8 +61,11 @@ impl Screenshot {
 
     fn draw(&self, screen: Screen, start: &Session) -> anyhow::Result<Vec<u8>> {
         let session = prepared(screen, start)?;
-        let options =
-            ScreenshotOptions { screen: screen.id().to_owned(), theme: self.theme, size: self.size, scale: self.scale,
+        let options = ScreenshotOptions {
+            screen: screen.id().to_owned(),
+            theme: self.theme,
+            size: self.size,
+            scale: self.scale,
             text_scale: f32::from(self.text_size) / 100.0,
         };
         app::screenshot(session, &options)

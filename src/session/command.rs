@@ -285,7 +285,9 @@ impl Command {
             Command::ChoosePreset(preset) => matches!(preset, Preset::Learned(_)),
             Command::TrainPreset { .. } | Command::Train { .. } => true,
             Command::UseModel { model, .. } => model.is_learned(),
-            Command::AddEffect { .. } | Command::EditTerms(_) => session.current().is_some_and(|step| step.fitted.model.is_learned()),
+            Command::AddEffect { .. } | Command::EditTerms(_) => {
+                session.current().is_some_and(|step| step.fitted.model.is_learned())
+            }
             _ => false,
         }
     }

@@ -58,7 +58,9 @@ impl History {
         let mut models: Vec<Arc<Step>> = Vec::new();
         let Some(recording) = &self.current.recording else { return models };
         let sessions = self.past.iter().map(|entry| &entry.session).chain([&self.current]);
-        for session in sessions.filter(|session| session.recording.as_ref().is_some_and(|own| Arc::ptr_eq(own, recording))) {
+        for session in
+            sessions.filter(|session| session.recording.as_ref().is_some_and(|own| Arc::ptr_eq(own, recording)))
+        {
             for step in &session.ladder {
                 if !models.iter().any(|known| Arc::ptr_eq(known, step)) {
                     models.push(Arc::clone(step));

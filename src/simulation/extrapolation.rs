@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 
-use super::hidden::Hidden;
+use super::hidden::{self, Hidden};
 use super::{SimulationError, demand};
 use crate::model::{Fitted, ModelError};
 use crate::progress::{Monitor, Stopped};
@@ -157,7 +157,7 @@ pub fn replay(
     demand("scale", scale, scale > 0.0, "a finite number above 0")?;
     let mut motion = stretched(&recording.trajectories[trajectory], stretch, scale);
     if let Some(seal) = &recording.seal {
-        motion.tau = exact_torque(&seal.open()?, &motion)?;
+        set_exact_torque(&mut motion, &seal.open()?)?;
     }
     let predicted = fitted.predict(&motion)?.total;
     Ok(Replay { exact: recording.seal.is_some() || scale == 1.0, motion, predicted })
@@ -184,7 +184,7 @@ fn simulated(
         for trajectory in trajectories(&split.held_out) {
             monitor.report(number as f32 / SCALES.len() as f32, &format!("scale {scale}"))?;
             let mut run = stretched(&recording.trajectories[trajectory], stretch, scale);
-            run.tau = exact_torque(truth, &run)?;
+            set_exact_torque(&mut run, truth)?;
             for ((_, fitted), blocks) in models.iter().zip(&mut blocks) {
                 monitor.check()?;
                 let predicted = fitted.predict(&run)?.total;
@@ -276,16 +276,12 @@ fn stretched(run: &Trajectory, stretch: Stretch, scale: f64) -> Trajectory {
     new
 }
 
-/// What the true arm with its hidden effects needs for this motion, without noise.
-fn exact_torque(truth: &Truth, run: &Trajectory) -> Result<PerJoint, SimulationError> {
-    let mut torque = truth.arm.inverse_dynamics_along(&run.q, &run.qd, &run.qdd);
-    for hidden in &truth.effects {
-        let effect = Hidden::resolve(hidden, truth.arm.joint_count())?.torque(&truth.arm, run)?;
-        for (sum, part) in torque.iter_mut().flatten().zip(effect.iter().flatten()) {
-            *sum += part;
-        }
-    }
-    Ok(torque)
+/// Gives the run the torque that the true arm with its hidden effects needs for it, without noise.
+fn set_exact_torque(run: &mut Trajectory, truth: &Truth) -> Result<(), SimulationError> {
+    run.tau = truth.arm.inverse_dynamics_along(&run.q, &run.qd, &run.qdd);
+    let resolve = |hidden| Hidden::resolve(hidden, truth.arm.joint_count());
+    let effects = truth.effects.iter().map(resolve).collect::<Result<Vec<_>, _>>()?;
+    hidden::add(&effects, &truth.arm, run)
 }
 
 /// The segment in blocks of about a second.
@@ -377,7 +373,7 @@ impl Usual {
                 count += 1.0;
             }
         }
-        if count > 0.0 { (sum / count as f64).sqrt() } else { 0.0 }
+        if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
     }
 }
 

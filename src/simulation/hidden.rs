@@ -36,6 +36,17 @@ impl<'a> Hidden<'a> {
     }
 }
 
+/// Adds the torque of all hidden effects to that of the bare arm.
+pub(super) fn add(effects: &[Hidden], arm: &Arm, run: &mut Trajectory) -> Result<(), SimulationError> {
+    let torques = effects.iter().map(|effect| effect.torque(arm, run)).collect::<Result<Vec<_>, _>>()?;
+    for torque in &torques {
+        for (sum, part) in run.tau.iter_mut().flatten().zip(torque.iter().flatten()) {
+            *sum += part;
+        }
+    }
+    Ok(())
+}
+
 /// The joint (from 0) where an effect acts on an arm of a number of joints; 0 for an effect of the whole arm.
 fn checked_place(spec: &Spec, joint: Option<usize>, joints: usize) -> Result<usize, SimulationError> {
     let first = usize::from(spec.scope == Scope::Pair);

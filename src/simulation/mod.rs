@@ -240,12 +240,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
     let mut squares = vec![0.0; joints];
     for run in &mut runs {
         monitor.check()?;
-        let hidden = effects.iter().map(|effect| effect.torque(&scenario.arm, run)).collect::<Result<Vec<_>, _>>()?;
-        for torque in &hidden {
-            for (sum, part) in run.tau.iter_mut().flatten().zip(torque.iter().flatten()) {
-                *sum += part;
-            }
-        }
+        hidden::add(&effects, &scenario.arm, run)?;
         for (square, torque) in squares.iter_mut().zip(&run.tau) {
             *square += torque.iter().map(|value| value * value).sum::<f64>();
         }

@@ -1,8 +1,9 @@
 //! The chart: lines and points over a shared, zoomable horizontal axis, with a cursor that all charts share.
 //!
 //! The wheel zooms about the pointer, Shift or the right button drags the view, a double click shows everything again.
-//! A click or drag puts the cursor; with the keyboard the arrow keys move it. The legend stands above the plot, never on
-//! the data, and shows the values at the cursor.
+//! A click or drag puts the cursor; with the keyboard the arrow keys move it, F shows everything. Alt and drag measure
+//! between two cursors. Where a brush is asked for, a drag marks a region instead. The legend stands above the plot, never on
+//! the data, and shows the values at the cursor, or mean and RMS between the two.
 
 use egui::epaint::{Mesh, Shape, Vertex};
 use egui::{
@@ -30,6 +31,23 @@ const DEEPEST_ZOOM: f64 = 1e-5;
 pub struct Window {
     /// `None` shows everything.
     pub range: Option<[f64; 2]>,
+    /// The two cursors of a measurement.
+    pub measured: Option<[f64; 2]>,
+}
+
+/// A marked region: its smallest and largest x, and its lowest and highest y.
+pub type Region = [[f64; 2]; 2];
+
+/// Values over a rectangle, drawn in colours.
+pub struct Cells {
+    /// How many columns and rows.
+    pub size: [usize; 2],
+    /// The ends of the horizontal and of the vertical axis.
+    pub extent: Region,
+    /// Row by row from below; NaN where there is nothing.
+    pub values: Vec<f64>,
+    /// Whether 0 is in the middle of the colours; else it is at their beginning.
+    pub signed: bool,
 }
 
 /// A line over ascending x.
@@ -66,6 +84,8 @@ pub struct Chart<'a> {
     ticks_shown: bool,
     logarithmic: bool,
     cursor: Option<&'a mut Option<f64>>,
+    brush: Option<&'a mut Option<Region>>,
+    cells: Option<&'a Cells>,
 }
 
 impl<'a> Chart<'a> {
@@ -86,6 +106,8 @@ impl<'a> Chart<'a> {
             ticks_shown: true,
             logarithmic: false,
             cursor: None,
+            brush: None,
+            cells: None,
         }
     }
 
@@ -161,6 +183,19 @@ impl<'a> Chart<'a> {
         self
     }
 
+    /// A drag marks a region, a click removes it.
+    pub fn brush(mut self, region: &'a mut Option<Region>) -> Self {
+        self.brush = Some(region);
+        self
+    }
+
+    /// Draws values as colours, over the whole of both axes.
+    pub fn cells(mut self, cells: &'a Cells) -> Self {
+        self.extent = cells.extent[0];
+        self.cells = Some(cells);
+        self
+    }
+
     /// Draws the chart over the full width.
     pub fn show(mut self, ui: &mut Ui, window: &mut Window, decimator: &mut Decimator) -> Response {
         let palette = Palette::in_ui(ui);
@@ -192,6 +227,9 @@ impl<'a> Chart<'a> {
         }
         self.draw_grid(ui, &place, outer);
         let clipped = painter.with_clip_rect(plot);
+        if let Some(cells) = self.cells {
+            clipped.add(cells_shape(cells, &place, palette));
+        }
         for (band, color) in &self.bands {
             clipped.add(band_shape(band, &place, *color));
         }
@@ -216,6 +254,23 @@ impl<'a> Chart<'a> {
                 }
             }
         }
+        if let Some([from, to]) = window.measured {
+            let stretch = Rect::from_x_y_ranges(place.x(from)..=place.x(to), plot.y_range());
+            clipped.rect_filled(stretch, 0, palette.cursor.gamma_multiply(0.10));
+            for at in [from, to] {
+                let line = [pos2(place.x(at), plot.top()), pos2(place.x(at), plot.bottom())];
+                clipped.extend(Shape::dashed_line(&line, Stroke::new(1.2, palette.cursor), 5.0, 3.0));
+            }
+        }
+        if let Some(brush) = self.brush.as_deref_mut() {
+            mark(ui, &response, &place, brush);
+            if let Some([[left, right], [low, high]]) = *brush {
+                let corners = [place.point([left, high]), place.point([right, low])];
+                let region = Rect::from_two_pos(corners[0], corners[1]);
+                clipped.rect_filled(region, 0, palette.accent.gamma_multiply(0.12));
+                clipped.rect_stroke(region, 0, Stroke::new(1.2, palette.accent), StrokeKind::Inside);
+            }
+        }
         painter.rect_stroke(plot, 0, Stroke::new(1.0, palette.border), StrokeKind::Outside);
         if response.has_focus() {
             painter.rect_stroke(plot.expand(2.0), RADIUS, Stroke::new(1.5, palette.accent), StrokeKind::Outside);
@@ -225,6 +280,7 @@ impl<'a> Chart<'a> {
             outer,
             plot,
             at,
+            window.measured,
             response.hover_pos().filter(|_| self.cursor.is_none()).map(|at| place.value(at)),
         );
         response
@@ -235,8 +291,17 @@ impl<'a> Chart<'a> {
         let shown = window.range.unwrap_or(self.extent);
         let span = shown[1] - shown[0];
         let at = |x: f32| shown[0] + f64::from((x - plot.left()) / plot.width()) * span;
-        if response.double_clicked() {
-            window.range = None;
+        if response.double_clicked() || (response.has_focus() && ui.input(|input| input.key_pressed(Key::F))) {
+            *window = Window::default();
+            return;
+        }
+        let measuring = self.cursor.is_some() && ui.input(|input| input.modifiers.alt);
+        if measuring && (response.drag_started() || response.dragged()) {
+            let begin = ui.input(|input| input.pointer.press_origin());
+            if let (Some(begin), Some(end)) = (begin, response.interact_pointer_pos()) {
+                let [from, to] = [begin.x.min(end.x), begin.x.max(end.x)];
+                window.measured = Some([from, to].map(|x| at(x).clamp(self.extent[0], self.extent[1])));
+            }
             return;
         }
         let panning = response.dragged_by(egui::PointerButton::Secondary)
@@ -288,6 +353,9 @@ impl<'a> Chart<'a> {
 
     /// The smallest range that holds everything in view, with a margin.
     fn y_range(&self, pieces: &[super::decimate::Pieces], x_range: [f64; 2]) -> [f64; 2] {
+        if let Some(cells) = self.cells {
+            return cells.extent[1];
+        }
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut take = |value: f64| {
             if value.is_finite() {
@@ -296,7 +364,10 @@ impl<'a> Chart<'a> {
         };
         pieces.iter().flat_map(|pieces| pieces.iter().flatten()).for_each(|point| take(point[1]));
         let bands = self.bands.iter().flat_map(|(band, _)| band.iter());
-        bands.filter(|[x, ..]| (x_range[0]..=x_range[1]).contains(x)).flat_map(|[_, low, high]| [*low, *high]).for_each(&mut take);
+        bands
+            .filter(|[x, ..]| (x_range[0]..=x_range[1]).contains(x))
+            .flat_map(|[_, low, high]| [*low, *high])
+            .for_each(&mut take);
         let clouds = self.clouds.iter().flat_map(|cloud| cloud.points);
         clouds.filter(|point| (x_range[0]..=x_range[1]).contains(&point[0])).for_each(|point| take(point[1]));
         if low > high {
@@ -348,11 +419,22 @@ impl<'a> Chart<'a> {
     }
 
     /// Title on the left; legend with values at the cursor on the right.
-    fn draw_header(&self, ui: &Ui, outer: Rect, plot: Rect, cursor: Option<f64>, hovered: Option<[f64; 2]>) {
+    fn draw_header(
+        &self,
+        ui: &Ui,
+        outer: Rect,
+        plot: Rect,
+        cursor: Option<f64>,
+        measured: Option<[f64; 2]>,
+        hovered: Option<[f64; 2]>,
+    ) {
         let palette = Palette::in_ui(ui);
         let painter = ui.painter().with_clip_rect(outer);
         let y = outer.top() + TOP / 2.0 - 1.0;
-        let title = with_unit(&self.title, self.unit);
+        let mut title = with_unit(&self.title, self.unit);
+        if let Some([from, to]) = measured {
+            title = format!("{title}   Δ {} {}", ticks::number(to - from), self.x_unit);
+        }
         let title = painter.text(
             pos2(plot.left(), y),
             Align2::LEFT_CENTER,
@@ -369,7 +451,11 @@ impl<'a> Chart<'a> {
         }
         for line in self.lines.iter().rev().filter(|line| !line.name.is_empty()) {
             let value = cursor.and_then(|at| value_at(line, at));
+            let between = measured.and_then(|stretch| mean_and_rms(line, stretch));
             let text = match value {
+                _ if let Some([mean, rms]) = between => {
+                    format!("{} mean {}, RMS {}", line.name, self.number(mean), self.number(rms))
+                }
                 Some(value) => format!("{} {}", line.name, self.number(value)),
                 None => line.name.to_owned(),
             };
@@ -422,6 +508,34 @@ impl Place {
     }
 }
 
+/// A drag marks a region of at least some points, a click removes it.
+fn mark(ui: &Ui, response: &Response, place: &Place, brush: &mut Option<Region>) {
+    let modified = ui.input(|input| input.modifiers.shift);
+    if response.clicked() {
+        *brush = None;
+    } else if response.dragged_by(egui::PointerButton::Primary) && !modified {
+        let begin = ui.input(|input| input.pointer.press_origin());
+        if let (Some(begin), Some(end)) = (begin, response.interact_pointer_pos())
+            && (end - begin).length() > 4.0
+        {
+            let inside = |at: Pos2| place.value(place.plot.clamp(at));
+            let (one, other) = (inside(begin), inside(end));
+            *brush = Some([0, 1].map(|axis| [one[axis].min(other[axis]), one[axis].max(other[axis])]));
+        }
+    }
+}
+
+/// Mean and root mean square of what a line shows of a stretch; `None` if that is nothing.
+fn mean_and_rms(line: &Line, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    let len = line.x.len().min(line.y.len());
+    let samples = line.x[..len].partition_point(|x| *x < from)..line.x[..len].partition_point(|x| *x <= to);
+    let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
+    for value in line.y[samples].iter().filter(|value| value.is_finite()) {
+        (count, sum, squares) = (count + 1.0, sum + value, squares + value * value);
+    }
+    (count > 0.0).then(|| [sum / count, (squares / count).sqrt()])
+}
+
 /// The sample of ascending `x` that is nearest to `at`; 0 if there is none.
 pub fn nearest(x: &[f64], at: f64) -> usize {
     let after = x.partition_point(|x| *x < at);
@@ -436,7 +550,9 @@ fn value_at(line: &Line, at: f64) -> Option<f64> {
 
 fn add_line(painter: &egui::Painter, points: Vec<Pos2>, line: &Line) {
     let stroke = Stroke::new(line.width, line.color);
-    if line.dash.is_empty() {
+    // Where a line goes up and down in every pixel column, a dash can't be seen, but costs thousands of pieces.
+    let width = points.last().map_or(0.0, |last| last.x - points[0].x);
+    if line.dash.is_empty() || points.len() as f32 > 1.5 * width.max(40.0) {
         painter.add(Shape::line(points, stroke));
     } else {
         let (ink, gaps): (Vec<f32>, Vec<f32>) = line.dash.chunks(2).map(|pair| (pair[0], pair[pair.len() - 1])).unzip();
@@ -455,6 +571,26 @@ fn cloud_shape(cloud: &Cloud, place: &Place) -> Shape {
         if inside.contains(at) {
             mesh.add_colored_rect(Rect::from_center_size(at, egui::Vec2::splat(2.0 * cloud.radius)), cloud.color);
         }
+    }
+    Shape::mesh(mesh)
+}
+
+/// All cells in one mesh.
+fn cells_shape(cells: &Cells, place: &Place, palette: &Palette) -> Shape {
+    let [columns, rows] = cells.size;
+    let most =
+        cells.values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, value| most.max(value.abs()));
+    let [[left, right], [low, high]] = cells.extent;
+    let corner = |column: usize, row: usize| {
+        let share = |index: usize, count: usize| index as f64 / count as f64;
+        place.point([left + (right - left) * share(column, columns), low + (high - low) * share(row, rows)])
+    };
+    let mut mesh = Mesh::default();
+    for (index, value) in cells.values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+        let share = (value / most.max(1e-300)) as f32;
+        let color = if cells.signed { palette.signed(share) } else { palette.amount(share) };
+        let (column, row) = (index % columns, index / columns);
+        mesh.add_colored_rect(Rect::from_two_pos(corner(column, row), corner(column + 1, row + 1)), color);
     }
     Shape::mesh(mesh)
 }

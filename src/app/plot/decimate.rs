@@ -1,7 +1,8 @@
 //! Half a million samples on a thousand pixels: per pixel column only the first, smallest, largest and last are drawn.
 //!
 //! The picture is the same as with all samples (M4; Jugel and others, VLDB 7 (2014) 797). Values that are not finite and
-//! jumps of the clock split the line, so that gaps are seen as gaps.
+//! jumps of the clock split the line, so that gaps are seen as gaps. Of every [`BLOCK`] samples it is remembered where the
+//! smallest and the largest is, so that a zoomed or moved view asks only the blocks and not the samples.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,6 +11,11 @@ use std::sync::Arc;
 const GAP_STEPS: f64 = 5.0;
 /// How many decimated signals are kept.
 const MOST_KEPT: usize = 256;
+
+/// Samples of a block.
+const BLOCK: usize = 64;
+/// Shorter signals have no blocks.
+const SHORTEST_WITH_BLOCKS: usize = 32 * BLOCK;
 
 /// Pieces of a line, ready to be scaled to the screen.
 pub type Pieces = Arc<Vec<Vec<[f64; 2]>>>;
@@ -20,6 +26,7 @@ pub type Pieces = Arc<Vec<Vec<[f64; 2]>>>;
 #[derive(Default)]
 pub struct Decimator {
     kept: HashMap<Key, Pieces>,
+    blocks: HashMap<[usize; 3], Arc<Blocks>>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -36,6 +43,7 @@ impl Decimator {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.kept.clear();
+        self.blocks.clear();
     }
 
     /// The line `y` over ascending `x` within `range`, for so many pixel columns; with `gaps` it is split where x jumps.
@@ -45,29 +53,110 @@ impl Decimator {
         if self.kept.len() > MOST_KEPT {
             self.kept.clear();
         }
-        Arc::clone(self.kept.entry(key).or_insert_with(|| Arc::new(decimate(x, y, range, columns, gaps))))
+        if let Some(pieces) = self.kept.get(&key) {
+            return Arc::clone(pieces);
+        }
+        let blocks = (x.len().min(y.len()) >= SHORTEST_WITH_BLOCKS).then(|| {
+            Arc::clone(self.blocks.entry([x_at, y_at, x.len()]).or_insert_with(|| Arc::new(Blocks::of(x, y))))
+        });
+        let pieces = Arc::new(decimate(x, y, range, columns, gaps, blocks.as_deref()));
+        self.kept.insert(key, Arc::clone(&pieces));
+        pieces
     }
 }
 
+/// Where each block of a signal has its smallest and largest value.
+struct Blocks(Vec<Block>);
+
+#[derive(Clone, Copy)]
+struct Block {
+    least: u32,
+    most: u32,
+    /// Whether all values are numbers.
+    finite: bool,
+    /// Whether the clock does not jump inside, nor before it.
+    unbroken: bool,
+}
+
+impl Blocks {
+    fn of(x: &[f64], y: &[f64]) -> Self {
+        let len = x.len().min(y.len());
+        let longest = longest_step(x, len);
+        let block = |number: usize| {
+            let samples = number * BLOCK..(number + 1) * BLOCK;
+            let (mut least, mut most) = (samples.start, samples.start);
+            let (mut finite, mut unbroken) = (true, true);
+            for sample in samples {
+                finite &= y[sample].is_finite();
+                unbroken &= sample == 0 || x[sample] - x[sample - 1] <= longest;
+                if y[sample] < y[least] {
+                    least = sample;
+                }
+                if y[sample] > y[most] {
+                    most = sample;
+                }
+            }
+            Block { least: least as u32, most: most as u32, finite, unbroken }
+        };
+        Blocks((0..len / BLOCK).map(block).collect())
+    }
+
+    /// The block that begins at `sample`, if it may stand for its samples.
+    fn at(&self, sample: usize, gaps: bool) -> Option<&Block> {
+        let block = self.0.get(sample / BLOCK).filter(|_| sample.is_multiple_of(BLOCK))?;
+        (block.finite && (block.unbroken || !gaps)).then_some(block)
+    }
+}
+
+/// A longer time step is a gap.
+fn longest_step(x: &[f64], len: usize) -> f64 {
+    let step = if len > 1 { (x[len - 1] - x[0]) / (len - 1) as f64 } else { 0.0 };
+    GAP_STEPS * step.max(1e-12)
+}
+
 /// The pieces of the line within `range`, and one sample more on either side.
-fn decimate(x: &[f64], y: &[f64], range: [f64; 2], columns: usize, gaps: bool) -> Vec<Vec<[f64; 2]>> {
+fn decimate(
+    x: &[f64],
+    y: &[f64],
+    range: [f64; 2],
+    columns: usize,
+    gaps: bool,
+    blocks: Option<&Blocks>,
+) -> Vec<Vec<[f64; 2]>> {
     let len = x.len().min(y.len());
     let from = x[..len].partition_point(|x| *x < range[0]).saturating_sub(1);
     let to = (x[..len].partition_point(|x| *x <= range[1]) + 1).min(len);
-    let step = if len > 1 { (x[len - 1] - x[0]) / (len - 1) as f64 } else { 0.0 };
+    let longest = longest_step(x, len);
     let per_column = columns as f64 / (range[1] - range[0]);
+    let number = |sample: usize| ((x[sample] - range[0]) * per_column) as i64;
+    let point = |sample: usize| [x[sample], y[sample]];
     let mut pieces = vec![Vec::new()];
     let mut column = Column::default();
-    for sample in from..to {
-        let gap = gaps && sample > from && x[sample] - x[sample - 1] > GAP_STEPS * step.max(1e-12);
+    let mut sample = from;
+    while sample < to {
+        let last = sample + BLOCK - 1;
+        if let Some(block) = blocks.and_then(|blocks| blocks.at(sample, gaps))
+            && sample > from
+            && last < to
+            && number(sample) == number(last)
+        {
+            let at = number(sample);
+            let (early, late) = (block.least.min(block.most) as usize, block.least.max(block.most) as usize);
+            for kept in [sample, early, late, last] {
+                column.add(at, point(kept), &mut pieces);
+            }
+            sample += BLOCK;
+            continue;
+        }
+        let gap = gaps && sample > from && x[sample] - x[sample - 1] > longest;
         if gap || !y[sample].is_finite() {
             column.flush(&mut pieces);
             pieces.push(Vec::new());
-            if !y[sample].is_finite() {
-                continue;
-            }
         }
-        column.add(((x[sample] - range[0]) * per_column) as i64, [x[sample], y[sample]], &mut pieces);
+        if y[sample].is_finite() {
+            column.add(number(sample), point(sample), &mut pieces);
+        }
+        sample += 1;
     }
     column.flush(&mut pieces);
     pieces.retain(|piece| !piece.is_empty());
@@ -127,16 +216,32 @@ mod tests {
         assert!(points.iter().any(|point| point[1] == 7.0));
     }
 
+    /// With or without blocks the picture is the same, whatever the view, the holes and the jumps.
+    #[test]
+    fn blocks_change_nothing() {
+        let mut x: Vec<f64> = (0..20_000).map(|n| n as f64 * 1e-3).collect();
+        x[9_000..].iter_mut().for_each(|x| *x += 3.0);
+        let mut y: Vec<f64> = x.iter().map(|x| (37.0 * x).sin() + (1e4 * x).cos()).collect();
+        y[12_345] = f64::NAN;
+        for range in [[0.0, 23.0], [4.0, 13.5], [8.99, 12.1], [12.3, 15.4]] {
+            for columns in [40, 333, 1000] {
+                let plain = decimate(&x, &y, range, columns, true, None);
+                let quick = decimate(&x, &y, range, columns, true, Some(&Blocks::of(&x, &y)));
+                assert_eq!(plain, quick, "{range:?} on {columns} columns");
+            }
+        }
+    }
+
     #[test]
     fn gaps_and_holes_split_the_line() {
         let x = [0.0, 1.0, 2.0, 30.0, 31.0, 32.0, 33.0];
         let y = [0.0, 0.0, 0.0, 1.0, f64::NAN, 1.0, 1.0];
-        let pieces = decimate(&x, &y, [0.0, 40.0], 400, true);
+        let pieces = decimate(&x, &y, [0.0, 40.0], 400, true, None);
         assert_eq!(pieces.iter().map(Vec::len).collect::<Vec<_>>(), [3, 1, 2]);
     }
 
     #[test]
     fn empty_signals_have_no_pieces() {
-        assert!(decimate(&[], &[], [0.0, 1.0], 10, true).is_empty());
+        assert!(decimate(&[], &[], [0.0, 1.0], 10, true, None).is_empty());
     }
 }

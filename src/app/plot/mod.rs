@@ -5,5 +5,5 @@ pub mod chart;
 pub mod decimate;
 pub mod ticks;
 
-pub use chart::{Chart, Window};
+pub use chart::{Cells, Chart, Region, Window};
 pub use decimate::Decimator;

@@ -260,11 +260,7 @@ fn sources(ui: &mut Ui, desk: &mut Desk) {
             let label = ui.label("Seed");
             ui.add(DragValue::new(&mut desk.state.wish.seed).range(0..=999_999)).labelled_by(label.id);
             if ui.button("Draw a mystery").clicked() {
-                match Scenario::mystery(desk.state.wish.seed) {
-                    Ok(scenario) => desk.run(Command::Simulate(Box::new(scenario))),
-                    Err(error) => report(desk, &error),
-                }
-                desk.state.wish.seed += 1;
+                desk.orders.push(Order::DrawMystery);
             }
         });
     });

@@ -12,7 +12,7 @@ use crate::app::theme::{GAP, GROUP, MEASURED_DASH, PREDICTED_DASH, Palette, SIDE
 use crate::app::widgets;
 use crate::recording::Recording;
 use crate::session::{Command, Step};
-use crate::simulation::extrapolation::{Basis, Curve, Replay, Stretch, Sweep, replay};
+use crate::simulation::extrapolation::{Basis, Curve, Point, Replay, Stretch, Sweep, replay};
 
 /// Scales that the replay can have.
 const REPLAYED: std::ops::RangeInclusive<f64> = 1.0..=3.0;
@@ -68,32 +68,16 @@ fn curves(ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
                 ui.selectable_value(&mut outside.joint, Some(joint), &info.name);
             }
         });
-        let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
         let shown = desk.state.outside.joint.filter(|joint| *joint < recording.joint_count());
-        let lines: Vec<(Vec<f64>, Vec<f64>, Vec<[f64; 3]>)> = sweep
-            .curves
-            .iter()
-            .map(|curve| {
-                let x = curve.points.iter().map(|point| point.scale).collect();
-                let error = |point: &crate::simulation::extrapolation::Point| match shown {
-                    Some(joint) => log(point.joints[joint]),
-                    None => log(point.overall),
-                };
-                let band = |point: &crate::simulation::extrapolation::Point| {
-                    let [low, high] = point.band.map(log);
-                    (shown.is_none() && low.is_finite() && high.is_finite()).then_some([point.scale, low, high])
-                };
-                (x, curve.points.iter().map(error).collect(), curve.points.iter().filter_map(band).collect())
-            })
-            .collect();
-        let scales = || lines.iter().flat_map(|line: &(Vec<f64>, _, _)| line.0.iter().copied());
+        let lines: Vec<Drawn> = sweep.curves.iter().map(|curve| Drawn::of(curve, shown)).collect();
+        let scales = || lines.iter().flat_map(|line| line.x.iter().copied());
         let extent = [scales().fold(f64::INFINITY, f64::min), scales().fold(f64::NEG_INFINITY, f64::max)];
         let axis = if sweep.stretch == Stretch::Speed { "times the speed" } else { "times the range" };
         let mut chart = Chart::new("error (nMSE), logarithmic", "", extent)
             .logarithmic()
             .x_axis(axis, "")
             .height((ui.available_height() * 0.42).clamp(190.0, 340.0));
-        for (number, (curve, (x, y, band))) in sweep.curves.iter().zip(&lines).enumerate() {
+        for (number, (curve, Drawn { x, y, band })) in sweep.curves.iter().zip(&lines).enumerate() {
             let style = palette.nth(number);
             chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(&curve.model, x, y, style);
         }
@@ -107,6 +91,30 @@ fn curves(ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
         let text = "Bands: four in five blocks of a second. nMSE: squared error over squared torque. Drag: scale of the replay.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });
+}
+
+/// A curve ready to be drawn: decimal logarithms of the errors, and of the band around them.
+struct Drawn {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    band: Vec<[f64; 3]>,
+}
+
+impl Drawn {
+    /// Of one joint, which has no band, or of all together.
+    fn of(curve: &Curve, joint: Option<usize>) -> Self {
+        let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
+        let error = |point: &Point| log(joint.map_or(point.overall, |joint| point.joints[joint]));
+        let band = |point: &Point| {
+            let [low, high] = point.band.map(log);
+            (joint.is_none() && low.is_finite() && high.is_finite()).then_some([point.scale, low, high])
+        };
+        Drawn {
+            x: curve.points.iter().map(|point| point.scale).collect(),
+            y: curve.points.iter().map(error).collect(),
+            band: curve.points.iter().filter_map(band).collect(),
+        }
+    }
 }
 
 /// The chosen trajectory at the chosen scale.
@@ -147,9 +155,11 @@ fn replayed(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             let word = if recording.seal.is_some() { "exact τ" } else { "measured τ" };
             chart = chart.under_line(word, &motion.time, &motion.tau[joint], (palette.measured, MEASURED_DASH));
         }
-        chart
-            .line("predicted τ̂", &motion.time, &replay.predicted[joint], (palette.predicted, PREDICTED_DASH))
-            .show(ui, &mut desk.state.outside.time, &mut decimator);
+        chart.line("predicted τ̂", &motion.time, &replay.predicted[joint], (palette.predicted, PREDICTED_DASH)).show(
+            ui,
+            &mut desk.state.outside.time,
+            &mut decimator,
+        );
         Chart::new(format!("{name}: velocity q̇"), unit[1], extent)
             .line("q̇", &motion.time, &motion.qd[joint], palette.nth(joint))
             .cursor(&mut desk.state.outside.cursor)
@@ -159,7 +169,8 @@ fn replayed(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         let text = if replay.exact {
             format!("Model: {}. {}", step.title, super::compare::HINT)
         } else {
-            "This arm was measured: what it would need at this scale is not known, so only the prediction is drawn.".into()
+            "This arm was measured: what it would need at this scale is not known, so only the prediction is drawn."
+                .into()
         };
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });
@@ -237,7 +248,8 @@ fn choices(ui: &mut Ui, desk: &mut Desk) {
                 let point = curve.points.iter().find(|point| point.scale == *scale);
                 WidgetText::from(point.map_or("—".to_owned(), |point| ticks::number(point.overall)))
             };
-            let header: Vec<String> = scales.iter().map(|scale| format!("{} ×", ticks::short((100.0 * scale).round() / 100.0))).collect();
+            let header: Vec<String> =
+                scales.iter().map(|scale| format!("{} ×", ticks::short((100.0 * scale).round() / 100.0))).collect();
             let header: Vec<&str> = header.iter().map(String::as_str).collect();
             widgets::table(ui, &format!("errors of {}", curve.model), &header, &[scales.iter().map(cell).collect()]);
             ui.add_space(GROUP / 4.0);

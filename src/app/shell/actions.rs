@@ -40,9 +40,7 @@ pub fn all(desk: &Desk) -> Vec<Action> {
     }
     add("Open recordings…".into(), "Ctrl+O", Order::OpenDialog);
     add("Simulate the demonstration arm".into(), "", Order::run(Command::Simulate(Box::new(Scenario::embedded()))));
-    if let Ok(scenario) = Scenario::mystery(desk.state.wish.seed) {
-        add("Draw a mystery".into(), "", Order::run(Command::Simulate(Box::new(scenario))));
-    }
+    add("Draw a mystery".into(), "", Order::DrawMystery);
     if let Some(recording) = &desk.session.recording {
         add("Start from the rigid body".into(), "", Order::run(Command::ChoosePreset(Preset::RigidBody)));
         if recording.stated_arm.is_some() {
@@ -69,8 +67,10 @@ pub fn all(desk: &Desk) -> Vec<Action> {
                 offer(format!("Add {}", spec.name), Vec::new());
                 continue;
             }
-            offer(format!("Add {} on all joints", spec.name), (0..joints).collect());
-            for joint in 0..joints {
+            // The later joint of a pair names it.
+            let first = usize::from(spec.scope == Scope::Pair);
+            offer(format!("Add {} on all joints", spec.name), (first..joints).collect());
+            for joint in first..joints {
                 offer(format!("Add {} on joint {}", spec.name, joint + 1), vec![joint]);
             }
         }

@@ -77,7 +77,8 @@ fn view(ui: &mut Ui, desk: &mut Desk) {
 pub fn way(ui: &mut Ui, desk: &mut Desk) {
     let palette = Palette::in_ui(ui);
     let next = flow::next(desk.session, desk.state.screen);
-    let leads_to = next.as_ref().and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
+    let leads_to =
+        next.as_ref().and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
     let narrow = is_narrow(ui);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;

@@ -49,7 +49,8 @@ pub fn toasts(ui: &mut Ui, desk: &mut Desk) {
     desk.state.toasts.retain(|toast| toast.until > now);
     let Some(first) = desk.state.toasts.iter().map(|toast| toast.until).reduce(f64::min) else { return };
     let palette = Palette::in_ui(ui);
-    let area = Area::new(egui::Id::unique("toasts")).anchor(Align2::RIGHT_BOTTOM, vec2(-16.0, -44.0)).interactable(false);
+    let area =
+        Area::new(egui::Id::unique("toasts")).anchor(Align2::RIGHT_BOTTOM, vec2(-16.0, -44.0)).interactable(false);
     area.show(ui.ctx(), |ui| {
         for toast in &desk.state.toasts {
             let frame = Frame::new()

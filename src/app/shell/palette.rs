@@ -49,7 +49,8 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
                 let chosen = number == open.chosen;
                 let keys = RichText::new(action.keys).size(SMALL).color(palette.weak);
                 let width = ui.available_width();
-                let button = egui::Button::selectable(chosen, &action.name).right_text(keys).min_size(egui::vec2(width, 0.0));
+                let button =
+                    egui::Button::selectable(chosen, &action.name).right_text(keys).min_size(egui::vec2(width, 0.0));
                 let line = ui.add(button);
                 line.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, chosen, &action.name));
                 if chosen && moved != 0 {

@@ -20,7 +20,8 @@ struct Lane {
 /// Draws the model over the full width.
 pub fn show(ui: &mut Ui, model: &Model, joints: usize) {
     let palette = Palette::in_ui(ui);
-    let lanes: Vec<Lane> = model.terms.iter().enumerate().flat_map(|(place, term)| lanes(term, place, joints)).collect();
+    let lanes: Vec<Lane> =
+        model.terms.iter().enumerate().flat_map(|(place, term)| lanes(term, place, joints)).collect();
     let height = lanes.len().max(2) as f32 * ROW + 8.0;
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
     let labels: Vec<String> = model.terms.iter().map(Term::label).collect();

@@ -49,15 +49,7 @@ fn terms_text(count: usize) -> String {
 }
 
 /// One term: what it is, what it carries, its parameters, and what can be done with it.
-fn card(
-    ui: &mut Ui,
-    desk: &mut Desk,
-    recording: &Recording,
-    step: &Step,
-    place: usize,
-    term: &Term,
-    shares: &[Share],
-) {
+fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place: usize, term: &Term, shares: &[Share]) {
     let palette = Palette::in_ui(ui);
     let label = term.label();
     let count = step.fitted.model.terms.len();
@@ -92,12 +84,12 @@ fn card(
                 ui.label(&recording.joints[joint].name);
                 widgets::share_bar(ui, share.part, 120.0, palette.nth(place).0);
                 let unit = super::data::units(recording.joints[joint].kind)[3];
-                let text = format!("{} of the torque, {} {unit} RMS", ticks::percent(share.part), ticks::number(share.rms));
+                let text =
+                    format!("{} of the torque, {} {unit} RMS", ticks::percent(share.part), ticks::number(share.rms));
                 ui.label(RichText::new(text).size(SMALL).color(palette.weak));
             });
         }
-        let own: Vec<&Parameter> =
-            step.fitted.parameters.iter().filter(|parameter| parameter.term == place).collect();
+        let own: Vec<&Parameter> = step.fitted.parameters.iter().filter(|parameter| parameter.term == place).collect();
         match own.len() {
             0 => (),
             1..=MOST_PARAMETERS => parameters(ui, place, &own),
@@ -146,7 +138,9 @@ fn texts(term: &Term) -> (String, String) {
             "τ = (τ_C + τ_S exp(−q̇²/v)) sign(q̇) + d q̇",
             "Stribeck friction of each joint; its coefficients are trained.",
         ),
-        Term::Learned(LearnedTerm::Columns { names }) => (names.join(" + "), "Effects with trained factors.".to_owned()),
+        Term::Learned(LearnedTerm::Columns { names }) => {
+            (names.join(" + "), "Effects with trained factors.".to_owned())
+        }
     }
 }
 
@@ -184,14 +178,16 @@ fn add(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         });
         chooser.response.labelled_by(label.id);
         let spec = registry::ALL[addition.effect].spec();
-        if spec.scope == Scope::Joint {
+        // The later joint of a pair names it.
+        let first = usize::from(spec.scope == Scope::Pair);
+        if spec.scope != Scope::Arm {
             ui.horizontal_wrapped(|ui| {
-                for (on, joint) in addition.joints.iter_mut().zip(&recording.joints) {
+                for (on, joint) in addition.joints.iter_mut().zip(&recording.joints).skip(first) {
                     ui.checkbox(on, &joint.name);
                 }
             });
         }
-        let joints: Vec<usize> = (0..addition.joints.len()).filter(|joint| addition.joints[*joint]).collect();
+        let joints: Vec<usize> = (first..addition.joints.len()).filter(|joint| addition.joints[*joint]).collect();
         let possible = desk.busy.is_none() && (spec.scope == Scope::Arm || !joints.is_empty());
         ui.label(RichText::new(widgets::formula(spec.formula)).monospace().color(Palette::in_ui(ui).accent));
         widgets::weak(ui, spec.description);
@@ -208,7 +204,8 @@ fn presets(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
             let chosen = desk.session.preset == preset;
             let radio = ui.add_enabled(possible && desk.busy.is_none(), RadioButton::new(chosen, preset.title()));
-            let radio = radio.on_hover_text(preset.description()).on_disabled_hover_text("The recording states no arm.");
+            let radio =
+                radio.on_hover_text(preset.description()).on_disabled_hover_text("The recording states no arm.");
             if radio.clicked() && !chosen {
                 match preset {
                     Preset::Learned(_) => {
