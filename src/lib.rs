@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | 7 | [`cli`] | the command line; opens the window |
 //! | 6 | [`app`] | the window |
-//! | 5 | [`session`], [`work`] | the document and its commands; background jobs |
+//! | 5 | [`session`], [`work`], [`experiment`] | the document and its commands; background jobs; data × models × seeds, resumable |
 //! | 4 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
 //! | 3 | [`model`] | a model is a sum of torque terms; identification by least squares |
 //! | 2 | [`effect`] | one file per physical effect |
@@ -22,6 +22,7 @@ pub mod arm;
 pub mod cli;
 pub mod diagnosis;
 pub mod effect;
+pub mod experiment;
 pub mod model;
 pub mod network;
 pub mod progress;

@@ -28,6 +28,9 @@ pub struct Progress {
 #[derive(Clone, Default)]
 pub struct Monitor(Arc<Line>);
 
+/// What happens at a report; an error there ends the work.
+type OnReport = dyn Fn(&Progress) -> Result<(), Stopped> + Send + Sync;
+
 #[derive(Default)]
 struct Line {
     progress: Mutex<Progress>,
@@ -37,7 +40,7 @@ struct Line {
     paused: Mutex<bool>,
     changed: Condvar,
     reason: Mutex<String>,
-    on_report: Option<Box<dyn Fn() + Send + Sync>>,
+    on_report: Option<Box<OnReport>>,
 }
 
 impl Monitor {
@@ -48,6 +51,14 @@ impl Monitor {
 
     /// A line that calls `on_report` after each report, for watchers that have to be woken.
     pub fn waking(on_report: impl Fn() + Send + Sync + 'static) -> Self {
+        Self::relaying(move |_| {
+            on_report();
+            Ok(())
+        })
+    }
+
+    /// A line for a part of some work: what the part reports is passed on, and where passing it on fails the part ends.
+    pub fn relaying(on_report: impl Fn(&Progress) -> Result<(), Stopped> + Send + Sync + 'static) -> Self {
         Self(Arc::new(Line { on_report: Some(Box::new(on_report)), ..Line::default() }))
     }
 
@@ -64,10 +75,10 @@ impl Monitor {
                 activity.clone_into(&mut progress.activity);
             }
         }
-        if let Some(wake) = &self.0.on_report {
-            wake();
+        match &self.0.on_report {
+            Some(on_report) => on_report(&self.progress()),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// [`Stopped`] once a stop was asked for; cheap enough for inner loops. Returns only when the work is not paused.

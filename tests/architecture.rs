@@ -12,7 +12,7 @@ const FLOORS: &[&[&str]] = &[
     &["effect"],
     &["model"],
     &["simulation", "training", "diagnosis"],
-    &["session", "work"],
+    &["session", "work", "experiment"],
     &["app"],
     &["cli"],
 ];
@@ -20,7 +20,7 @@ const FLOORS: &[&[&str]] = &[
 /// Where threads may be started: the jobs, and the parallel kernels of learning.
 const THREADS: &[&str] = &["work", "network", "training"];
 /// Where files may be opened: the front door of the readers, what is saved, and the edges.
-const FILES: &[&str] = &["recording/read/mod.rs", "session", "cli", "app"];
+const FILES: &[&str] = &["recording/read/mod.rs", "session", "experiment/store.rs", "cli", "app"];
 /// Who may open a seal: the user's own command, the seal's tests, and the scoring of simulated draws.
 const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "cli/bench", "simulation"];
 

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
 use torquescope::arm::{Arm, Posture};
-use torquescope::effect::Motion;
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
+use torquescope::model::terms::Setting;
 use torquescope::network::{Activation, Element, TILE, draw_weights};
 use torquescope::progress::Monitor;
 use torquescope::recording::{JointKind, Trajectory};
@@ -282,11 +282,9 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
         runs
     };
     let effects = [AddedEffect { effect: "viscous-friction".into(), joint: 1, shape: vec![] }];
-    let kinds = [JointKind::Revolute; 2];
-    let columns_of = |runs: &[Trajectory]| -> Vec<_> {
-        let motion = |trajectory| Motion { trajectory, kinds: &kinds, posture: Posture::RIGHT, arm: None, load: None };
-        runs.iter().map(|run| columns(&effects, &motion(run)).unwrap()).collect()
-    };
+    let setting = Setting { kinds: vec![JointKind::Revolute; 2], posture: Posture::RIGHT, arm: None, body: None };
+    let columns_of =
+        |runs: &[Trajectory]| -> Vec<_> { runs.iter().map(|run| columns(&effects, &setting, run).unwrap()).collect() };
     let (training, held_out) = (frictional(1, 20), frictional(2, 3));
     let samples = |runs: &[Trajectory]| Samples::<f32>::new(2, runs, &columns_of(runs)).unwrap();
     let (training, test) = (samples(&training), samples(&held_out));

@@ -5,12 +5,12 @@ use clap::Args;
 use serde::Serialize;
 
 use super::data::{Data, read_model};
-use super::predict::components;
 use super::progress;
 use super::table::{number, table};
 use crate::model::{Evaluation, Fitted, JointError};
 use crate::recording::split::{Segment, Split};
 use crate::session::{Command, Session};
+use crate::training::components;
 
 /// Measure a model's error on recordings.
 ///

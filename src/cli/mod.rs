@@ -8,6 +8,7 @@ mod data;
 mod demo;
 mod diagnose;
 mod evaluate;
+mod experiment;
 mod extrapolate;
 mod inspect;
 mod predict;
@@ -47,6 +48,8 @@ enum Command {
     Extrapolate(extrapolate::Extrapolate),
     Predict(predict::Predict),
     Diagnose(diagnose::Diagnose),
+    #[command(subcommand)]
+    Experiment(experiment::ExperimentCommand),
     Demo(demo::Demo),
     Screenshot(screenshot::Screenshot),
     #[command(subcommand)]
@@ -72,6 +75,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Extrapolate(command)) => command.run(),
         Some(Command::Predict(command)) => command.run(),
         Some(Command::Diagnose(command)) => command.run(),
+        Some(Command::Experiment(command)) => command.run(),
         Some(Command::Demo(command)) => command.run(),
         Some(Command::Screenshot(command)) => command.run(),
         Some(Command::Bench(command)) => command.run(),

@@ -6,6 +6,8 @@
 use super::TrainError;
 use super::data::Columns;
 use crate::effect::{self, Motion, registry};
+use crate::model::terms::Setting;
+use crate::recording::Trajectory;
 
 /// One effect on one joint, or on the whole arm.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,11 +43,16 @@ pub fn names(effects: &[AddedEffect]) -> Result<Vec<String>, TrainError> {
 ///
 /// # Errors
 /// [`TrainError::UnknownEffect`] and [`TrainError::NotApplicable`] say which effect and what it lacks.
-pub fn columns(effects: &[AddedEffect], motion: &Motion) -> Result<Columns, TrainError> {
-    let (joints, samples) = (motion.trajectory.joint_count(), motion.trajectory.len());
+pub fn columns(effects: &[AddedEffect], setting: &Setting, trajectory: &Trajectory) -> Result<Columns, TrainError> {
+    let (joints, samples) = (trajectory.joint_count(), trajectory.len());
+    if effects.is_empty() {
+        return Ok(Columns::new());
+    }
+    let load = setting.load(trajectory);
+    let motion = Motion { load: load.as_ref(), ..setting.motion(trajectory) };
     let mut all = Columns::new();
     for added in effects {
-        for column in registry::find(&added.effect)?.columns(motion, added.joint, &added.shape)? {
+        for column in registry::find(&added.effect)?.columns(&motion, added.joint, &added.shape)? {
             let mut torque = vec![vec![0.0; samples]; joints];
             for (joint, values) in column.parts {
                 torque[joint] = values;

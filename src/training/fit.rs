@@ -33,6 +33,14 @@ pub struct Plan {
     pub recipe: Recipe,
     /// Optimiser, schedule, budget.
     pub options: Options,
+    /// Velocities and accelerations enter networks divided by so many times their typical size. A larger number keeps a network
+    /// nearer to the polynomial that a torque is in them, so that it bends less where it was not trained.
+    #[serde(default = "typical")]
+    pub smoothness: f64,
+}
+
+fn typical() -> f64 {
+    1.0
 }
 
 impl Default for Plan {
@@ -44,7 +52,7 @@ impl Default for Plan {
 impl Plan {
     /// The plan of a recipe.
     pub fn of(recipe: Recipe) -> Self {
-        Plan { recipe, options: recipe.options() }
+        Plan { recipe, options: recipe.options(), smoothness: typical() }
     }
 }
 
@@ -72,7 +80,7 @@ struct TrainedNetworks {
 impl TrainedTerms for TrainedNetworks {
     fn torques(&self, trajectory: &Trajectory) -> Result<Vec<PerJoint>, ModelError> {
         let failed = |error: TrainError| ModelError::Network(error.to_string());
-        let columns = effects::columns(&self.effects, &self.setting.motion(trajectory)).map_err(failed)?;
+        let columns = effects::columns(&self.effects, &self.setting, trajectory).map_err(failed)?;
         let components = self.model.components(trajectory, &columns).map_err(failed)?;
         let joints = self.model.architecture.joints;
         let by_joint = |values: &Vec<f64>| {
@@ -101,7 +109,7 @@ fn trained(fitted: &Fitted) -> Option<&TrainedNetworks> {
 /// [`TrainError`] if an effect can't be computed.
 pub fn effect_columns(fitted: &Fitted, trajectory: &Trajectory) -> Result<Columns, TrainError> {
     match trained(fitted) {
-        Some(networks) => effects::columns(&networks.effects, &networks.setting.motion(trajectory)),
+        Some(networks) => effects::columns(&networks.effects, &networks.setting, trajectory),
         None => Ok(Columns::new()),
     }
 }
@@ -121,14 +129,13 @@ pub fn fit(
     monitor: &Monitor,
     watch: &mut dyn FnMut(&Epoch),
 ) -> Result<Trained, TrainError> {
-    let setting = Setting::of(recording).map_err(failed)?;
-    let effects = added_effects(model, recording, split, monitor)?;
+    let (effects, setting) = added_effects(model, recording, split, monitor)?;
     let samples = |segments: &[Segment]| -> Result<Samples<f32>, TrainError> {
         let (mut cuts, mut columns) = (Vec::new(), Vec::new());
         for segment in segments {
             // Effects are computed along the whole trajectory, since they may have an inner state, and cut afterwards.
             let trajectory = &recording.trajectories[segment.trajectory];
-            let whole = effects::columns(&effects, &setting.motion(trajectory))?;
+            let whole = effects::columns(&effects, &setting, trajectory)?;
             let cut = |column: &PerJoint| -> PerJoint {
                 column.iter().map(|joint| joint[segment.samples.clone()].to_vec()).collect()
             };
@@ -139,7 +146,7 @@ pub fn fit(
     };
     let train_samples = samples(&split.train)?;
     let held_out = if split.held_out.is_empty() { None } else { Some(samples(&split.held_out)?) };
-    let architecture = architecture(model, &effects, recording.joint_count(), plan.recipe, &train_samples)?;
+    let architecture = architecture(model, &effects, recording.joint_count(), plan, &train_samples)?;
     let data = TrainingData { train: &train_samples, held_out: held_out.as_ref() };
     let begin = before.and_then(networks).map_or(Begin::Fresh, Begin::Warm);
     let Outcome { model: learned, ending, history, .. } =
@@ -159,16 +166,17 @@ fn failed(error: ModelError) -> TrainError {
     }
 }
 
-/// The effects of a model with the shapes that a rigid body with the same effects finds.
+/// The effects of a model with the shapes that a rigid body with the same effects finds, and the setting with that body, from
+/// which comes the load of effects that depend on it.
 fn added_effects(
     model: &Model,
     recording: &Recording,
     split: &Split,
     monitor: &Monitor,
-) -> Result<Vec<AddedEffect>, TrainError> {
+) -> Result<(Vec<AddedEffect>, Setting), TrainError> {
     let effects: Vec<Term> = model.effects().cloned().map(Term::Effect).collect();
     if effects.is_empty() {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), Setting::of(recording).map_err(failed)?));
     }
     let terms = [Term::RigidBody(RigidBody::Identified)].into_iter().chain(effects).collect();
     let solved = model::fit(&Model { terms }, recording, split, monitor).map_err(failed)?;
@@ -178,14 +186,14 @@ fn added_effects(
         joint: term.joint.unwrap_or(0),
         shape: shape.clone(),
     };
-    Ok(model.effects().zip(shapes).map(added).collect())
+    Ok((model.effects().zip(shapes).map(added).collect(), solved.setting().clone()))
 }
 
 fn architecture(
     model: &Model,
     effects: &[AddedEffect],
     joints: usize,
-    recipe: Recipe,
+    plan: &Plan,
     samples: &Samples<f32>,
 ) -> Result<Architecture, TrainError> {
     let mut terms: Vec<LearnedTerm> = Vec::new();
@@ -204,9 +212,11 @@ fn architecture(
         terms.push(LearnedTerm::Columns { names: effects::names(effects)? });
     }
     let mut architecture = Architecture { joints, features: Features::CosSin, terms, scales: Scales::default() };
-    if recipe == Recipe::Ours {
+    if plan.recipe == Recipe::Ours {
         scale_to(&mut architecture, samples);
     }
+    architecture.scales.velocity *= plan.smoothness;
+    architecture.scales.acceleration *= plan.smoothness;
     Ok(architecture)
 }
 

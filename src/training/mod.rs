@@ -4,6 +4,7 @@
 //! [`data`] (samples, checked) → [`learn`] (a run: [`loss`], [`optimiser`], [`schedule`]) → [`learned::LearnedModel`] → [`predict`]
 //! (torque and components). [`options`] holds the two recipes, the paper's and ours.
 
+mod components;
 pub mod data;
 pub mod effects;
 pub mod fit;
@@ -17,6 +18,7 @@ pub mod schedule;
 
 use crate::model::learned::ArchitectureError;
 
+pub use components::components;
 pub use data::Samples;
 pub use learn::{Ending, Epoch, Outcome, TrainingData, train};
 pub use learned::LearnedModel;

@@ -5,7 +5,6 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::cli::data::Training;
-use crate::cli::predict::components;
 use crate::cli::progress;
 use crate::cli::table::{number, numbers, table};
 use crate::model::learned::LearnedPreset;
@@ -15,6 +14,7 @@ use crate::recording::Recording;
 use crate::recording::split::{Segment, Split};
 use crate::session::SessionError;
 use crate::simulation::{Excitation, Scenario, simulate};
+use crate::training::components;
 use crate::training::fit::{Plan, fit};
 
 /// The paper's table 2, as published.

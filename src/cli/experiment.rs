@@ -1,0 +1,286 @@
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::{Args, Subcommand};
+use serde_json::json;
+
+use super::table::{number, numbers, table};
+use super::{progress, write_file};
+use crate::experiment::run::{State, duration_text, state, training_record};
+use crate::experiment::{Cell, Experiment, Report, Row, Shard, Store, catalogue, plan, run, summarise};
+
+/// Run data × models × seeds, and hold the errors against the paper's.
+#[derive(Subcommand)]
+pub enum ExperimentCommand {
+    Run(Run),
+    Status(Status),
+    Collect(Collect),
+    List(List),
+}
+
+/// Which experiment, and where its results are.
+#[derive(Args, Clone)]
+struct Which {
+    /// Name of a built-in experiment (see `experiment list`), or a TOML file.
+    experiment: String,
+    /// The small version: less training, fewer seeds and test sets.
+    #[arg(long)]
+    quick: bool,
+    /// Only these models.
+    #[arg(long, value_name = "MODEL", num_args = 1..)]
+    only: Vec<String>,
+    /// Folder of the results; experiments share what they have in common.
+    #[arg(long, default_value = "experiments")]
+    out: PathBuf,
+    /// Folder of the recordings that the experiment asks for.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+}
+
+/// Run what is not done yet. A stopped run goes on where it was; several may work on one folder.
+#[derive(Args)]
+pub struct Run {
+    #[command(flatten)]
+    which: Which,
+    /// Take only every n-th cell, from the k-th on: for jobs on several machines that share the folder.
+    #[arg(long, value_name = "K/N", default_value = "1/1")]
+    shard: Shard,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Tell what is done, what is being done and what failed.
+#[derive(Args)]
+pub struct Status {
+    #[command(flatten)]
+    which: Which,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Join the results that are there.
+#[derive(Args)]
+pub struct Collect {
+    #[command(flatten)]
+    which: Which,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Save it as CSV too.
+    #[arg(long, value_name = "TABLE.csv")]
+    csv: Option<PathBuf>,
+}
+
+/// List the built-in experiments.
+#[derive(Args)]
+pub struct List {}
+
+impl ExperimentCommand {
+    /// Does what was asked for.
+    pub fn run(&self) -> anyhow::Result<()> {
+        match self {
+            ExperimentCommand::Run(command) => command.run(),
+            ExperimentCommand::Status(command) => command.run(),
+            ExperimentCommand::Collect(command) => command.run(),
+            ExperimentCommand::List(_) => list(),
+        }
+    }
+}
+
+impl Which {
+    fn experiment(&self) -> anyhow::Result<Experiment> {
+        let path = Path::new(&self.experiment);
+        let whole = if path.extension().is_some_and(|ending| ending == "toml") {
+            let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
+            Experiment::parse(&self.experiment, &text)?
+        } else {
+            catalogue::find(&self.experiment)?
+        };
+        let experiment = whole.only(&self.only)?;
+        Ok(if self.quick { experiment.quick() } else { experiment })
+    }
+
+    fn cells(&self) -> anyhow::Result<(Experiment, Vec<Cell>, Store)> {
+        let experiment = self.experiment()?;
+        let cells = plan(&experiment, self.data.as_deref())?;
+        Ok((experiment, cells, Store::new(&self.out)))
+    }
+}
+
+impl Run {
+    fn run(&self) -> anyhow::Result<()> {
+        let (experiment, cells, store) = self.which.cells()?;
+        let (data, shard) = (self.which.data.clone(), self.shard);
+        let work = (experiment.clone(), store.clone());
+        let report = progress::watch("experiment", move |monitor| {
+            run(&work.0, &work.1, data.as_deref(), shard, monitor, &mut |_| {})
+        })?;
+        print(&experiment, &cells, &store, self.json)?;
+        tell(&report)
+    }
+}
+
+/// What is not in the table.
+fn tell(report: &Report) -> anyhow::Result<()> {
+    if report.elsewhere > 0 {
+        eprintln!(
+            "{} cells are being done elsewhere: `experiment collect` joins them when they are there",
+            report.elsewhere
+        );
+    }
+    if report.failed.is_empty() {
+        return Ok(());
+    }
+    let lines: Vec<String> =
+        report.failed.iter().map(|(model, seed, reason)| format!("{model}, seed {}: {reason}", seed + 1)).collect();
+    bail!("{} cells could not be done:\n{}", lines.len(), lines.join("\n"))
+}
+
+impl Status {
+    fn run(&self) -> anyhow::Result<()> {
+        let (_, cells, store) = self.which.cells()?;
+        let states = cells.iter().map(|cell| Ok((cell, state(&store, cell)?))).collect::<anyhow::Result<Vec<_>>>()?;
+        if self.json {
+            let cell = |(cell, state): &(&Cell, State)| json!({ "model": cell.model.name, "seed": cell.seed + 1, "key": cell.key, "state": state });
+            println!(
+                "{}",
+                serde_json::to_string_pretty(&json!({ "cells": states.iter().map(cell).collect::<Vec<_>>() }))?
+            );
+            return Ok(());
+        }
+        let mut rows = Vec::new();
+        for (cell, state) in &states {
+            let record = training_record(&store, cell)?;
+            let text = match state {
+                State::Done => "done".to_owned(),
+                State::Running(owner) => format!("process {} on {}", owner.process, owner.host),
+                State::Failed(reason) => format!("failed: {reason}"),
+                State::Open => "open".to_owned(),
+            };
+            let time = record.as_ref().map_or(String::new(), |record| duration_text(record.seconds));
+            let named = record.map_or(String::new(), |record| record.named.join(" "));
+            rows.push(vec![cell.model.name.clone(), (cell.seed + 1).to_string(), time, text, cell.key.clone(), named]);
+        }
+        println!("{}", table(&["model", "seed", "trained in", " state", " folder", " named by the diagnosis"], &rows));
+        let done = states.iter().filter(|(_, state)| *state == State::Done).count();
+        println!("\n{done} of {} cells are done", states.len());
+        Ok(())
+    }
+}
+
+impl Collect {
+    fn run(&self) -> anyhow::Result<()> {
+        let (experiment, cells, store) = self.which.cells()?;
+        let rows = print(&experiment, &cells, &store, self.json)?;
+        match &self.csv {
+            Some(path) => write_file(path, &csv(&rows)?),
+            None => Ok(()),
+        }
+    }
+}
+
+fn list() -> anyhow::Result<()> {
+    for (name, _) in catalogue::ALL {
+        let experiment = catalogue::find(name)?;
+        println!("{name}: {}\n    {}", experiment.title, experiment.description.trim().replace('\n', "\n    "));
+    }
+    Ok(())
+}
+
+fn print(experiment: &Experiment, cells: &[Cell], store: &Store, as_json: bool) -> anyhow::Result<Vec<Row>> {
+    let rows = summarise(experiment, cells, store)?;
+    if as_json {
+        println!("{}", serde_json::to_string_pretty(&json!({ "cells": rows }))?);
+        return Ok(rows);
+    }
+    println!("{}\n", experiment.title);
+    let mut lines = Vec::new();
+    for row in &rows {
+        let beside = |value: Option<f64>, quantity: &str| {
+            let Some(value) = value else { return "–".to_owned() };
+            let half = row.interval.get(quantity).and_then(|ends| Some(ends[1].as_f64()? - value));
+            let own = half.map_or(number(value), |half| format!("{} ± {}", number(value), number(half)));
+            match row.paper.get(quantity) {
+                Some(paper) => format!("{own} ({}, × {:.2})", number(*paper), value / paper),
+                None => own,
+            }
+        };
+        lines.push(vec![
+            row.model.clone(),
+            row.test_set.clone(),
+            row.seeds.to_string(),
+            beside(Some(row.nmse_torque), "nmse_torque"),
+            beside(row.nmse_inertial, "nmse_inertial"),
+            beside(row.nmse_coriolis, "nmse_coriolis"),
+            beside(row.nmse_gravity, "nmse_gravity"),
+            numbers(&row.mse_joint),
+            format!("{:.4}", row.r2),
+            row.band_coverage.map_or(String::new(), |share| format!("{:.0} %", 100.0 * share)),
+        ]);
+    }
+    let header = [
+        "model",
+        " test set",
+        "seeds",
+        "nMSE torque",
+        "inertial",
+        "Coriolis",
+        "gravity",
+        "MSE by joint [(N m)²]",
+        "R²",
+        "in band",
+    ];
+    println!("{}", table(&header, &lines));
+    println!(
+        "\nMean over seeds ± half of its 95 % interval; in brackets the paper's value, and ours as a multiple of it."
+    );
+    for model in experiment.models.iter().filter(|model| !model.note.is_empty()) {
+        println!("{}: {}", model.name, model.note);
+    }
+    Ok(rows)
+}
+
+fn csv(rows: &[Row]) -> anyhow::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(["model", "test_set", "curve", "x", "seeds", "quantity", "mean", "low", "high", "paper"])?;
+    for row in rows {
+        let (curve, x) = row
+            .point
+            .as_ref()
+            .map_or((String::new(), String::new()), |point| (point.curve.clone(), point.x.to_string()));
+        let mut line = |quantity: String, value: Option<f64>, ends: Option<&serde_json::Value>| -> anyhow::Result<()> {
+            let Some(value) = value else { return Ok(()) };
+            let end =
+                |index: usize| ends.and_then(|ends| ends[index].as_f64()).map_or(String::new(), |end| end.to_string());
+            let paper = row.paper.get(&quantity).map_or(String::new(), f64::to_string);
+            writer.write_record([
+                &row.model,
+                &row.test_set,
+                &curve,
+                &x,
+                &row.seeds.to_string(),
+                &quantity,
+                &value.to_string(),
+                &end(0),
+                &end(1),
+                &paper,
+            ])?;
+            Ok(())
+        };
+        for (name, value) in [
+            ("nmse_torque", Some(row.nmse_torque)),
+            ("nmse_inertial", row.nmse_inertial),
+            ("nmse_coriolis", row.nmse_coriolis),
+            ("nmse_gravity", row.nmse_gravity),
+            ("r2", Some(row.r2)),
+        ] {
+            line(name.to_owned(), value, row.interval.get(name))?;
+        }
+        for (joint, value) in row.mse_joint.iter().enumerate() {
+            line(format!("mse_joint_{joint}"), Some(*value), row.interval.get("mse_joint").map(|ends| &ends[joint]))?;
+        }
+    }
+    Ok(writer.into_inner()?)
+}

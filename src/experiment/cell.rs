@@ -1,0 +1,115 @@
+//! A cell is a model of an experiment at one seed: what it needs, and the key by which its results are found again.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use super::file::{Effects, Model, Runs, Source, TestSet};
+use super::{Experiment, ExperimentError, store};
+use crate::model::{Preset, Term};
+use crate::network::Activation;
+use crate::training::fit::Plan;
+
+/// To be raised when the same inputs give other results: a new optimiser step, another metric.
+const VERSION: u32 = 1;
+/// Letters of a key: enough that no two of them ever meet.
+const KEY_LENGTH: usize = 20;
+
+/// One model at one seed.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// The model.
+    pub model: Model,
+    /// The seed, from 0.
+    pub seed: u64,
+    /// Name of its folder: the hash of all that decides what is learned.
+    pub key: String,
+    /// The same for each test set, in the order of the experiment.
+    pub tests: Vec<(TestSet, String)>,
+    pub(super) inputs: Inputs,
+}
+
+/// All that decides what is learned.
+#[derive(Debug, Clone, Serialize)]
+pub struct Inputs {
+    version: u32,
+    pub(super) source: Source,
+    /// Hashes of the recordings by their names.
+    contents: BTreeMap<String, String>,
+    pub(super) preset: Option<Preset>,
+    pub(super) terms: Vec<Term>,
+    pub(super) effects: Effects,
+    pub(super) hidden: Option<Vec<usize>>,
+    pub(super) activation: Option<Activation>,
+    pub(super) plan: Plan,
+    pub(super) members: u64,
+}
+
+/// The cells of an experiment, seed after seed, so that every model has a first result early. `data` is where recordings are.
+///
+/// # Errors
+/// [`ExperimentError`] if recordings are needed and missing.
+pub fn plan(experiment: &Experiment, data: Option<&Path>) -> Result<Vec<Cell>, ExperimentError> {
+    let mut known = BTreeMap::new();
+    let mut cells = Vec::new();
+    for seed in 0..experiment.seeds {
+        let source = experiment.training_source(seed)?;
+        let contents = contents(&source, data, &mut known)?;
+        let mut tests = Vec::new();
+        for set in experiment.test_sets(seed)? {
+            let contents = self::contents(&set.source, data, &mut known)?;
+            let key = key(&(VERSION, &set.source, contents));
+            tests.push((set, key));
+        }
+        for model in &experiment.models {
+            let (hidden, activation) = experiment.layers_of(model);
+            let inputs = Inputs {
+                version: VERSION,
+                source: source.clone(),
+                contents: contents.clone(),
+                preset: model.preset,
+                terms: model.terms.clone(),
+                effects: model.effects.clone(),
+                hidden: hidden.cloned(),
+                activation,
+                plan: experiment.plan_of(model, seed),
+                members: model.members,
+            };
+            cells.push(Cell { model: model.clone(), seed, key: key(&inputs), tests: tests.clone(), inputs });
+        }
+    }
+    Ok(cells)
+}
+
+/// Hashes of the files of a source; each file is read once.
+fn contents(
+    source: &Source,
+    data: Option<&Path>,
+    known: &mut BTreeMap<String, String>,
+) -> Result<BTreeMap<String, String>, ExperimentError> {
+    let Source::Recorded(runs, _) = source else { return Ok(BTreeMap::new()) };
+    let mut contents = BTreeMap::new();
+    for Runs { file, .. } in runs {
+        if !known.contains_key(file) {
+            let Some(folder) = data else {
+                let files = runs.iter().map(|runs| runs.file.as_str()).collect::<Vec<_>>().join(", ");
+                return Err(ExperimentError::NoData { files });
+            };
+            known.insert(file.clone(), hash(&store::read(&folder.join(file))?));
+        }
+        contents.insert(file.clone(), known[file].clone());
+    }
+    Ok(contents)
+}
+
+fn key(value: &impl Serialize) -> String {
+    hash(&serde_json::to_vec(value).expect("numbers and texts always have a JSON form"))
+}
+
+fn hash(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    let letters: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    letters[..KEY_LENGTH].to_owned()
+}

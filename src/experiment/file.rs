@@ -1,0 +1,632 @@
+//! What an experiment is, as its file says it. Keys that nobody knows and values that can't be are errors with their line.
+
+use serde::{Deserialize, Deserializer, Serialize};
+use toml::{Spanned, Table, Value};
+
+use super::ExperimentError;
+use crate::effect::registry;
+use crate::model::{Preset, Term};
+use crate::network::Activation;
+use crate::recording::read::ReadOptions;
+use crate::simulation::Scenario;
+use crate::training::fit::Plan;
+use crate::training::optimiser::Optimiser;
+use crate::training::schedule::Schedule;
+use crate::training::{Options, Recipe};
+
+/// An experiment.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Experiment {
+    /// Its name: that of its file.
+    #[serde(skip)]
+    pub name: String,
+    /// What it is, for lists.
+    pub title: String,
+    /// What it asks, and what to know before trusting the answer.
+    pub description: String,
+    /// The paper's table (2, 3 or 4) whose values stand beside ours.
+    #[serde(default, deserialize_with = "paper_table")]
+    pub paper_table: Option<u8>,
+    /// How many seeds; each has training data, test data and first weights of its own.
+    #[serde(deserialize_with = "seeds")]
+    pub seeds: u64,
+    /// What is learned from.
+    data: Data,
+    /// How all models are trained, where they do not say otherwise.
+    #[serde(default)]
+    training: Training,
+    /// The rows.
+    #[serde(rename = "model")]
+    pub models: Vec<Model>,
+    /// Where the error is measured.
+    #[serde(rename = "test", default)]
+    tests: Vec<Spanned<Test>>,
+    /// Series of test sets, for curves.
+    #[serde(rename = "curve", default)]
+    curves: Vec<Spanned<CurveOfTests>>,
+    /// A small version.
+    #[serde(default)]
+    quick: Quick,
+}
+
+/// What is learned from: a simulation, or recordings.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Data {
+    /// A [`Scenario`] without seed.
+    simulation: Option<Spanned<Table>>,
+    /// Changes of the simulation whose runs are put together: arms with different payloads, say.
+    #[serde(default)]
+    mixture: Vec<Table>,
+    /// Recordings to learn from.
+    #[serde(default)]
+    recordings: Vec<Runs>,
+    /// How recordings are read.
+    #[serde(default)]
+    read: ReadOptions,
+}
+
+/// Runs of one file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Runs {
+    /// Its name in the folder of the data.
+    pub file: String,
+    /// First and last run, counted from 0; all if not given.
+    #[serde(default)]
+    pub runs: Option<[usize; 2]>,
+    /// Samples that are left out at the beginning of each run.
+    #[serde(default)]
+    pub skip: usize,
+}
+
+/// How models are trained; what is not said is taken from the recipe.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Training {
+    recipe: Option<Recipe>,
+    epochs: Option<u64>,
+    batch: Option<usize>,
+    rate: Option<f64>,
+    schedule: Option<Schedule>,
+    optimiser: Option<Optimiser>,
+    decay: Option<f64>,
+    smoothness: Option<f64>,
+    hidden: Option<Vec<usize>>,
+    activation: Option<Activation>,
+}
+
+/// One row of the table.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// Its name; that of the paper's model whose values stand beside it, if there is one.
+    pub name: String,
+    /// What is special about it, for the reader of the table.
+    #[serde(default)]
+    pub note: String,
+    /// What it starts from.
+    #[serde(default, deserialize_with = "preset")]
+    pub preset: Option<Preset>,
+    /// Or its terms, each by itself.
+    #[serde(default)]
+    pub terms: Vec<Term>,
+    /// Effects that it has beside these.
+    #[serde(default)]
+    pub effects: Effects,
+    /// How many networks, with other first weights, are trained; their mean is the model.
+    #[serde(default = "one", deserialize_with = "members")]
+    pub members: u64,
+    #[serde(default)]
+    training: Training,
+}
+
+/// Effects of a model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum Effects {
+    /// These, such as `coulomb-friction@1,2` (joints counted from 1; all joints without `@`).
+    Named(Vec<String>),
+    /// Those that the diagnosis names on the training data.
+    Diagnosed,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Test {
+    name: String,
+    /// What differs from the training simulation.
+    #[serde(default)]
+    simulation: Table,
+    /// Its own mixture; that of the training data if not given.
+    mixture: Option<Vec<Table>>,
+    #[serde(default)]
+    recordings: Vec<Runs>,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CurveOfTests {
+    name: String,
+    /// The key of the simulation that changes, such as `speed_scale` or `motion.range`.
+    key: String,
+    /// What stands at the horizontal axis.
+    axis: String,
+    values: Vec<f64>,
+    /// What differs from the training simulation beside it.
+    #[serde(default)]
+    simulation: Table,
+    mixture: Option<Vec<Table>>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Quick {
+    seeds: Option<u64>,
+    epochs: Option<u64>,
+    /// Names of the models that it keeps; all if empty.
+    #[serde(default)]
+    models: Vec<String>,
+    /// Names of the test sets that it keeps; all if empty. Curves are left out.
+    #[serde(default)]
+    tests: Vec<String>,
+}
+
+/// What data are made of, for one seed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum Source {
+    /// Runs of these simulations.
+    Simulated(Vec<Scenario>),
+    /// Runs of these files.
+    Recorded(Vec<Runs>, Box<ReadOptions>),
+}
+
+/// One test set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TestSet {
+    /// Its name.
+    pub name: String,
+    /// The curve that it is a point of, if of one.
+    pub point: Option<Point>,
+    /// Its data.
+    pub source: Source,
+}
+
+/// A point of a curve.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Name of the curve.
+    pub curve: String,
+    /// Label of the horizontal axis.
+    pub axis: String,
+    /// Where on it.
+    pub x: f64,
+}
+
+/// Seeds of test data begin here, so that no training set has one of them.
+const FIRST_TEST_SEED: u64 = 1_000_000;
+/// Each part of a mixture has seeds of its own.
+const SEEDS_OF_A_PART: u64 = 10_000;
+
+impl Experiment {
+    /// Reads an experiment.
+    ///
+    /// # Errors
+    /// [`ExperimentError::File`] says on which line what is wrong, and what is possible there.
+    pub fn parse(name: &str, text: &str) -> Result<Experiment, ExperimentError> {
+        let failed =
+            |problem: String| ExperimentError::File { file: name.to_owned(), problem: problem.trim().to_owned() };
+        let mut experiment: Experiment = toml::from_str(text).map_err(|error| failed(error.to_string()))?;
+        name.clone_into(&mut experiment.name);
+        experiment.check(text).map_err(failed)?;
+        Ok(experiment)
+    }
+
+    /// What serde does not see: whether parts fit each other.
+    fn check(&self, text: &str) -> Result<(), String> {
+        let at = |offset: usize| format!("line {}: ", text[..offset].lines().count().max(1));
+        let line_of = |what: &str| text.find(what).map_or(String::new(), at);
+        if self.data.simulation.is_some() != self.data.recordings.is_empty() {
+            return Err(line_of("[data") + "`data` needs either a `simulation` or `recordings`, and not both");
+        }
+        if let Some(simulation) = &self.data.simulation {
+            let place = at(simulation.span().start);
+            let source = self.source(&Table::new(), None, &[], 1).map_err(|problem| place.clone() + &problem)?;
+            let Source::Simulated(scenarios) = source else { return Ok(()) };
+            for scenario in scenarios {
+                scenario.check().map_err(|problem| place.clone() + &problem.to_string())?;
+            }
+        }
+        if self.models.is_empty() {
+            return Err("there is no [[model]]: add at least one".to_owned());
+        }
+        for (index, model) in self.models.iter().enumerate() {
+            let place = line_of(&format!("\"{}\"", model.name));
+            if model.preset.is_some() != model.terms.is_empty() {
+                return Err(format!("{place}model `{}` needs either a `preset` or `terms`, and not both", model.name));
+            }
+            if self.models[..index].iter().any(|other| other.name == model.name) {
+                return Err(format!("{place}two models are named `{}`: rename one", model.name));
+            }
+            if let Effects::Named(names) = &model.effects {
+                for name in names {
+                    let id = name.split('@').next().unwrap_or_default();
+                    registry::find(id).map_err(|problem| format!("{place}model `{}`: {problem}", model.name))?;
+                }
+            }
+            self.plan_of(model, 0)
+                .options
+                .check()
+                .map_err(|problem| format!("{place}model `{}`: {problem}", model.name))?;
+        }
+        let names = self.tests.iter().map(|test| (test.span().start, &test.get_ref().name));
+        for (index, (offset, name)) in names.clone().enumerate() {
+            if names.clone().take(index).any(|(_, other)| other == name) {
+                return Err(at(offset) + &format!("two test sets are named `{name}`: rename one"));
+            }
+        }
+        for (offset, curve) in self.curves.iter().map(|curve| (curve.span().start, curve.get_ref())) {
+            if curve.values.is_empty() {
+                return Err(at(offset) + &format!("curve `{}` has no values", curve.name));
+            }
+        }
+        let spans = self
+            .tests
+            .iter()
+            .map(|test| test.span().start)
+            .chain(self.curves.iter().flat_map(|curve| vec![curve.span().start; curve.get_ref().values.len()]));
+        let sets = self.test_sets_of(0);
+        if sets.is_empty() {
+            return Err("there is no [[test]] and no [[curve]]: add at least one".to_owned());
+        }
+        for (offset, set) in spans.zip(sets) {
+            match set.map_err(|problem| at(offset) + &problem)?.source {
+                Source::Simulated(scenarios) => {
+                    for scenario in scenarios {
+                        scenario.check().map_err(|problem| at(offset) + &problem.to_string())?;
+                    }
+                }
+                Source::Recorded(runs, _) if runs.is_empty() => {
+                    return Err(at(offset) + "a test set of an experiment with recordings needs `recordings`");
+                }
+                Source::Recorded(..) => {}
+            }
+        }
+        let unknown = |kind: &str, name: &str, known: Vec<&str>| {
+            Err(format!(
+                "{}`quick` keeps the {kind} `{name}`, which is not among {}",
+                line_of("[quick"),
+                known.join(", ")
+            ))
+        };
+        for name in &self.quick.models {
+            if self.models.iter().all(|model| &model.name != name) {
+                return unknown("model", name, self.models.iter().map(|model| model.name.as_str()).collect());
+            }
+        }
+        for name in &self.quick.tests {
+            if self.tests.iter().all(|test| &test.get_ref().name != name) {
+                return unknown("test set", name, self.tests.iter().map(|test| test.get_ref().name.as_str()).collect());
+            }
+        }
+        Ok(())
+    }
+
+    /// Its small version.
+    #[must_use]
+    pub fn quick(&self) -> Experiment {
+        let mut quick = self.clone();
+        quick.seeds = self.quick.seeds.unwrap_or(self.seeds);
+        if !self.quick.models.is_empty() {
+            quick.models.retain(|model| self.quick.models.contains(&model.name));
+        }
+        if !self.quick.tests.is_empty() {
+            quick.tests.retain(|test| self.quick.tests.contains(&test.get_ref().name));
+            quick.curves.clear();
+        }
+        for model in &mut quick.models {
+            model.training.epochs = self.quick.epochs.or(model.training.epochs);
+        }
+        quick
+    }
+
+    /// Only these models.
+    ///
+    /// # Errors
+    /// [`ExperimentError::File`] if one of the names is that of no model.
+    pub fn only(mut self, names: &[String]) -> Result<Experiment, ExperimentError> {
+        if let Some(name) = names.iter().find(|name| self.models.iter().all(|model| model.name != **name)) {
+            let known: Vec<&str> = self.models.iter().map(|model| model.name.as_str()).collect();
+            let problem = format!("there is no model `{name}`; it has {}", known.join(", "));
+            return Err(ExperimentError::File { file: self.name, problem });
+        }
+        if !names.is_empty() {
+            self.models.retain(|model| names.contains(&model.name));
+        }
+        Ok(self)
+    }
+
+    /// Whether it needs recordings that do not come with the program.
+    pub fn needs_data(&self) -> bool {
+        !self.data.recordings.is_empty()
+    }
+
+    /// What a seed's models learn from.
+    ///
+    /// # Errors
+    /// [`ExperimentError::File`] if the simulation is none, which [`Experiment::parse`] has ruled out.
+    pub fn training_source(&self, seed: u64) -> Result<Source, ExperimentError> {
+        let source = self.source(&Table::new(), None, &self.data.recordings, 1 + seed);
+        source.map_err(|problem| ExperimentError::File { file: self.name.clone(), problem })
+    }
+
+    /// Where a seed's models are measured.
+    ///
+    /// # Errors
+    /// As [`Experiment::training_source`].
+    pub fn test_sets(&self, seed: u64) -> Result<Vec<TestSet>, ExperimentError> {
+        let failed = |problem| ExperimentError::File { file: self.name.clone(), problem };
+        self.test_sets_of(seed).into_iter().map(|set| set.map_err(failed)).collect()
+    }
+
+    fn test_sets_of(&self, seed: u64) -> Vec<Result<TestSet, String>> {
+        // All test sets of a seed have one random seed: a faster set travels the same paths.
+        let seed = FIRST_TEST_SEED + seed;
+        let test = |test: &Spanned<Test>| {
+            let test = test.get_ref();
+            let source = self.source(&test.simulation, test.mixture.as_deref(), &test.recordings, seed)?;
+            Ok(TestSet { name: test.name.clone(), point: None, source })
+        };
+        let points = self.curves.iter().flat_map(|curve| {
+            let curve = curve.get_ref();
+            curve.values.iter().map(move |&x| {
+                let mut change = curve.simulation.clone();
+                set(&mut change, &curve.key, x);
+                let source = self.source(&change, curve.mixture.as_deref(), &[], seed)?;
+                let point = Point { curve: curve.name.clone(), axis: curve.axis.clone(), x };
+                Ok(TestSet { name: format!("{} {x}", curve.name), point: Some(point), source })
+            })
+        });
+        self.tests.iter().map(test).chain(points).collect()
+    }
+
+    /// The data with a change: of the simulation, or other recordings.
+    fn source(
+        &self,
+        change: &Table,
+        mixture: Option<&[Table]>,
+        recordings: &[Runs],
+        seed: u64,
+    ) -> Result<Source, String> {
+        let Some(simulation) = &self.data.simulation else {
+            return Ok(Source::Recorded(recordings.to_vec(), Box::new(self.data.read.clone())));
+        };
+        let unmixed = [Table::new()];
+        let mixture = mixture.unwrap_or(if self.data.mixture.is_empty() { &unmixed } else { &self.data.mixture });
+        let scenario = |(part, mixed): (usize, &Table)| {
+            let mut table = simulation.get_ref().clone();
+            merge(&mut table, change);
+            merge(&mut table, mixed);
+            let seed = seed + SEEDS_OF_A_PART * part as u64;
+            table.insert("seed".to_owned(), Value::Integer(i64::try_from(seed).map_err(|error| error.to_string())?));
+            Scenario::deserialize(Value::Table(table)).map_err(|error| error.to_string().trim().to_owned())
+        };
+        Ok(Source::Simulated(mixture.iter().enumerate().map(scenario).collect::<Result<_, String>>()?))
+    }
+
+    /// How a model is trained; member and seed give its first weights.
+    pub fn plan_of(&self, model: &Model, seed: u64) -> Plan {
+        let of = |training: &Training| training.clone();
+        let (own, common) = (of(&model.training), of(&self.training));
+        let mut plan = Plan::of(own.recipe.or(common.recipe).unwrap_or_default());
+        let options = &mut plan.options;
+        *options = Options {
+            epochs: own.epochs.or(common.epochs).unwrap_or(options.epochs),
+            batch: own.batch.or(common.batch).unwrap_or(options.batch),
+            rate: own.rate.or(common.rate).unwrap_or(options.rate),
+            schedule: own.schedule.or(common.schedule).unwrap_or(options.schedule),
+            optimiser: own.optimiser.or(common.optimiser).unwrap_or(options.optimiser),
+            decay: own.decay.or(common.decay).unwrap_or(options.decay),
+            seed,
+            ..options.clone()
+        };
+        plan.smoothness = own.smoothness.or(common.smoothness).unwrap_or(plan.smoothness);
+        plan
+    }
+
+    /// Hidden layers and activation of a model's networks, where the experiment states them.
+    pub fn layers_of<'a>(&'a self, model: &'a Model) -> (Option<&'a Vec<usize>>, Option<Activation>) {
+        let hidden = model.training.hidden.as_ref().or(self.training.hidden.as_ref());
+        (hidden, model.training.activation.or(self.training.activation))
+    }
+}
+
+/// Puts the values of `change` over those of `table`; tables are merged, everything else is replaced.
+fn merge(table: &mut Table, change: &Table) {
+    for (key, value) in change {
+        match (table.get_mut(key), value) {
+            (Some(Value::Table(old)), Value::Table(new)) => merge(old, new),
+            _ => {
+                table.insert(key.clone(), value.clone());
+            }
+        }
+    }
+}
+
+/// Sets a key such as `motion.range`.
+fn set(table: &mut Table, key: &str, value: f64) {
+    match key.split_once('.') {
+        None => {
+            table.insert(key.to_owned(), Value::Float(value));
+        }
+        Some((first, rest)) => {
+            let inner = table.entry(first).or_insert_with(|| Value::Table(Table::new()));
+            if let Value::Table(inner) = inner {
+                set(inner, rest, value);
+            }
+        }
+    }
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn within<'de, D: Deserializer<'de>>(deserializer: D, what: &str, most: u64) -> Result<u64, D::Error> {
+    let count = i64::deserialize(deserializer)?;
+    let fits = u64::try_from(count).ok().filter(|count| (1..=most).contains(count));
+    fits.ok_or_else(|| serde::de::Error::custom(format!("{count} {what}: choose between 1 and {most}")))
+}
+
+fn seeds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    within(deserializer, "seeds", 1000)
+}
+
+fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    within(deserializer, "members", 100)
+}
+
+fn paper_table<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u8>, D::Error> {
+    let table = u8::deserialize(deserializer)?;
+    if (2..=4).contains(&table) {
+        return Ok(Some(table));
+    }
+    Err(serde::de::Error::custom(format!("the paper has results in the tables 2, 3 and 4, not {table}")))
+}
+
+fn preset<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Preset>, D::Error> {
+    let id = String::deserialize(deserializer)?;
+    let known = || Preset::ALL.map(Preset::id).join(", ");
+    let found = Preset::ALL.into_iter().find(|preset| preset.id() == id);
+    found.map(Some).ok_or_else(|| serde::de::Error::custom(format!("there is no model `{id}`; known: {}", known())))
+}
+
+impl Default for Effects {
+    fn default() -> Self {
+        Effects::Named(Vec::new())
+    }
+}
+
+impl<'de> Deserialize<'de> for Effects {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "either \"diagnosed\" or a list such as [\"coulomb-friction@1,2\"]")]
+        enum Written {
+            Word(Diagnosed),
+            List(Vec<String>),
+        }
+        #[derive(Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        enum Diagnosed {
+            Diagnosed,
+        }
+        Ok(match Written::deserialize(deserializer)? {
+            Written::Word(Diagnosed::Diagnosed) => Effects::Diagnosed,
+            Written::List(names) => Effects::Named(names),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: &str = r#"
+title = "small"
+description = "two models"
+seeds = 2
+
+[data.simulation]
+name = "arm"
+arm = { links = [{ mass = 1.0, length = 1.0, com = 0.5, inertia = 0.1 }] }
+motion = { kind = "paper-point-to-point", trajectories = 3, duration = 4.0, samples = 50, range = 3.0 }
+
+[[model]]
+name = "rigid-body"
+preset = "rigid-body"
+
+[[model]]
+name = "answer"
+preset = "rigid-body"
+effects = ["coulomb-friction@1"]
+
+[[test]]
+name = "iid"
+
+[[test]]
+name = "far"
+simulation = { motion = { range = 10.0 } }
+
+[[curve]]
+name = "speed"
+key = "speed_scale"
+axis = "times as fast"
+values = [1.0, 2.0]
+simulation = { motion = { trajectories = 5 } }
+"#;
+
+    fn problem(from: &str, to: &str) -> String {
+        assert!(SMALL.contains(from), "{from}");
+        Experiment::parse("small", &SMALL.replacen(from, to, 1)).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn test_sets_are_the_training_simulation_with_their_changes() {
+        let experiment = Experiment::parse("small", SMALL).unwrap();
+        let sets = experiment.test_sets(0).unwrap();
+        let names: Vec<&str> = sets.iter().map(|set| set.name.as_str()).collect();
+        assert_eq!(names, ["iid", "far", "speed 1", "speed 2"]);
+        let scenario = |index: usize| match &sets[index].source {
+            Source::Simulated(scenarios) => scenarios[0].clone(),
+            other => panic!("{other:?}"),
+        };
+        let Source::Simulated(training) = experiment.training_source(0).unwrap() else { panic!("not simulated") };
+        assert_eq!(scenario(0), Scenario { seed: FIRST_TEST_SEED, ..training[0].clone() });
+        assert_eq!(scenario(3).speed_scale, 2.0);
+        assert_eq!(scenario(3).motion.trajectory_count(), 5);
+        assert_ne!(scenario(1).motion, scenario(0).motion);
+        assert_eq!(sets[3].point.as_ref().map(|point| point.x), Some(2.0));
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_line_and_how_to_mend_them() {
+        let told = [
+            (("seeds = 2", "sheds = 2"), vec!["line 4", "unknown field `sheds`", "`seeds`"]),
+            (("seeds = 2", "seeds = 0"), vec!["line 4", "choose between 1 and 1000"]),
+            (("range = 10.0", "rage = 10.0"), vec!["line 22", "unknown field `rage`", "`range`"]),
+            (("range = 10.0", "range = -1.0"), vec!["line 22", "range is -1"]),
+            (("mass = 1.0", "mass = \"one\""), vec!["line 5", "invalid type: string \"one\"", "arm.links.mass"]),
+            (
+                ("preset = \"rigid-body\"\n\n[[model]]", "preset = \"body\"\n\n[[model]]"),
+                vec!["line 13", "no model `body`; known: rigid-body"],
+            ),
+            (
+                ("[\"coulomb-friction@1\"]", "[\"friction@1\"]"),
+                vec!["line 16", "no effect `friction`; known effects: viscous"],
+            ),
+            (("[\"coulomb-friction@1\"]", "\"all\""), vec!["line 18", "either \"diagnosed\" or a list"]),
+            (("name = \"far\"", "name = \"iid\""), vec!["two test sets are named `iid`"]),
+            (("values = [1.0, 2.0]", "values = []"), vec!["curve `speed` has no values"]),
+            (("key = \"speed_scale\"", "key = \"sped\""), vec!["unknown field `sped`", "`speed_scale`"]),
+        ];
+        for ((from, to), parts) in told {
+            let message = problem(from, to);
+            for part in parts {
+                assert!(message.contains(part), "{from} -> {to}: {message}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_quick_version_keeps_what_it_names() {
+        let text = format!("{SMALL}\n[quick]\nseeds = 1\nmodels = [\"answer\"]\ntests = [\"iid\"]\n");
+        let quick = Experiment::parse("small", &text).unwrap().quick();
+        assert_eq!((quick.seeds, quick.models.len(), quick.test_sets(0).unwrap().len()), (1, 1, 1));
+        let wrong = text.replace("models = [\"answer\"]", "models = [\"question\"]");
+        let message = Experiment::parse("small", &wrong).unwrap_err().to_string();
+        assert!(
+            message.contains("`quick` keeps the model `question`, which is not among rigid-body, answer"),
+            "{message}"
+        );
+    }
+}

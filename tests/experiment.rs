@@ -1,0 +1,220 @@
+//! Experiments as a user, or a cluster, runs them: processes on one folder, some of which die.
+
+#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// Six cells of a pendulum; the networks take about a second each.
+const TINY: &str = r#"
+title = "tiny"
+description = "a pendulum"
+seeds = 3
+
+[data.simulation]
+arm = { links = [{ mass = 1.0, length = 1.0, com = 0.5, inertia = 0.1 }] }
+motion = { kind = "paper-point-to-point", trajectories = 10, duration = 4.0, samples = 100, range = 3.0 }
+
+[[model]]
+name = "rigid-body"
+preset = "rigid-body"
+
+[[model]]
+name = "network"
+preset = "ff-nn"
+training = { epochs = 60, batch = 100, hidden = [16] }
+
+[[test]]
+name = "iid"
+
+[[curve]]
+name = "speed"
+key = "speed_scale"
+axis = "times as fast"
+values = [1.0, 2.0]
+
+[quick]
+seeds = 1
+epochs = 2
+"#;
+
+fn torquescope(arguments: &[&str], folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_torquescope"));
+    command.args(["experiment"]).args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn succeeds(arguments: &[&str], folder: &Path) -> String {
+    let output = torquescope(arguments, folder).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn json(arguments: &[&str], folder: &Path) -> Value {
+    serde_json::from_str(&succeeds(arguments, folder)).unwrap()
+}
+
+fn states(folder: &Path, out: &str) -> Vec<Value> {
+    let status = json(&["status", "tiny.toml", "--out", out, "--json"], folder);
+    status["cells"].as_array().unwrap().iter().map(|cell| cell["state"].clone()).collect()
+}
+
+fn wait_until(what: &str, mut met: impl FnMut() -> bool) {
+    let begin = Instant::now();
+    while !met() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "waited in vain until {what}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn shards_of_which_one_is_killed_give_the_table_of_one_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("tiny.toml"), TINY).unwrap();
+    let whole = json(&["run", "tiny.toml", "--out", "whole", "--json"], folder);
+
+    let shard = |number: &str| -> Child {
+        torquescope(&["run", "tiny.toml", "--out", "parts", "--shard", number], folder).spawn().unwrap()
+    };
+    // The second shard has the networks. It is killed while it trains one: its claim stays behind.
+    let mut killed = shard("2/2");
+    let claims = || {
+        let cells = std::fs::read_dir(folder.join("parts/cells")).into_iter().flatten();
+        cells.filter(|cell| cell.as_ref().is_ok_and(|cell| cell.path().join("claim-1").exists())).count()
+    };
+    wait_until("the shard works", || claims() == 1);
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    assert_eq!(claims(), 1);
+    let before = states(folder, "parts");
+    assert!(
+        before.contains(&"open".into()) && !before.iter().any(|state| state.get("running").is_some()),
+        "{before:?}"
+    );
+
+    let mut both = [shard("1/2"), shard("2/2")];
+    assert!(both.iter_mut().all(|shard| shard.wait().unwrap().success()));
+    assert!(states(folder, "parts").iter().all(|state| state == "done"));
+    assert_eq!(json(&["collect", "tiny.toml", "--out", "parts", "--json"], folder), whole);
+    assert_eq!(claims(), 0);
+}
+
+#[test]
+fn only_what_changed_is_run_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let run = |text: &str| {
+        std::fs::write(folder.join("tiny.toml"), text).unwrap();
+        json(&["run", "tiny.toml", "--quick", "--json"], folder)
+    };
+    let trained = || -> Vec<(std::path::PathBuf, std::time::SystemTime)> {
+        let cells = std::fs::read_dir(folder.join("experiments/cells")).unwrap().map(|cell| cell.unwrap().path());
+        let mut times: Vec<_> =
+            cells.map(|cell| (cell.clone(), cell.join("model-1").metadata().unwrap().modified().unwrap())).collect();
+        times.sort();
+        times
+    };
+    let first = run(TINY);
+    let before = trained();
+    assert_eq!(before.len(), 2);
+    assert_eq!(run(TINY), first);
+    assert_eq!(trained(), before);
+
+    // Another test set needs no training.
+    let more = run(&TINY.replace("[1.0, 2.0]", "[1.0, 2.0, 3.0]"));
+    assert_eq!(trained(), before);
+    assert_eq!(more["cells"].as_array().unwrap().len(), first["cells"].as_array().unwrap().len() + 2);
+
+    // Another network does, and the rigid body does not.
+    run(&TINY.replace("hidden = [16]", "hidden = [8]"));
+    let after = trained();
+    assert_eq!(after.len(), 3);
+    assert!(before.iter().all(|cell| after.contains(cell)));
+}
+
+#[test]
+fn the_table_has_the_promised_schema() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let text = TINY
+        .replace("seeds = 1", "seeds = 2")
+        .replace("title", "paper_table = 2\ntitle")
+        .replace("\"network\"", "\"ff-nn\"");
+    std::fs::write(folder.join("tiny.toml"), text).unwrap();
+    let table = json(&["run", "tiny.toml", "--quick", "--json"], folder);
+    let cells = table["cells"].as_array().unwrap();
+    let cell = cells.iter().find(|cell| cell["model"] == "ff-nn" && cell["test_set"] == "iid").unwrap();
+    assert_eq!(cell["seeds"], 2);
+    for quantity in ["nmse_torque", "nmse_inertial", "nmse_gravity", "r2"] {
+        let mean = cell[quantity].as_f64().unwrap();
+        let [low, high] = [0, 1].map(|end| cell["interval"][quantity][end].as_f64().unwrap());
+        assert!(low <= mean && mean <= high, "{quantity}: {low} {mean} {high}");
+    }
+    // A pendulum has no Coriolis torque.
+    assert!(cell["nmse_coriolis"].is_null());
+    assert_eq!(cell["mse_joint"].as_array().unwrap().len(), 1);
+    assert_eq!(cell["paper"]["nmse_torque"], 0.0037);
+    let body = cells.iter().find(|cell| cell["model"] == "rigid-body" && cell["test_set"] == "speed 2").unwrap();
+    assert!(body["nmse_torque"].as_f64().unwrap() < 1e-20);
+    assert_eq!((&body["curve"], &body["x"]), (&"speed".into(), &2.0.into()));
+
+    let csv = folder.join("table.csv");
+    succeeds(&["collect", "tiny.toml", "--quick", "--csv", "table.csv"], folder);
+    assert!(std::fs::read_to_string(csv).unwrap().contains("ff-nn,iid,,,2,nmse_torque,"));
+}
+
+#[test]
+fn what_can_not_be_done_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let fails = |arguments: &[&str]| {
+        let output = torquescope(arguments, folder).output().unwrap();
+        assert!(!output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(fails(&["run", "table-7"]).contains("there is no experiment `table-7`; built in: table-2"));
+    std::fs::write(folder.join("bad.toml"), TINY.replace("seeds = 3", "sheds = 3")).unwrap();
+    let message = fails(&["run", "bad.toml"]);
+    assert!(
+        message.contains("bad.toml") && message.contains("line 4") && message.contains("unknown field `sheds`"),
+        "{message}"
+    );
+    let text = TINY.replace("preset = \"ff-nn\"", "preset = \"ff-nn\"\neffects = [\"coulomb-friction@7\"]");
+    std::fs::write(folder.join("wrong.toml"), text).unwrap();
+    let output = torquescope(&["run", "wrong.toml", "--quick"], folder).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        message.contains("network, seed 1: `7` in `coulomb-friction@7` is not a joint: choose 1 to 1"),
+        "{message}"
+    );
+    // The other model has its row all the same.
+    assert!(String::from_utf8(output.stdout).unwrap().contains("rigid-body"));
+    assert!(succeeds(&["status", "wrong.toml", "--quick"], folder).contains("failed: `7` in"));
+    std::fs::write(folder.join("away.toml"), "title = \"t\"\ndescription = \"d\"\nseeds = 1\n[data]\nrecordings = [{ file = \"a.csv\" }]\n[[model]]\nname = \"r\"\npreset = \"rigid-body\"\n[[test]]\nname = \"iid\"\nrecordings = [{ file = \"b.csv\" }]\n").unwrap();
+    assert!(fails(&["run", "away.toml"]).contains("give their folder with --data"));
+    assert!(fails(&["run", "away.toml", "--data", "."]).contains("a.csv"));
+}
+
+/// The template of a Slurm array, with the variables that Slurm sets, does what the shards do.
+#[test]
+fn the_slurm_template_runs_its_shard() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("tiny.toml"), TINY).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cluster/slurm.sh");
+    for task in ["1", "2"] {
+        let mut command = Command::new("sh");
+        command.arg(&script).args(["tiny.toml", "--quick"]).current_dir(folder);
+        command.env("TORQUESCOPE", env!("CARGO_BIN_EXE_torquescope"));
+        command.env("SLURM_ARRAY_TASK_ID", task).env("SLURM_ARRAY_TASK_COUNT", "2");
+        assert!(command.output().unwrap().status.success());
+        let status = json(&["status", "tiny.toml", "--quick", "--json"], folder);
+        let done = status["cells"].as_array().unwrap().iter().filter(|cell| cell["state"] == "done").count();
+        assert_eq!(done.to_string(), task);
+    }
+}
