@@ -61,7 +61,7 @@ pub fn diagnose(
     split: &Split,
     monitor: &Monitor,
 ) -> Result<Report, ModelError> {
-    diagnose_among(registry::ALL, fitted, recording, split, monitor)
+    diagnose_among(&registry::sought(), fitted, recording, split, monitor)
 }
 
 /// [`diagnose`] with other candidates than the whole catalogue, to measure what happens if the right one is not among them.

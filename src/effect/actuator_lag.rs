@@ -14,6 +14,7 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against the rate of the predicted torque: a falling straight line.",
     absorbed: "Nothing of the part in phase with the velocity. The same T on all joints is a delay of the \
                positions in truth.",
+    look_alikes: &[],
     source: "Swevers, Verdonck and De Schutter, IEEE Control Systems 27 (2007) 58 (first-order expansion of a delay)",
     scope: Scope::Joint,
     axis: Axis::Velocity,

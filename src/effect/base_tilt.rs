@@ -12,6 +12,7 @@ static SPEC: Spec = Spec {
                   First order in eps.",
     fingerprint: "All joints at once, against position: a quarter period away from the gravity torque.",
     absorbed: "Little of it: turned gravity has another phase than the gravity that the base parameters know.",
+    look_alikes: &[],
     source: "Closed form of the planar arm: gravity torque with the zero angle changed",
     scope: Scope::Arm,
     axis: Axis::Position,

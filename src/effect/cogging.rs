@@ -12,6 +12,7 @@ static SPEC: Spec = Spec {
                   of the joint.",
     fingerprint: "Residual against position: a wave, the same at every speed and direction.",
     absorbed: "A learned potential V(q) absorbs it if it is fine enough. At k = 1 gravity absorbs it.",
+    look_alikes: &[],
     source: "Holtz and Springob, IEEE Trans. Ind. Electron. 43 (1996) 310",
     scope: Scope::Joint,
     axis: Axis::Position,

@@ -11,6 +11,7 @@ static SPEC: Spec = Spec {
     description: "Dry friction in bearings, seals and gears. Its size does not depend on the speed; its direction does.",
     fingerprint: "Residual against velocity: a step of twice the friction torque at zero velocity, flat on both sides.",
     absorbed: "Nothing: a Lagrangian is conservative. A different friction torque in each direction adds a torque offset.",
+    look_alikes: &[],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
     scope: Scope::Joint,
     axis: Axis::Velocity,

@@ -13,6 +13,11 @@ static SPEC: Spec = Spec {
                   friction builds up over the distance s_0.",
     fingerprint: "Residual against velocity: as Coulomb friction, but with a rounded loop after each reversal.",
     absorbed: "Nothing: a Lagrangian is conservative. On long strokes it looks like Coulomb friction.",
+    look_alikes: &[
+        LookAlike { effects: &["bouc-wen-hysteresis"], told_by: PRE_SLIDING },
+        LookAlike { effects: &["maxwell-slip"], told_by: PRE_SLIDING },
+        LookAlike { effects: &["lugre-friction"], told_by: PRE_SLIDING },
+    ],
     source: "Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968)",
     scope: Scope::Joint,
     axis: Axis::Velocity,

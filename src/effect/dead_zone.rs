@@ -13,6 +13,7 @@ static SPEC: Spec = Spec {
                   whatever its size.",
     fingerprint: "Residual against the torque that the model predicts: a step at zero.",
     absorbed: "Gravity absorbs part of it where the torque changes its sign only with the position.",
+    look_alikes: &[],
     source: "Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996",
     scope: Scope::Joint,
     axis: Axis::Position,

@@ -12,6 +12,7 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against position: flat with a knee on either side, the same at every speed and direction.",
     absorbed: "A rigid body absorbs little of it; a learned potential V(q) absorbs all of it. Only the stops that \
                were touched show.",
+    look_alikes: &[],
     source: "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440 (without its damping)",
     scope: Scope::Joint,
     axis: Axis::Position,

@@ -12,6 +12,7 @@ static SPEC: Spec = Spec {
                   other's motion. Named by the later joint.",
     fingerprint: "Residual against the velocity of the neighbouring joint: a straight line through the origin.",
     absorbed: "Nothing: a Lagrangian is conservative.",
+    look_alikes: &[],
     source: "Janot, Vandanjon and Gautier, IEEE Trans. Control Syst. Technol. 22 (2014) 132 (joints 5 and 6 of the \
              TX40)",
     scope: Scope::Pair,

@@ -13,6 +13,10 @@ static SPEC: Spec = Spec {
                   each trajectory.",
     fingerprint: "Residual against time: a wedge that opens or closes, its sign that of the velocity.",
     absorbed: "Nothing. In short recordings its mean looks like Coulomb friction.",
+    look_alikes: &[LookAlike {
+        effects: &["friction-warm-up"],
+        told_by: "Runs longer than the warm-up: a drift goes on, a warm-up ends.",
+    }],
     source: "Simoni et al., Robotica, 10.1017/S0263574717000509",
     scope: Scope::Joint,
     axis: Axis::Time,

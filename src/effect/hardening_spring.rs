@@ -13,6 +13,7 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against position: flat in the middle, steep at both ends, the same at every speed and \
                   direction.",
     absorbed: "A rigid body with gravity absorbs little of it; a learned potential V(q) absorbs all of it.",
+    look_alikes: &[],
     source: "Kovacic and Brennan, The Duffing Equation, Wiley 2011",
     scope: Scope::Joint,
     axis: Axis::Position,

@@ -13,6 +13,7 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against the acceleration of the neighbouring joint: a straight line through the origin.",
     absorbed: "Beside free base parameters a coupling of joints 1 and 2 with c < 0 can't be told from rotor \
                inertia on joint 2, so only c > 0 is sought. A learned mass matrix absorbs all of it.",
+    look_alikes: &[],
     source: "Janot, Vandanjon and Gautier, IEEE Trans. Control Syst. Technol. 22 (2014) 132 (joints 5 and 6 of the \
              TX40)",
     scope: Scope::Pair,

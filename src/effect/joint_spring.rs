@@ -11,6 +11,7 @@ static SPEC: Spec = Spec {
     description: "A spring, a gas counterweight or a stiff cable across the joint. Its rest position is where k * q + tau_0 = 0.",
     fingerprint: "Residual against position: a straight line, the same at every speed and direction.",
     absorbed: "A rigid body with gravity absorbs little of it; a learned potential V(q) absorbs all of it.",
+    look_alikes: &[],
     source: "Jubien and Gautier, Global identification of spring balancer, IROS 2013",
     scope: Scope::Joint,
     axis: Axis::Position,

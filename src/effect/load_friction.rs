@@ -13,6 +13,7 @@ static SPEC: Spec = Spec {
                   the rigid body needs.",
     fingerprint: "Residual against velocity, coloured by the size of the torque: a step that opens like a fan.",
     absorbed: "Nothing: a Lagrangian is conservative. Where the load hardly changes it looks like Coulomb friction.",
+    look_alikes: &[],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
     scope: Scope::Joint,
     axis: Axis::Velocity,

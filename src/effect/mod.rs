@@ -16,7 +16,10 @@
 pub mod registry;
 
 mod actuator_lag;
+mod asymmetric_friction;
+mod backlash;
 mod base_tilt;
+mod bouc_wen_hysteresis;
 mod cogging;
 mod coulomb_friction;
 mod dahl_hysteresis;
@@ -24,16 +27,21 @@ mod dead_zone;
 mod end_stop;
 mod friction_coupling;
 mod friction_drift;
+mod friction_warm_up;
 mod hardening_spring;
 mod inertia_coupling;
+mod joint_elasticity;
 mod joint_spring;
 mod load_friction;
+mod lugre_friction;
+mod maxwell_slip;
 mod offset_drift;
 mod position_friction;
 mod quadratic_drag;
 mod rotor_inertia;
 mod stribeck_friction;
 mod tip_payload;
+mod torque_coupling;
 mod torque_gain;
 mod torque_offset;
 mod viscous_friction;
@@ -149,6 +157,8 @@ pub struct Spec {
     pub fingerprint: &'static str,
     /// What base parameters or a learned Lagrangian can absorb of it.
     pub absorbed: &'static str,
+    /// What usual data can hardly tell from it, so that whoever names it must name these too.
+    pub look_alikes: &'static [LookAlike],
     /// Where the formula stands.
     pub source: &'static str,
     /// One joint or the whole arm.
@@ -160,6 +170,18 @@ pub struct Spec {
     /// Ids of effects whose columns this one contains, so that it replaces them.
     pub includes: &'static [&'static str],
 }
+
+/// Effects that together do nearly what another one does.
+#[derive(Debug)]
+pub struct LookAlike {
+    /// Their ids; on the same joint.
+    pub effects: &'static [&'static str],
+    /// The data that tell, a sentence.
+    pub told_by: &'static str,
+}
+
+/// What tells models of hysteresis from each other.
+const PRE_SLIDING: &str = "Many small reversals, of less than the breakaway distance, at different speeds.";
 
 /// What an effect acts on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -244,6 +266,8 @@ pub enum Dimension {
     Angle,
     /// Time.
     Time,
+    /// Time squared.
+    TimeSquared,
     /// A number without unit.
     Ratio,
 }
@@ -276,6 +300,7 @@ impl Dimension {
             (WaveNumber, Prismatic) => "rad/m",
             (Angle, _) => "rad",
             (Time, _) => "s",
+            (TimeSquared, _) => "s²",
             (Ratio, _) => "1",
         }
     }

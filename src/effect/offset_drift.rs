@@ -12,6 +12,7 @@ static SPEC: Spec = Spec {
                   trajectory.",
     fingerprint: "Residual against time: a straight line from zero in every trajectory.",
     absorbed: "Nothing. In short recordings its mean looks like a torque offset.",
+    look_alikes: &[],
     source: "The offset of Janot, Gautier and Brunot, the EMPS benchmark, with a rate",
     scope: Scope::Joint,
     axis: Axis::Time,

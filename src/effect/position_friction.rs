@@ -14,6 +14,7 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against position: two waves, mirror images of each other, one for each direction of \
                   motion.",
     absorbed: "Nothing: a Lagrangian is conservative.",
+    look_alikes: &[],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
     scope: Scope::Joint,
     axis: Axis::Position,

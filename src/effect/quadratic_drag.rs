@@ -11,6 +11,7 @@ static SPEC: Spec = Spec {
     description: "Drag of air or of a flooded gear: it hardly counts at low speed and dominates at high speed.",
     fingerprint: "Residual against velocity: a parabola that opens upwards on the right and downwards on the left.",
     absorbed: "Nothing: a Lagrangian is conservative. Over a narrow range of speeds it looks like viscous friction.",
+    look_alikes: &[],
     source: "Duclusaud et al., BAM: extended friction models for servo actuators, arXiv 2410.08650",
     scope: Scope::Joint,
     axis: Axis::Velocity,

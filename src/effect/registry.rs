@@ -2,31 +2,47 @@
 
 use super::*;
 
-/// All effects, in the order in which help and lists show them.
+/// All effects, in the order in which help and lists show them, and in which they act: first what moves with the arm, then
+/// what the torque goes through until it is read.
 pub static ALL: &[&dyn Effect] = &[
     &viscous_friction::ViscousFriction,
     &coulomb_friction::CoulombFriction,
+    &asymmetric_friction::AsymmetricFriction,
     &stribeck_friction::StribeckFriction,
     &load_friction::LoadFriction,
     &quadratic_drag::QuadraticDrag,
     &position_friction::PositionFriction,
     &friction_drift::FrictionDrift,
+    &friction_warm_up::FrictionWarmUp,
     &dahl_hysteresis::DahlHysteresis,
+    &maxwell_slip::MaxwellSlip,
+    &bouc_wen_hysteresis::BoucWenHysteresis,
+    &lugre_friction::LugreFriction,
     &friction_coupling::FrictionCoupling,
     &joint_spring::JointSpring,
     &hardening_spring::HardeningSpring,
     &end_stop::EndStop,
     &cogging::Cogging,
+    &tip_payload::TipPayload,
+    &base_tilt::BaseTilt,
+    &rotor_inertia::RotorInertia,
+    &inertia_coupling::InertiaCoupling,
+    &joint_elasticity::JointElasticity,
+    &backlash::Backlash,
+    &torque_coupling::TorqueCoupling,
     &torque_offset::TorqueOffset,
     &offset_drift::OffsetDrift,
     &torque_gain::TorqueGain,
     &dead_zone::DeadZone,
     &actuator_lag::ActuatorLag,
-    &tip_payload::TipPayload,
-    &base_tilt::BaseTilt,
-    &rotor_inertia::RotorInertia,
-    &inertia_coupling::InertiaCoupling,
 ];
+
+/// The effects that the diagnosis looks for: all but those that data can't tell from a sum of others, which it names
+/// instead.
+pub fn sought() -> Vec<&'static dyn Effect> {
+    let is_sum = |effect: &&dyn Effect| effect.spec().look_alikes.iter().any(|others| others.effects.len() > 1);
+    ALL.iter().copied().filter(|effect| !is_sum(effect)).collect()
+}
 
 /// No effect has this id.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -132,6 +148,26 @@ mod tests {
         for effect in ALL {
             let without = effect.columns(&Motion { load: None, ..sample.motion() }, 1, &shape(effect.spec()));
             assert_eq!(without.is_err(), effect.depends_on_load(), "{}", effect.spec().id);
+        }
+    }
+
+    #[test]
+    fn look_alikes_exist_and_look_alike_both_ways() {
+        for effect in ALL {
+            let spec = effect.spec();
+            for others in spec.look_alikes {
+                assert!(!others.effects.is_empty() && others.told_by.ends_with('.'), "{}", spec.id);
+                for id in others.effects {
+                    let other = find(id).unwrap().spec();
+                    assert!(other.id != spec.id && other.scope == spec.scope, "{}", spec.id);
+                }
+                if let [id] = others.effects {
+                    let back = find(id).unwrap().spec().look_alikes;
+                    assert!(back.iter().any(|others| others.effects == [spec.id]), "{id} does not name {}", spec.id);
+                }
+            }
+            let is_sought = sought().iter().any(|sought| sought.spec().id == spec.id);
+            assert_eq!(is_sought, spec.id != "asymmetric-friction", "{}", spec.id);
         }
     }
 

@@ -12,6 +12,7 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against acceleration: a straight line through the origin.",
     absorbed: "At the first joint it can't be told from the first link's inertia, unless the arm's parameters are stated. A \
                learned mass matrix absorbs all of it.",
+    look_alikes: &[],
     source: "Spong, Hutchinson and Vidyasagar, Robot Modeling and Control; Leboutet et al., Appl. Sci. 11 (2021) 4303",
     scope: Scope::Joint,
     axis: Axis::Acceleration,

@@ -13,6 +13,7 @@ static SPEC: Spec = Spec {
                   speed. It contains Coulomb friction (tau_c).",
     fingerprint: "Residual against velocity: a step as for Coulomb friction with a peak on either side of zero velocity.",
     absorbed: "Nothing: a Lagrangian is conservative. With no slow motion in the data it looks like Coulomb friction.",
+    look_alikes: &[],
     source: "Li, Wu, Chen, Sun, Mathematics 12 (2024) 2527, eq. 12; Bittencourt and Gunnarsson (2012)",
     scope: Scope::Joint,
     axis: Axis::Velocity,

@@ -12,6 +12,7 @@ static SPEC: Spec = Spec {
     description: "A load at the tip that the model does not know: a tool, a cable, a work piece.",
     fingerprint: "All joints at once, in the proportions of gravity and inertia at the tip: residual against position.",
     absorbed: "The base parameters absorb all of a payload that never changes. It can be named only beside a stated arm.",
+    look_alikes: &[],
     source: "Khalil, Gautier and Lemoine, Identification of the payload inertial parameters, ICRA 2007; closed form of the planar arm",
     scope: Scope::Arm,
     axis: Axis::Position,

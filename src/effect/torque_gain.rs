@@ -13,6 +13,7 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against the torque that the model predicts: a straight line through the origin.",
     absorbed: "One gain on all joints can't be told from heavier links. Gains that differ show, because the joints \
                share their links.",
+    look_alikes: &[],
     source: "Gautier and Briot, Global identification of joint drive gains, J. Dyn. Sys. Meas. Control 136 (2014) \
              051025",
     scope: Scope::Joint,

@@ -11,6 +11,7 @@ static SPEC: Spec = Spec {
     description: "A zero error of the torque sensor or of the motor current.",
     fingerprint: "Residual against anything: flat, but not at zero.",
     absorbed: "Nothing, unless a joint hardly moves: then it looks like gravity.",
+    look_alikes: &[],
     source: "Janot, Gautier and Brunot, the EMPS benchmark (its model has an offset)",
     scope: Scope::Joint,
     axis: Axis::Time,

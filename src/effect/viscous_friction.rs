@@ -11,6 +11,7 @@ static SPEC: Spec = Spec {
     description: "Shear of lubricant and back-EMF of a voltage-driven motor: a torque against the motion that grows with speed.",
     fingerprint: "Residual against velocity: a straight line through the origin.",
     absorbed: "Nothing: a Lagrangian is conservative.",
+    look_alikes: &[],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
     scope: Scope::Joint,
     axis: Axis::Velocity,

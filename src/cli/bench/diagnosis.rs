@@ -167,7 +167,7 @@ impl Diagnosis {
             let is_candidate = |effect: &&dyn Effect| {
                 !unknown || scenario.effects.iter().all(|hidden| hidden.effect != effect.spec().id)
             };
-            let candidates = registry::ALL.iter().copied().filter(is_candidate).collect();
+            let candidates = registry::sought().into_iter().filter(is_candidate).collect();
             Case { scenario, candidates, hidden: count, unknown }
         }
     }
@@ -206,7 +206,7 @@ fn vary(scenario: &mut Scenario, random: &mut ChaCha8Rng) {
 /// Hides `count` different effects of 3 to 20 % of the torque, each on one joint or two; none beside one that includes it.
 fn hide(scenario: &mut Scenario, count: usize, only: &[String], random: &mut ChaCha8Rng) {
     let joints = scenario.arm.joint_count();
-    let pool: Vec<&Spec> = registry::ALL
+    let pool: Vec<&Spec> = registry::sought()
         .iter()
         .map(|effect| effect.spec())
         .filter(|spec| only.is_empty() || only.iter().any(|id| id == spec.id))
@@ -287,7 +287,7 @@ impl Score {
     }
 
     fn count_effects(&mut self, expected: &Answer, given: &Answer) {
-        for id in registry::ALL.iter().map(|effect| effect.spec().id) {
+        for id in registry::sought().iter().map(|effect| effect.spec().id) {
             let places = |answer: &Answer| -> BTreeSet<Option<usize>> {
                 answer.iter().filter(|(effect, _)| effect == id).map(|(_, place)| *place).collect()
             };

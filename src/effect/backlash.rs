@@ -1,0 +1,100 @@
+use std::f64::consts::TAU;
+
+use super::*;
+
+/// Play between teeth that the rotor must cross.
+pub struct Backlash;
+
+static SPEC: Spec = Spec {
+    id: "backlash",
+    name: "backlash",
+    formula: "tau = tau_b * s * sin(2 pi (t - t_0) / T_b) for t_0 < t < t_0 + T_b, s the new sign of tau_load since t_0",
+    typeset: r"\tau = \tau_b\, s \sin\frac{2\pi (t - t_0)}{T_b},\quad t_0 < t < t_0 + T_b",
+    description: "Whenever the transmitted torque changes its sign, at t_0, the teeth part, and the rotor must cross the \
+                  gap to their other flanks within T_b: it is speeded up and stopped again, beside the link, whose \
+                  angle is measured. With the inertia I_r of the rotor the gap is tau_b T_b^2 / (2 pi I_r).",
+    fingerprint: "Residual against time: short bursts, up and down, wherever the predicted torque goes through zero.",
+    absorbed: "Nothing. Where the torque never changes its sign there is none.",
+    look_alikes: &[],
+    source: "Nordin and Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002) 1633; the \
+             crossing as a cycloid",
+    scope: Scope::Joint,
+    axis: Axis::Time,
+    parameters: &[
+        ParameterSpec {
+            name: "crossing_torque",
+            symbol: "τ_b",
+            dimension: Dimension::Torque,
+            min: 0.0,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+        ParameterSpec {
+            name: "crossing_time",
+            symbol: "T_b",
+            dimension: Dimension::Time,
+            min: 1e-3,
+            max: 2.0,
+            role: Role::Shape { grid: &[0.05, 0.08, 0.13, 0.2] },
+        },
+    ],
+    includes: &[],
+};
+
+impl Effect for Backlash {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn depends_on_load(&self) -> bool {
+        true
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let load = &motion.load(&SPEC)?.torque[joint];
+        let time = &motion.trajectory.time;
+        let mut burst = Vec::with_capacity(time.len());
+        // When and to which sign the load changed last; at exactly zero it has the sign that it had before.
+        let mut change: Option<(f64, f64)> = None;
+        let mut sign = 0.0;
+        let mut before = (0.0, 0.0);
+        for (&time, &load) in time.iter().zip(load) {
+            if load * sign < 0.0 {
+                let (time_before, load_before) = before;
+                let share = load_before / (load_before - load);
+                change = Some((time_before + share * (time - time_before), load.signum()));
+            }
+            if load != 0.0 {
+                sign = load.signum();
+            }
+            before = (time, load);
+            let crossing =
+                change.map(|(start, sign)| ((time - start) / shape[0], sign)).filter(|(part, _)| *part < 1.0);
+            burst.push(crossing.map_or(0.0, |(part, sign)| sign * (TAU * part).sin()));
+        }
+        Ok(vec![Column::on_joint(joint, burst.into_iter())])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The load of joint 2 of the sample changes its sign at 0.07 s, to minus, and at 0.15 s, to plus.
+    #[test]
+    fn bursts_after_each_change_of_sign() {
+        let sample = testing::Sample::new();
+        let torque = torque(&Backlash, &sample.motion(), 1, &[0.5, 0.03]).unwrap();
+        for (t, &time) in sample.trajectory.time.iter().enumerate() {
+            let burst = |start: f64| {
+                let part = (time - start) / 0.03;
+                if (0.0..1.0).contains(&part) { 0.5 * (TAU * part).sin() } else { 0.0 }
+            };
+            // Between samples the change is found on a straight line, so it is a bit off.
+            let expected = burst(0.15) - burst(0.07);
+            assert!((torque[1][t] - expected).abs() < 0.02, "{time}: {} is not {expected}", torque[1][t]);
+        }
+        assert!(torque[1].iter().any(|value| value.abs() > 0.3));
+        assert!(torque[0].iter().zip(&torque[2]).all(|(a, b)| *a == 0.0 && *b == 0.0));
+    }
+}

@@ -1,0 +1,129 @@
+use super::*;
+
+/// Bristles that bend before they slide, over a film that builds up with speed.
+pub struct LugreFriction;
+
+static SPEC: Spec = Spec {
+    id: "lugre-friction",
+    name: "LuGre friction",
+    formula: "tau = tau_c * z, dz/dt = (qd - |qd| z / g) / s_0, g = 1 + r * exp(-(qd / v_s)^2), z = 0 at the start",
+    typeset: r"\tau = \tau_c z,\quad \dot z = \left(\dot q - |\dot q|\, z/g(\dot q)\right)/s_0,\quad g = 1 + r\, e^{-(\dot q/v_s)^2}",
+    description: "Bristles bend over the distance s_0 before they slide, and carry more at low speed: Dahl's \
+                  hysteresis with the Stribeck effect. Its damping of the bristles is left out; viscous friction is an \
+                  effect of its own.",
+    fingerprint: "Residual against velocity: a rounded loop after each reversal that overshoots before it settles at \
+                  the Coulomb level.",
+    absorbed: "Nothing: a Lagrangian is conservative. With no slow motion in the data it looks like Dahl hysteresis, on \
+               long strokes like Stribeck or Coulomb friction.",
+    look_alikes: &[
+        LookAlike { effects: &["dahl-hysteresis"], told_by: PRE_SLIDING },
+        LookAlike { effects: &["bouc-wen-hysteresis"], told_by: PRE_SLIDING },
+        LookAlike { effects: &["maxwell-slip"], told_by: PRE_SLIDING },
+    ],
+    source: "Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419",
+    scope: Scope::Joint,
+    axis: Axis::Velocity,
+    parameters: &[
+        ParameterSpec {
+            name: "coulomb_torque",
+            symbol: "τ_c",
+            dimension: Dimension::Torque,
+            min: 0.0,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+        ParameterSpec {
+            name: "breakaway_distance",
+            symbol: "s_0",
+            dimension: Dimension::Position,
+            min: 1e-4,
+            max: 10.0,
+            role: Role::Shape { grid: &[0.02, 0.06, 0.2] },
+        },
+        ParameterSpec {
+            name: "stribeck_ratio",
+            symbol: "r",
+            dimension: Dimension::Ratio,
+            min: 1e-3,
+            max: 10.0,
+            role: Role::Shape { grid: &[0.6] },
+        },
+        ParameterSpec {
+            name: "stribeck_velocity",
+            symbol: "v_s",
+            dimension: Dimension::Velocity,
+            min: 1e-3,
+            max: 10.0,
+            role: Role::Shape { grid: &[0.1, 0.4] },
+        },
+    ],
+    includes: &[],
+};
+
+impl Effect for LugreFriction {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let &[distance, ratio, velocity] = shape else {
+            return Err(NotApplicable { effect: SPEC.name, reason: "it has three shape parameters".to_owned() });
+        };
+        let (q, qd) = (&motion.trajectory.q[joint], &motion.trajectory.qd[joint]);
+        let carried = |qd: f64| 1.0 + ratio * (-(qd / velocity).powi(2)).exp();
+        let mut z: f64 = 0.0;
+        let mut before = q.first().copied().unwrap_or(0.0);
+        let mut carried_before = qd.first().map_or(1.0, |&qd| carried(qd));
+        // Between samples the motion has one direction and the bristles carry the mean of both ends: then this is exact.
+        let state = q.iter().zip(qd).map(|(&q, &qd)| {
+            let (travel, here) = (q - before, carried(qd));
+            let carried = 0.5 * (here + carried_before);
+            (before, carried_before) = (q, here);
+            let limit = carried.copysign(travel);
+            z = limit + (z - limit) * (-travel.abs() / (distance * carried)).exp();
+            z
+        });
+        Ok(vec![Column::on_joint(joint, state)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A swing, finely sampled.
+    fn swing(samples: usize) -> testing::Sample {
+        let mut sample = testing::Sample::new();
+        let time: Vec<f64> = (0..samples).map(|t| 4.0 * t as f64 / samples as f64).collect();
+        let signal = |f: fn(f64) -> f64| -> Vec<f64> { time.iter().map(|&t| f(t)).collect() };
+        sample.trajectory.q = vec![signal(|t| 0.3 * (2.0 * t).cos()); 3];
+        sample.trajectory.qd = vec![signal(|t| -0.6 * (2.0 * t).sin()); 3];
+        sample.trajectory.qdd = vec![signal(|t| -1.2 * (2.0 * t).cos()); 3];
+        sample.trajectory.time = time;
+        sample
+    }
+
+    #[test]
+    fn is_the_solution_of_its_equation() {
+        let (coarse, fine) = (swing(400), swing(400_000));
+        let found = &torque(&LugreFriction, &coarse.motion(), 1, &[1.5, 0.05, 0.6, 0.2]).unwrap()[1];
+        let mut z: f64 = 0.0;
+        for (t, &qd) in fine.trajectory.qd[1].iter().enumerate() {
+            if t % 1000 == 0 {
+                let expected = 1.5 * z;
+                assert!((found[t / 1000] - expected).abs() < 4e-3, "{t}: {} is not {expected}", found[t / 1000]);
+            }
+            let carried = 1.0 + 0.6 * (-(qd / 0.2).powi(2)).exp();
+            z += 1e-5 * (qd - qd.abs() * z / carried) / 0.05;
+        }
+    }
+
+    #[test]
+    fn without_the_stribeck_part_it_is_dahl_hysteresis() {
+        let swing = swing(400);
+        let dahl = registry::find("dahl-hysteresis").unwrap();
+        let dahl = &torque(dahl, &swing.motion(), 1, &[1.5, 0.05]).unwrap()[1];
+        let found = &torque(&LugreFriction, &swing.motion(), 1, &[1.5, 0.05, 1e-12, 0.2]).unwrap()[1];
+        assert!(dahl.iter().zip(found).all(|(dahl, found)| (dahl - found).abs() < 1e-9));
+    }
+}

@@ -1,0 +1,78 @@
+use super::*;
+
+/// Torque of one joint that is read, or borne, by its neighbour.
+pub struct TorqueCoupling;
+
+static SPEC: Spec = Spec {
+    id: "torque-coupling",
+    name: "torque coupling",
+    formula: "tau_j = a * tau_load_i, tau_i = b * tau_load_j, i the joint before j",
+    typeset: r"\tau_j = a\,\tau_{\mathrm{load},i},\quad \tau_i = b\,\tau_{\mathrm{load},j}",
+    description: "A belt or differential leads part of a joint's torque through the motor of its neighbour, or a \
+                  sensor feels its neighbour's torque. Named by the later joint.",
+    fingerprint: "Residual against the torque that the model predicts for the neighbouring joint: a straight line \
+                  through the origin.",
+    absorbed: "Base parameters absorb little of it, because the joints share their links.",
+    look_alikes: &[],
+    source: "Janot, Vandanjon and Gautier, IEEE Trans. Control Syst. Technol. 22 (2014) 132 (joints 5 and 6 of the \
+             TX40)",
+    scope: Scope::Pair,
+    axis: Axis::Position,
+    parameters: &[
+        ParameterSpec {
+            name: "share_of_earlier",
+            symbol: "a",
+            dimension: Dimension::Ratio,
+            min: -2.0,
+            max: 2.0,
+            role: Role::Linear,
+        },
+        ParameterSpec {
+            name: "share_of_later",
+            symbol: "b",
+            dimension: Dimension::Ratio,
+            min: -2.0,
+            max: 2.0,
+            role: Role::Linear,
+        },
+    ],
+    includes: &[],
+};
+
+impl Effect for TorqueCoupling {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn depends_on_load(&self) -> bool {
+        true
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let [before, joint] = motion.pair(&SPEC, joint)?;
+        let load = &motion.load(&SPEC)?.torque;
+        Ok(vec![
+            Column::on_joint(joint, load[before].iter().copied()),
+            Column::on_joint(before, load[joint].iter().copied()),
+        ])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_joint_of_the_pair_feels_the_torque_of_the_other() {
+        let sample = testing::Sample::new();
+        let motion = sample.motion();
+        let load = &motion.load.unwrap().torque;
+        let torque = torque(&TorqueCoupling, &motion, 1, &[0.3, -0.1]).unwrap();
+        for t in 0..sample.trajectory.len() {
+            assert_eq!(torque[1][t], 0.3 * load[0][t]);
+            assert_eq!(torque[0][t], -0.1 * load[1][t]);
+            assert_eq!(torque[2][t], 0.0);
+        }
+        assert!(TorqueCoupling.columns(&motion, 0, &[]).is_err(), "there is none before the first joint");
+    }
+}
