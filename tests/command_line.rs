@@ -115,6 +115,82 @@ fn a_network_is_trained_saved_measured_and_taken_apart() {
     assert!(message.contains("fewer than a batch"), "{message}");
 }
 
+/// A killed training goes on from its checkpoint and ends in the same file as one that was left alone.
+#[test]
+fn a_killed_training_is_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let motion = ["--joints", "2", "--motion", "paper", "--trajectories", "10", "--noise", "0"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &motion].concat(), at);
+    let settings =
+        ["--hidden", "16,16", "--epochs", "30", "--batch", "64", "--activation", "silu", "--optimiser", "soap"];
+    let train = [["train", "x.npz", "--model", "delan-friction"].as_slice(), &settings].concat();
+    succeeds(&[train.as_slice(), &["-o", "whole.model"]].concat(), at);
+    let arguments = [train.as_slice(), &["-o", "never.model", "--checkpoint", "run.npz"]].concat();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_torquescope")).args(arguments).current_dir(at).spawn().unwrap();
+    while !at.join("run.npz").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(!at.join("never.model").exists(), "it ended before it was killed");
+    succeeds(&["train", "x.npz", "--resume", "run.npz", "-o", "resumed.model", "--threads", "1"], at);
+    let bytes = |name| std::fs::read(at.join(name)).unwrap();
+    assert!(bytes("whole.model") == bytes("resumed.model"));
+
+    let resume = |more: &[&str]| fails(&[&["train", "x.npz", "--resume", "run.npz"], more].concat(), at, 1);
+    let message = resume(&["--model", "ff-nn"]);
+    assert!(message.contains("another model") && message.contains("feed-forward"), "{message}");
+    let message = resume(&["--learning-rate", "0.5"]);
+    assert!(message.contains("another rate"), "{message}");
+    std::fs::write(at.join("run.npz"), &bytes("run.npz")[..1000]).unwrap();
+    assert!(resume(&[]).contains("not a trained model or checkpoint"));
+    let message = fails(&["train", "x.npz", "--resume", "none.npz"], at, 1);
+    assert!(message.contains("none.npz"), "{message}");
+    let message = fails(&[train.as_slice(), &["--checkpoint", "no/such/folder"]].concat(), at, 1);
+    assert!(message.contains("can't write the checkpoint no/such/folder"), "{message}");
+}
+
+/// Settings that can't work are refused; those that lead nowhere end with a reason and the best weights so far.
+#[test]
+fn bad_settings_of_training_are_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let motion = ["--joints", "2", "--motion", "paper", "--trajectories", "6", "--noise", "0"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &motion].concat(), at);
+    let train = |more: &[&'static str]| {
+        [["train", "x.npz", "--model", "black-box-delan", "--batch", "64", "--epochs", "40"].as_slice(), more].concat()
+    };
+    let cases: [(&[&str], i32, &str); 8] = [
+        (&["--learning-rate", "0"], 1, "the learning rate is 0"),
+        (&["--learning-rate", "1e6"], 1, "the learning rate is 1000000"),
+        (&["--hidden", "0"], 1, "a hidden layer of 0 neurons"),
+        (&["--hidden", "64,x"], 2, "invalid value 'x'"),
+        (&["--activation", "relu"], 2, "expected one of `tanh`"),
+        (&["--schedule", "linear"], 2, "choose constant, cosine, one-cycle"),
+        (&["--precision", "f16"], 2, "expected `f32` or `f64`"),
+        (&["--threads", "0"], 1, "the number of threads is 0"),
+    ];
+    for (options, code, words) in cases {
+        let message = fails(&train(options), at, code);
+        assert!(message.contains(words), "{options:?}: {message}");
+    }
+    let wild = ["--learning-rate", "3", "--hidden", "16", "-o", "best.model"];
+    let message = fails(&train(&wild), at, 1);
+    assert!(message.contains("training ended early: the loss") && message.contains("best.model"), "{message}");
+    let measured = json(&["evaluate", "x.npz", "--model", "best.model", "--json"], at);
+    assert!(measured["joints"][0]["nmse"].as_f64().unwrap().is_finite());
+
+    // All settings at once, as a model that is saved and used.
+    let all =
+        ["--recipe", "paper", "--features", "raw", "--normalise", "true", "--precision", "f64", "--hidden", "8,8"];
+    let more =
+        ["--learning-rate", "1e-2", "--schedule", "one-cycle", "--goal", "1.1", "--training-seed", "3", "--json"];
+    let trained = json(&train(&[all.as_slice(), &more].concat()), at);
+    let history = trained["history"].as_array().unwrap();
+    assert!(history.len() < 40 && history.last().unwrap()["held_out"].as_f64().unwrap() <= 1.1, "{history:?}");
+}
+
 #[test]
 fn inspect_tells_what_a_file_holds_and_keeps_the_seal_closed() {
     let folder = tempfile::tempdir().unwrap();

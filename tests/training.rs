@@ -3,20 +3,23 @@
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
 use torquescope::arm::{Arm, Posture};
+use torquescope::model::Preset;
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
 use torquescope::model::terms::Setting;
 use torquescope::network::{Activation, Element, TILE, draw_weights};
 use torquescope::progress::Monitor;
+use torquescope::recording::split::Split;
 use torquescope::recording::{JointKind, Trajectory};
 use torquescope::simulation::{Excitation, Scenario, simulate};
 use torquescope::training::effects::{AddedEffect, columns, names};
+use torquescope::training::fit::{Plan, SavedRun, fit, resume, to_bytes};
 use torquescope::training::learn::{Begin, Ending, Outcome, TrainingData, train};
 use torquescope::training::learned::{Checkpoint, LearnedModel};
 use torquescope::training::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use torquescope::training::optimiser::Optimiser;
 use torquescope::training::options::scale_to;
 use torquescope::training::predict::component_program;
-use torquescope::training::{Options, Recipe, Samples, TrainError};
+use torquescope::training::{Options, Precision, Recipe, Samples, TrainError};
 
 fn layers(activation: Activation) -> Layers {
     Layers { hidden: vec![7, 5], activation }
@@ -181,7 +184,7 @@ fn options() -> Options {
 fn run(architecture: &Architecture, options: &Options, begin: Begin, monitor: &Monitor) -> Result<Outcome, TrainError> {
     let (training, held_out) = (samples(6, 1), samples(2, 2));
     let data = TrainingData { train: &training, held_out: Some(&held_out) };
-    train(architecture, options, data, begin, monitor, &mut |_| {})
+    train(architecture, options, data, begin, monitor, &mut |_, _| {})
 }
 
 #[test]
@@ -210,8 +213,10 @@ fn a_resumed_run_ends_where_an_uninterrupted_one_ends() {
         let (training, held_out) = (samples(6, 1), samples(2, 2));
         let data = TrainingData { train: &training, held_out: Some(&held_out) };
         let monitor = Monitor::new();
-        let mut stop = |epoch: &torquescope::training::Epoch| {
+        let mut seen = None;
+        let mut stop = |epoch: &torquescope::training::Epoch, checkpoint: &dyn Fn() -> Checkpoint| {
             if epoch.epoch == 2 {
+                seen = Some(checkpoint());
                 monitor.stop("enough for today");
             }
         };
@@ -222,9 +227,59 @@ fn a_resumed_run_ends_where_an_uninterrupted_one_ends() {
         assert!((first.model.normalised_error(&trajectories(2, 2), &[]).unwrap() / best - 1.0).abs() < 1e-3);
         let checkpoint = Checkpoint::from_bytes(&first.checkpoint.to_bytes().unwrap()).unwrap();
         assert_eq!(checkpoint, first.checkpoint);
-        let second = run(&architecture, &options, Begin::Resume(&checkpoint), &Monitor::new()).unwrap();
-        assert_eq!(second.checkpoint.weights, whole.checkpoint.weights);
-        assert_eq!(second.model, whole.model);
+        // The one that a watcher asked for is from the end of that epoch.
+        for checkpoint in [checkpoint, seen.unwrap()] {
+            let second = run(&architecture, &options, Begin::Resume(&checkpoint), &Monitor::new()).unwrap();
+            assert_eq!(second.checkpoint.weights, whole.checkpoint.weights);
+            assert_eq!(second.checkpoint.states, whole.checkpoint.states);
+            assert_eq!(second.model, whole.model);
+        }
+    }
+}
+
+#[test]
+fn a_run_of_the_session_is_resumed_with_its_effects_in_either_precision() {
+    let motion = Excitation::PaperPointToPoint { trajectories: 5, duration: 4.0, samples: 200, range: 3.0 };
+    let scenario =
+        |joints, seed| Scenario { arm: Arm::uniform(joints), motion: motion.clone(), ..Scenario::paper(seed) };
+    let recording = |joints, seed| simulate(&scenario(joints, seed), &Monitor::new()).unwrap();
+    let (own, split) = (recording(2, 1), Split::automatic(&recording(2, 1)));
+    let model = Preset::Learned(LearnedPreset::StructuredDelan).model(&own).unwrap();
+    let model = model.with_layers(&layers(Activation::Silu)).with_effect("viscous-friction", &[1]).unwrap();
+    for precision in [Precision::F32, Precision::F64] {
+        let options = Options { epochs: 4, batch: 100, ..Options::ours() };
+        let plan = Plan { options, precision, features: Features::Raw, ..Plan::default() };
+        let monitor = Monitor::new();
+        let whole = fit(&model, &own, &split, &plan, None, &monitor, &mut |_, _| {}).unwrap();
+        let mut saved = None;
+        fit(&model, &own, &split, &plan, None, &monitor, &mut |epoch, run| {
+            if epoch.epoch == 2 {
+                saved = Some(run().to_bytes().unwrap());
+            }
+        })
+        .unwrap();
+        let bytes = saved.unwrap();
+        let saved = SavedRun::from_bytes(&bytes).unwrap();
+        let second = resume(&saved, &own, &split, &monitor, &mut |_, _| {}).unwrap();
+        assert_eq!(to_bytes(&second.fitted).unwrap(), to_bytes(&whole.fitted).unwrap());
+        assert_eq!(second.run.checkpoint.weights, whole.run.checkpoint.weights);
+
+        let refused = |result: Result<(), TrainError>| result.unwrap_err().to_string();
+        let on = |other: &torquescope::recording::Recording| {
+            refused(resume(&saved, other, &Split::automatic(other), &monitor, &mut |_, _| {}).map(|_| ()))
+        };
+        let message = on(&recording(3, 1));
+        assert!(message.contains("samples of 2 joints") && message.contains("samples of 3 joints"), "{message}");
+        assert!(on(&recording(2, 2)).contains("another set of samples"));
+        let slower = Plan { options: Options { rate: 1e-3, ..plan.options.clone() }, ..plan.clone() };
+        let message = refused(saved.clone().with_plan(slower).map(|_| ()));
+        assert!(message.contains("another rate: it has 0.01, this run 0.001"), "{message}");
+        let threads = Plan { options: Options { threads: Some(2), ..plan.options.clone() }, ..plan.clone() };
+        assert!(saved.clone().with_plan(threads).is_ok());
+        for length in [0, 10, bytes.len() / 2, bytes.len() - 1] {
+            let message = refused(SavedRun::from_bytes(&bytes[..length]).map(|_| ()));
+            assert!(message.contains("not a trained model or checkpoint"), "{message}");
+        }
     }
 }
 
@@ -254,7 +309,7 @@ fn our_recipe_learns_the_arm_and_its_parts() {
     let options = Options { epochs: 8, batch: 200, goal: Some(5e-3), ..Options::ours() };
     let held_out = samples(3, 2);
     let data = TrainingData { train: &training, held_out: Some(&held_out) };
-    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap();
     assert_eq!(outcome.ending, Ending::GoalReached, "{:?}", outcome.history.last());
     // Gravity of two uniform rods at q = 0: (1.5 m l + 0.5 m l) g and 0.5 m l g.
     let still = Trajectory {
@@ -293,7 +348,7 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
     scale_to(&mut architecture, &training);
     let options = Options { epochs: 10, batch: 200, ..Options::ours() };
     let data = TrainingData { train: &training, held_out: Some(&test) };
-    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap();
     let value = outcome.model.effect_factors()[0];
     assert!((value / damping - 1.0).abs() < 0.05, "viscous friction is {value}, not {damping}");
     let parts = outcome.model.components(&held_out[0], &columns_of(&held_out)[0]).unwrap();
@@ -320,7 +375,7 @@ fn a_run_that_makes_no_sense_ends_with_a_reason() {
     let zero: Vec<Vec<Vec<Vec<f64>>>> = training.iter().map(|t| vec![vec![vec![0.0; t.len()]; 2]]).collect();
     let samples = Samples::<f32>::new(2, &training, &zero).unwrap();
     let data = TrainingData { train: &samples, held_out: None };
-    let outcome = train(&architecture, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
+    let outcome = train(&architecture, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap();
     assert!(
         matches!(&outcome.ending, Ending::Failed(reason) if reason.contains("exactly zero")),
         "{:?}",
@@ -358,6 +413,6 @@ fn bad_input_is_a_clear_error() {
     constant.iter_mut().for_each(|t| t.tau[1].fill(3.0));
     let samples = Samples::<f32>::new(2, &constant, &[]).unwrap();
     let data = TrainingData { train: &samples, held_out: None };
-    let error = train(&good, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap_err();
+    let error = train(&good, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap_err();
     assert!(error.to_string().contains("torque of joint 2 is always 3"));
 }

@@ -315,6 +315,28 @@ fn a_long_training_is_paused_thrown_away_and_kept() {
     assert!(window.query_by_label_contains("because you asked for it").is_some());
 }
 
+/// A stopped training goes on, and any training of the list can become the model again.
+#[test]
+fn trainings_are_resumed_and_chosen_from() {
+    let mut window = window(Session { plan: short_plan(40), ..small() }, Screen::Train, Theme::Dark);
+    window.get_by_role_and_label(Role::RadioButton, "structured DeLaN").click();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::Button, "Start training").click();
+    wait_for_an_epoch(&mut window);
+    window.get_by_role_and_label(Role::Button, "Stop and keep the best").click();
+    settle(&mut window);
+    let epochs = |window: &Window| window.state().session().current().unwrap().history.len();
+    let first = epochs(&window);
+    assert!((1..40).contains(&first));
+    click(&mut window, "Resume");
+    assert_eq!(epochs(&window), 40);
+    assert!(window.query_by_role_and_label(Role::Button, "Resume").is_none(), "it is at its end");
+    assert!(window.query_by_label("training 1").is_some() && window.query_by_label("training 2").is_some());
+    click(&mut window, "Use this model");
+    assert_eq!(epochs(&window), first);
+    assert_eq!(window.state().session().runs.len(), 2);
+}
+
 /// A trained model can't be diagnosed; the screen says so and leads on.
 #[test]
 fn a_trained_model_leads_to_a_diagnosis() {

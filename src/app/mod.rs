@@ -25,6 +25,7 @@ pub use state::{Order, State};
 
 use crate::session::{Command, Curve, History, Session};
 use crate::simulation::Scenario;
+use crate::training::Ending;
 use crate::work::{Job, Outcome};
 use state::{Busy, Notice, Toast, Tone};
 
@@ -268,6 +269,13 @@ impl TorquescopeApp {
         let until = ctx.input(|input| input.time) + TOAST;
         self.state.toasts.push(Toast { text: done_text(self.history.current(), &session, command), until });
         self.state.follow(self.history.current(), &session);
+        if command.trains(&session)
+            && let Some(step) = session.current()
+            && let (Some(Ending::Failed(_)), Some(reason)) = (&step.ending, step.early_end())
+        {
+            let text = format!("Training ended early: {reason}; they are the model now.");
+            self.state.notices.push(Notice::new(Tone::Warning, text, "Undo brings back the model before it."));
+        }
         self.history.push(session, &command.title());
         self.state.data_changed();
         match command {
@@ -282,6 +290,8 @@ impl TorquescopeApp {
             Command::ChoosePreset(_)
             | Command::TrainPreset { .. }
             | Command::Train { .. }
+            | Command::Resume(_)
+            | Command::UseRun { .. }
             | Command::UseModel { .. }
             | Command::EditTerms(_)
             | Command::GoTo { .. }

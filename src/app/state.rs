@@ -1,6 +1,6 @@
 //! What the window knows beside the session: where one looks, and what was derived for drawing.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
@@ -152,6 +152,8 @@ pub(super) struct Training {
     pub window: Window,
     /// The epoch whose values are shown.
     pub cursor: Option<f64>,
+    /// Earlier trainings whose curves are not drawn.
+    pub unseen: HashSet<usize>,
 }
 
 /// Key of a scatter plot: joint, state, held out or not.

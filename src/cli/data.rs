@@ -1,19 +1,25 @@
 //! Arguments that name data and a model, shared by the commands.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
+use serde::de::DeserializeOwned;
 
 use super::progress;
 use crate::arm::{Arm, Posture};
-use crate::model::{Fitted, Preset};
+use crate::model::learned::{Features, Layers};
+use crate::model::{Fitted, Model, Preset, Term};
+use crate::network::Activation;
 use crate::recording::mapping::MappingSpec;
 use crate::recording::read::ReadOptions;
-use crate::session::{Command, Session};
+use crate::session::{Command, Session, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
-use crate::training::{self, Recipe};
+use crate::training::optimiser::Optimiser;
+use crate::training::schedule::Schedule;
+use crate::training::{self, Precision, Recipe};
 
 /// Where the arm points at q = 0.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -70,10 +76,12 @@ pub struct OptionalData {
 
 /// How networks are trained; not used by models without networks.
 #[derive(Args, Debug, Clone)]
+#[command(next_help_heading = "Training of networks")]
 pub struct Training {
-    /// Settings to start from: `ours` converges quickest, `paper` is table 1 of the paper.
-    #[arg(long, default_value = "ours", value_parser = parse_recipe)]
-    recipe: Recipe,
+    /// Settings to start from: `ours` (the default) converges quickest, `thorough` is ours for five times as long, `paper` is
+    /// table 1 of the paper.
+    #[arg(long, value_parser = named::<Recipe>)]
+    recipe: Option<Recipe>,
     /// How often every sample is seen.
     #[arg(long)]
     epochs: Option<u64>,
@@ -83,9 +91,36 @@ pub struct Training {
     /// Highest learning rate.
     #[arg(long)]
     learning_rate: Option<f64>,
+    /// Course of the learning rate: constant, cosine (with warm-up) or one-cycle.
+    #[arg(long, value_parser = parse_schedule)]
+    schedule: Option<Schedule>,
+    /// How weights follow from gradients: adamw or soap.
+    #[arg(long, value_parser = parse_optimiser)]
+    optimiser: Option<Optimiser>,
+    /// Weight decay, per unit of learning rate.
+    #[arg(long)]
+    weight_decay: Option<f64>,
+    /// Widths of the hidden layers, such as `64,64`.
+    #[arg(long, value_name = "WIDTHS", value_delimiter = ',')]
+    hidden: Option<Vec<usize>>,
+    /// Their activation: tanh, sigmoid, softplus or silu.
+    #[arg(long, value_parser = named::<Activation>)]
+    activation: Option<Activation>,
+    /// How positions enter the networks: cos-sin or raw.
+    #[arg(long, value_parser = named::<Features>)]
+    features: Option<Features>,
+    /// Whether quantities are scaled to the data: true, or false as in the paper.
+    #[arg(long, value_name = "BOOL")]
+    normalise: Option<bool>,
+    /// What is calculated with: f32 or f64.
+    #[arg(long, value_parser = named::<Precision>)]
+    precision: Option<Precision>,
+    /// Ends as soon as the held-out nMSE is this low.
+    #[arg(long, value_name = "NMSE")]
+    goal: Option<f64>,
     /// Seed of first weights and of the order of samples.
-    #[arg(long, default_value_t = 0)]
-    training_seed: u64,
+    #[arg(long)]
+    training_seed: Option<u64>,
     /// Threads; the result does not depend on them.
     #[arg(long)]
     threads: Option<usize>,
@@ -94,23 +129,64 @@ pub struct Training {
 impl Training {
     /// The plan that these options make.
     pub fn plan(&self) -> Plan {
-        let mut plan = Plan::of(self.recipe);
+        self.changing(Plan::of(self.recipe.unwrap_or_default()))
+    }
+
+    /// This plan with the options that were given.
+    pub fn changing(&self, plan: Plan) -> Plan {
+        let mut plan = match self.recipe {
+            Some(recipe) if recipe != plan.recipe => Plan::of(recipe),
+            _ => plan,
+        };
+        plan.layers = self.layers(&plan.layers);
+        plan.features = self.features.unwrap_or(plan.features);
+        plan.normalise = self.normalise.unwrap_or(plan.normalise);
+        plan.precision = self.precision.unwrap_or(plan.precision);
         let options = &mut plan.options;
         options.epochs = self.epochs.unwrap_or(options.epochs);
         options.batch = self.batch.unwrap_or(options.batch);
         options.rate = self.learning_rate.unwrap_or(options.rate);
-        options.threads = self.threads;
-        options.seed = self.training_seed;
+        options.schedule = self.schedule.unwrap_or(options.schedule);
+        options.optimiser = self.optimiser.unwrap_or(options.optimiser);
+        options.decay = self.weight_decay.unwrap_or(options.decay);
+        options.seed = self.training_seed.unwrap_or(options.seed);
+        options.goal = self.goal.or(options.goal);
+        options.threads = self.threads.or(options.threads);
         plan
+    }
+
+    fn layers(&self, before: &Layers) -> Layers {
+        let hidden = self.hidden.clone().unwrap_or_else(|| before.hidden.clone());
+        Layers { hidden, activation: self.activation.unwrap_or(before.activation) }
+    }
+
+    /// A model of a file with the layers that were asked for; its own where none were.
+    fn model(&self, model: &Model) -> Model {
+        if self.hidden.is_none() && self.activation.is_none() {
+            return model.clone();
+        }
+        model.with_layers(&self.layers(&Layers::default()))
     }
 }
 
-fn parse_recipe(text: &str) -> Result<Recipe, String> {
-    match text {
-        "ours" => Ok(Recipe::Ours),
-        "paper" => Ok(Recipe::Paper),
-        other => Err(format!("there is no recipe `{other}`: choose ours or paper")),
-    }
+/// A setting by its name in files.
+fn named<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    serde_json::from_value(text.into()).map_err(|error| error.to_string())
+}
+
+fn parse_schedule(text: &str) -> Result<Schedule, String> {
+    let known = [("constant", Schedule::Constant), ("cosine", Schedule::COSINE), ("one-cycle", Schedule::ONE_CYCLE)];
+    chosen(text, &known)
+}
+
+fn parse_optimiser(text: &str) -> Result<Optimiser, String> {
+    chosen(text, &[("adamw", Optimiser::ADAM_W), ("soap", Optimiser::SOAP)])
+}
+
+fn chosen<T: Copy>(text: &str, known: &[(&str, T)]) -> Result<T, String> {
+    let found = known.iter().find(|(name, _)| *name == text).map(|(_, value)| *value);
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    found.ok_or_else(|| format!("choose {}", names.join(", ")))
 }
 
 /// Files and the model to use on them.
@@ -119,11 +195,11 @@ pub struct Data {
     #[command(flatten)]
     files: Files,
     /// The model: a preset (rigid-body, stated-arm, ff-nn, black-box-delan, structured-delan, delan-friction, delan-ffnn), or
-    /// a file saved by `train`.
-    #[arg(long, default_value = "rigid-body")]
-    model: String,
+    /// a file saved by `train`. Without it: rigid-body.
+    #[arg(long)]
+    model: Option<String>,
     #[command(flatten)]
-    training: Training,
+    pub training: Training,
     /// Add an effect to the model: its id, and its joints if not all, such as `coulomb-friction@1,2`. May be repeated.
     #[arg(long, value_name = "EFFECT[@JOINTS]")]
     add: Vec<String>,
@@ -159,18 +235,33 @@ impl Data {
 
     /// The saved model, if one was named: presets have no ending.
     pub fn model_file(&self) -> Option<PathBuf> {
-        let path = Path::new(&self.model);
+        let path = Path::new(self.model.as_deref()?);
         (path.extension().is_some() || path.exists()).then(|| path.to_owned())
     }
 
     /// A session with the recording and the model, identified from the training part, with all effects that were asked for.
+    ///
+    /// A training that ended early is a warning on standard error: the best weights so far are the model.
     pub fn session_with_model(&self) -> anyhow::Result<Session> {
+        let session = self.session_keeping(None)?;
+        for step in &session.ladder {
+            if let Some(reason) = step.early_end() {
+                eprintln!("warning: training ended early: {reason}");
+            }
+        }
+        Ok(session)
+    }
+
+    /// The same without the warning; training saves itself in the given file while it runs.
+    pub fn session_keeping(&self, checkpoint_file: Option<PathBuf>) -> anyhow::Result<Session> {
+        let opened = Session { plan: self.training.plan(), checkpoint_file, ..self.session()? };
         let mut session = match self.model_file() {
             Some(path) => {
-                let command = Command::UseModel { model: read_model(&path)?.model, title: self.model.clone() };
-                progress::run(command, &self.session()?)?
+                let title = path.display().to_string();
+                let model = self.training.model(&read_model(&path)?.model);
+                progress::run(Command::UseModel { model, title }, &opened)?
             }
-            None => self.session_with_preset()?,
+            None => self.with_preset(opened)?,
         };
         let joints = session.recording.as_ref().map_or(0, |recording| recording.joint_count());
         for text in &self.add {
@@ -180,12 +271,51 @@ impl Data {
         Ok(session)
     }
 
-    fn session_with_preset(&self) -> anyhow::Result<Session> {
-        let preset = Preset::ALL.into_iter().find(|preset| preset.id() == self.model).with_context(|| {
+    /// A session that goes on with the training in this file. The model and the settings that were given must be its own.
+    pub fn session_resuming(&self, run: &Path, checkpoint_file: Option<PathBuf>) -> anyhow::Result<Session> {
+        let session = Session { checkpoint_file, ..self.session()? };
+        let saved = runs::load(run)?;
+        if self.model.is_some() || !self.add.is_empty() {
+            let asked = self.asked_model(&session, &saved.plan)?;
+            if asked != saved.model {
+                let labels = |model: &Model| model.terms.iter().map(Term::label).collect::<Vec<_>>().join(" + ");
+                bail!(
+                    "{} is the checkpoint of another model: it has {}, asked for is {}. Leave out --model and --add, or train anew",
+                    run.display(),
+                    labels(&saved.model),
+                    labels(&asked)
+                );
+            }
+        }
+        let plan = self.training.changing(saved.plan.clone());
+        let saved = saved.with_plan(plan).with_context(|| run.display().to_string())?;
+        progress::run(Command::Resume(Arc::new(saved)), &session)
+    }
+
+    /// The model that the options name, before anything is estimated.
+    fn asked_model(&self, session: &Session, plan: &Plan) -> anyhow::Result<Model> {
+        let recording = session.recording.as_deref().context("no recording was read")?;
+        let mut model = match self.model_file() {
+            Some(path) => read_model(&path)?.model,
+            None => self.preset()?.model(recording)?.with_layers(&plan.layers),
+        };
+        for text in &self.add {
+            let (effect, joints) = parse_place(text, recording.joint_count())?;
+            model = model.with_effect(&effect, &joints)?;
+        }
+        Ok(model)
+    }
+
+    fn preset(&self) -> anyhow::Result<Preset> {
+        let name = self.model.as_deref().unwrap_or(Preset::default().id());
+        Preset::ALL.into_iter().find(|preset| preset.id() == name).with_context(|| {
             let known: Vec<&str> = Preset::ALL.iter().map(|preset| preset.id()).collect();
-            format!("there is no model `{}`; known: {}, or a file saved by `train`", self.model, known.join(", "))
-        })?;
-        let session = Session { plan: self.training.plan(), ..self.session()? };
+            format!("there is no model `{name}`; known: {}, or a file saved by `train`", known.join(", "))
+        })
+    }
+
+    fn with_preset(&self, session: Session) -> anyhow::Result<Session> {
+        let preset = self.preset()?;
         if session.current().is_some() && session.preset == preset {
             return Ok(session);
         }

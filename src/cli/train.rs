@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 use serde::Serialize;
 
@@ -18,6 +18,13 @@ pub struct Train {
     /// Where to save the model: JSON, or an archive of JSON and weights if it has networks.
     #[arg(short, long, value_name = "MODEL")]
     output: Option<PathBuf>,
+    /// Where training with networks saves itself every 5 s and at its end, to be resumed.
+    #[arg(long, value_name = "RUN")]
+    checkpoint: Option<PathBuf>,
+    /// Goes on with the training that --checkpoint saved, as if it had never been interrupted: with its model and settings, on
+    /// the same recordings.
+    #[arg(long, value_name = "RUN")]
+    resume: Option<PathBuf>,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
@@ -35,12 +42,24 @@ struct Answer<'a> {
 }
 
 impl Train {
-    /// Reads, fits, saves, prints.
+    /// Reads, fits, saves, prints. A training that ended early is a failure, but its best weights so far are saved.
     pub fn run(&self) -> anyhow::Result<()> {
-        let session = self.data.session_with_model()?;
+        let session = match &self.resume {
+            Some(run) => self.data.session_resuming(run, self.checkpoint.clone())?,
+            None => self.data.session_keeping(self.checkpoint.clone())?,
+        };
         let step = session.current().context("no model was fitted")?;
+        if self.checkpoint.is_some() && step.run.is_none() {
+            bail!("--checkpoint is for models with networks: this one is solved for at once");
+        }
         if let Some(path) = &self.output {
             write_file(path, &training::fit::to_bytes(&step.fitted)?)?;
+        }
+        if let Some(reason) = step.early_end() {
+            match &self.output {
+                Some(path) => bail!("training ended early: {reason}, saved as {}", path.display()),
+                None => bail!("training ended early: {reason}; name a file with -o to save them"),
+            }
         }
         let evaluation = &step.evaluation;
         if self.json {

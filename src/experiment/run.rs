@@ -266,7 +266,7 @@ fn train_members(
             let part = Monitor::relaying(move |progress| {
                 whole.report((number as f32 + progress.fraction) / count, &progress.activity)
             });
-            let trained = training::fit::fit(&model, &recording, &split, &plan, None, &part, &mut |_| {})?;
+            let trained = training::fit::fit(&model, &recording, &split, &plan, None, &part, &mut |_, _| {})?;
             match trained.ending {
                 Ending::Finished | Ending::GoalReached => trained.fitted,
                 Ending::Stopped(reason) => return Err(crate::progress::Stopped { reason }.into()),

@@ -19,7 +19,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
 use crate::effect::{self, Effect, registry};
-use crate::network::Activation;
 use crate::recording::Recording;
 
 pub use evaluate::{Evaluation, JointError, Prediction};
@@ -199,8 +198,7 @@ impl Preset {
                 vec![Term::RigidBody(RigidBody::Stated(arm))]
             }
             Preset::Learned(preset) => {
-                let layers = Layers { hidden: vec![64, 64], activation: Activation::Tanh };
-                let architecture = preset.architecture(recording.joint_count(), &layers);
+                let architecture = preset.architecture(recording.joint_count(), &Layers::default());
                 architecture.terms.into_iter().map(Term::Learned).collect()
             }
         };
@@ -234,6 +232,15 @@ impl Model {
             model.terms.push(Term::Effect(EffectTerm { effect: id.to_owned(), joint }));
         }
         Ok(model)
+    }
+
+    /// This model with other hidden layers in all its networks.
+    pub fn with_layers(&self, layers: &Layers) -> Model {
+        let change = |term: &Term| match term {
+            Term::Learned(term) => Term::Learned(term.clone().with_layers(layers)),
+            other => other.clone(),
+        };
+        Model { terms: self.terms.iter().map(change).collect() }
     }
 
     /// This model with the rigid body held at the stated arm.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::runs::{Keeper, RunFileError};
 use super::terms::{self, TermEdit};
 use super::{Session, Step};
 use crate::diagnosis;
@@ -16,7 +17,7 @@ use crate::recording::seal::SealError;
 use crate::recording::split::{Split, SplitError};
 use crate::simulation::extrapolation::{self, ExtrapolationError, Stretch};
 use crate::simulation::{self, Scenario, SimulationError};
-use crate::training::fit::Plan;
+use crate::training::fit::{Plan, SavedRun, Trained, WatchRun};
 use crate::training::{self, Ending, TrainError};
 
 /// A change of the session.
@@ -49,6 +50,13 @@ pub enum Command {
         plan: Box<Plan>,
         /// Whether the weights of the current model are where it begins.
         warm: bool,
+    },
+    /// Goes on with a training that was stopped, as if it had never been.
+    Resume(Arc<SavedRun>),
+    /// Takes the model of an earlier training.
+    UseRun {
+        /// Index into [`Session::runs`].
+        run: usize,
     },
     /// Starts the ladder anew from a given model, its parameters identified from this recording.
     UseModel {
@@ -124,6 +132,14 @@ pub enum SessionError {
     /// Terms of a trained model were to be reordered.
     #[error("the order of a trained model's terms is fixed by its networks: reorder the terms of a rigid body")]
     FixedOrder,
+    /// There is no such training.
+    #[error("there are {count} trainings, there is no training {run}")]
+    NoSuchRun {
+        /// Counted from 1.
+        run: usize,
+        /// How many there are.
+        count: usize,
+    },
     /// The current model has the effect already.
     #[error("the model has {0} already")]
     AlreadyThere(String),
@@ -154,6 +170,9 @@ pub enum SessionError {
     /// The error outside the data can't be computed.
     #[error(transparent)]
     Extrapolation(#[from] ExtrapolationError),
+    /// A checkpoint can't be kept.
+    #[error(transparent)]
+    RunFile(#[from] RunFileError),
     /// The seal is damaged.
     #[error(transparent)]
     Seal(#[from] SealError),
@@ -168,6 +187,10 @@ impl Command {
     /// # Errors
     /// [`SessionError`] says what can't be done and how to mend it.
     pub fn run(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
+        Ok(self.carry_out(session, monitor)?.remembering_its_run())
+    }
+
+    fn carry_out(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
         match self {
             Command::Open { paths, options, held_out } => {
                 let import = read::read(paths, options, monitor)?;
@@ -182,6 +205,7 @@ impl Command {
                     split,
                     preset: session.preset,
                     plan: session.plan.clone(),
+                    checkpoint_file: session.checkpoint_file.clone(),
                     ..Session::default()
                 };
                 fitted_if_possible(loaded, monitor)
@@ -197,7 +221,8 @@ impl Command {
             }
             Command::ChoosePreset(preset) => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
-                let step = step(preset.description().to_owned(), preset.model(recording)?, None, session, monitor)?;
+                let model = preset.model(recording)?.with_layers(&session.plan.layers);
+                let step = step(preset.description().to_owned(), model, None, session, monitor)?;
                 Ok(Session { preset: *preset, ladder: vec![step], report: None, ..session.clone() })
             }
             Command::TrainPreset { preset, plan } => {
@@ -210,12 +235,45 @@ impl Command {
                     return Err(SessionError::NothingToTrain);
                 }
                 let planned = Session { plan: plan.as_ref().clone(), ..session.clone() };
-                let before = warm.then_some(&current.fitted);
-                let step = step(current.title.clone(), current.fitted.model.clone(), before, &planned, monitor)?;
+                let (before, model) = match warm {
+                    // Only networks of the same size can begin with its weights.
+                    true => (Some(&current.fitted), current.fitted.model.clone()),
+                    false => (None, current.fitted.model.with_layers(&plan.layers)),
+                };
+                let step = step(current.title.clone(), model, before, &planned, monitor)?;
                 let mut ladder = session.ladder.clone();
                 ladder.pop();
                 ladder.push(step);
                 Ok(Session { ladder, report: None, ..planned })
+            }
+            Command::Resume(run) => {
+                let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+                let is_current = |step: &Arc<Step>| step.run.as_ref().is_some_and(|current| Arc::ptr_eq(current, run));
+                let mut ladder = session.ladder.clone();
+                let title = match ladder.pop_if(|step| is_current(step)) {
+                    Some(step) => step.title.clone(),
+                    None => {
+                        ladder.clear();
+                        run.model.terms.iter().map(Term::label).collect::<Vec<_>>().join(" + ")
+                    }
+                };
+                run.checkpoint.history.iter().for_each(|epoch| session.curve.push(*epoch));
+                ladder.push(trained(title, session, monitor, &mut |watch| {
+                    training::fit::resume(run, recording, &session.split, monitor, watch)
+                })?);
+                Ok(Session { ladder, report: None, plan: run.plan.clone(), ..session.clone() })
+            }
+            Command::UseRun { run } => {
+                let count = session.runs.len();
+                let chosen = session.runs.get(*run).ok_or(SessionError::NoSuchRun { run: run + 1, count })?;
+                let plan = chosen.step().and_then(|step| step.run.as_ref()).map(|run| run.plan.clone());
+                Ok(Session {
+                    preset: chosen.preset,
+                    ladder: chosen.ladder.clone(),
+                    plan: plan.unwrap_or_else(|| session.plan.clone()),
+                    report: None,
+                    ..session.clone()
+                })
             }
             Command::UseModel { model, title } => {
                 let step = step(title.clone(), model.clone(), None, session, monitor)?;
@@ -269,6 +327,8 @@ impl Command {
             Command::ChoosePreset(preset) => format!("start from {}", preset.id()),
             Command::TrainPreset { preset, .. } => format!("train {}", preset.id()),
             Command::Train { warm, .. } => if *warm { "train on" } else { "train anew" }.to_owned(),
+            Command::Resume(_) => "resume training".to_owned(),
+            Command::UseRun { run } => format!("use the model of training {}", run + 1),
             Command::UseModel { title, .. } => format!("start from {title}"),
             Command::Diagnose => "diagnose".to_owned(),
             Command::AddEffect { effect, joints } => format!("add {}", effect_text(effect, joints)),
@@ -283,7 +343,7 @@ impl Command {
     pub fn trains(&self, session: &Session) -> bool {
         match self {
             Command::ChoosePreset(preset) => matches!(preset, Preset::Learned(_)),
-            Command::TrainPreset { .. } | Command::Train { .. } => true,
+            Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) => true,
             Command::UseModel { model, .. } => model.is_learned(),
             Command::AddEffect { .. } | Command::EditTerms(_) => {
                 session.current().is_some_and(|step| step.fitted.model.is_learned())
@@ -294,7 +354,7 @@ impl Command {
 
     /// Whether it takes less than a few milliseconds, so that no job is needed.
     pub fn is_quick(&self) -> bool {
-        matches!(self, Command::GoTo { .. } | Command::OpenSeal)
+        matches!(self, Command::GoTo { .. } | Command::UseRun { .. } | Command::OpenSeal)
     }
 }
 
@@ -322,21 +382,37 @@ pub(super) fn step(
     monitor: &Monitor,
 ) -> Result<Arc<Step>, SessionError> {
     let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
-    let (fitted, history, ending) = if model.is_learned() {
-        let curve = session.curve.clone();
-        let trained =
-            training::fit::fit(&model, recording, &session.split, &session.plan, before, monitor, &mut |epoch| {
-                curve.push(*epoch);
-            })?;
-        if let Ending::Failed(reason) = &trained.ending {
-            return Err(SessionError::TrainingFailed(reason.clone()));
-        }
-        (trained.fitted, trained.history, Some(trained.ending))
-    } else {
-        (model::fit(&model, recording, &session.split, monitor)?, Vec::new(), None)
-    };
+    if model.is_learned() {
+        return trained(title, session, monitor, &mut |watch| {
+            training::fit::fit(&model, recording, &session.split, &session.plan, before, monitor, watch)
+        });
+    }
+    let fitted = model::fit(&model, recording, &session.split, monitor)?;
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    Ok(Arc::new(Step { title, fitted, evaluation, history, ending }))
+    Ok(Arc::new(Step { title, fitted, evaluation, history: Vec::new(), ending: None, run: None }))
+}
+
+/// Follows a training, keeps its checkpoint, and measures what it gives.
+fn trained(
+    title: String,
+    session: &Session,
+    monitor: &Monitor,
+    train: &mut dyn FnMut(&mut WatchRun) -> Result<Trained, TrainError>,
+) -> Result<Arc<Step>, SessionError> {
+    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+    let mut keeper = Keeper::new(session.checkpoint_file.as_deref());
+    let Trained { fitted, ending, history, run } = train(&mut |epoch, run| {
+        session.curve.push(*epoch);
+        if let Err(error) = keeper.epoch(run) {
+            monitor.stop(&error.to_string());
+        }
+    })?;
+    keeper.end(&run)?;
+    if let (Ending::Failed(reason), true) = (&ending, history.is_empty()) {
+        return Err(SessionError::TrainingFailed(reason.clone()));
+    }
+    let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
+    Ok(Arc::new(Step { title, fitted, evaluation, history, ending: Some(ending), run: Some(Arc::new(run)) }))
 }
 
 fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {

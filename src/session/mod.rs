@@ -5,12 +5,15 @@
 
 mod command;
 mod history;
+pub mod runs;
 mod terms;
 
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 pub use command::{Command, SessionError};
 pub use history::History;
+pub use runs::TrainedRun;
 pub use terms::TermEdit;
 
 use crate::diagnosis::Report;
@@ -21,7 +24,7 @@ use crate::recording::mapping::Mapping;
 use crate::recording::seal::Truth;
 use crate::recording::split::Split;
 use crate::simulation::extrapolation::Sweep;
-use crate::training::fit::Plan;
+use crate::training::fit::{Plan, SavedRun};
 use crate::training::{Ending, Epoch};
 
 /// The document.
@@ -41,6 +44,10 @@ pub struct Session {
     pub plan: Plan,
     /// The epochs of the newest training, also while it runs.
     pub curve: Curve,
+    /// Where training saves itself while it runs, if anywhere.
+    pub checkpoint_file: Option<PathBuf>,
+    /// All trainings of this recording, the newest last.
+    pub runs: Vec<TrainedRun>,
     /// The models, each with one effect more than the one before. The first is the bare preset, the last is the current
     /// model. Empty until the first fit.
     pub ladder: Vec<Arc<Step>>,
@@ -67,6 +74,21 @@ pub struct Step {
     pub history: Vec<Epoch>,
     /// How its training ended; `None` if it was identified by least squares.
     pub ending: Option<Ending>,
+    /// Where its training can be resumed; `None` if it was identified by least squares.
+    pub run: Option<Arc<SavedRun>>,
+}
+
+impl Step {
+    /// Why its training ended before its time; `None` if it did not.
+    pub fn early_end(&self) -> Option<String> {
+        match &self.ending {
+            Some(Ending::Failed(reason) | Ending::Stopped(reason)) => Some(format!(
+                "{reason}. What is kept are the best weights so far, of {} epochs",
+                self.history.last().map_or(0, |epoch| epoch.epoch)
+            )),
+            _ => None,
+        }
+    }
 }
 
 /// Epochs that running training adds and a window reads: all copies share one list.

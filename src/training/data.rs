@@ -3,6 +3,7 @@
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 use super::TrainError;
 use crate::model::learned::Architecture;
@@ -18,6 +19,37 @@ pub struct Samples<E: Element> {
     joints: usize,
     columns: usize,
     count: usize,
+}
+
+/// What tells the samples of one run from those of another.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mark {
+    joints: usize,
+    train: usize,
+    held_out: usize,
+    /// Of all values: FNV-1a by words, turned so that all digits take part.
+    hash: u64,
+}
+
+impl Mark {
+    /// The mark of the samples of a run.
+    pub(super) fn of<E: Element>(train: &Samples<E>, held_out: Option<&Samples<E>>) -> Self {
+        let values = train.values.iter().chain(held_out.into_iter().flat_map(|samples| samples.values.iter()));
+        let mix =
+            |hash: u64, value: &E| (hash ^ value.to_f64().to_bits()).wrapping_mul(0x0100_0000_01b3).rotate_left(29);
+        Mark {
+            joints: train.joints,
+            train: train.len(),
+            held_out: held_out.map_or(0, Samples::len),
+            hash: values.fold(0xcbf2_9ce4_8422_2325, mix),
+        }
+    }
+
+    /// In a few words, for messages.
+    pub(super) fn describe(&self) -> String {
+        let Mark { joints, train, held_out, hash } = self;
+        format!("{train} training and {held_out} held-out samples of {joints} joints, check sum {hash:016x}")
+    }
 }
 
 /// Effect columns of one trajectory: `columns[column][joint][sample]`, see [`crate::effect`].

@@ -14,23 +14,32 @@ use zip::{DateTime, ZipArchive, ZipWriter};
 use super::data::Columns;
 use super::effects::{self, AddedEffect};
 use super::learn::{Begin, Ending, Epoch, Outcome, TrainingData, train};
-use super::learned::LearnedModel;
-use super::options::{Options, Recipe, scale_to};
+use super::learned::{Checkpoint, LearnedModel, same_settings};
+use super::options::{Options, Precision, Recipe, scale_to};
 use super::{Samples, TrainError};
 use crate::model::fit::TrainedTerms;
-use crate::model::learned::{Architecture, Features, LearnedTerm, Scales};
+use crate::model::learned::{Architecture, Features, Layers, LearnedTerm, Scales};
 use crate::model::terms::Setting;
 use crate::model::{self, Fitted, Model, ModelError, Parameter, RigidBody, Term};
+use crate::network::Element;
 use crate::progress::Monitor;
 use crate::recording::split::{Segment, Split};
-use crate::recording::{PerJoint, Recording, Trajectory};
+use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
 
 /// How a model of the session is trained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// Whether quantities are scaled to the data (ours) or taken as they are (the paper's).
+    /// Where the settings come from.
     pub recipe: Recipe,
+    /// Hidden layers of all networks of a preset; a model that is given keeps its own.
+    pub layers: Layers,
+    /// How positions enter the networks; those of sliding joints enter as they are.
+    pub features: Features,
+    /// Whether quantities are scaled to the data (ours) or taken as they are (the paper's).
+    pub normalise: bool,
+    /// What is calculated with.
+    pub precision: Precision,
     /// Optimiser, schedule, budget.
     pub options: Options,
     /// Velocities and accelerations enter networks divided by so many times their typical size. A larger number keeps a network
@@ -52,7 +61,20 @@ impl Default for Plan {
 impl Plan {
     /// The plan of a recipe.
     pub fn of(recipe: Recipe) -> Self {
-        Plan { recipe, options: recipe.options(), smoothness: typical() }
+        Plan {
+            recipe,
+            layers: Layers::default(),
+            features: Features::CosSin,
+            normalise: recipe.normalises(),
+            precision: Precision::F32,
+            options: recipe.options(),
+            smoothness: typical(),
+        }
+    }
+
+    /// This plan without what does not change the course of a run.
+    fn course(&self) -> Self {
+        Plan { options: self.options.course(), ..self.clone() }
     }
 }
 
@@ -65,7 +87,23 @@ pub struct Trained {
     pub ending: Ending,
     /// Its epochs.
     pub history: Vec<Epoch>,
+    /// Where it can be resumed.
+    pub run: SavedRun,
 }
+
+/// A training run of a session's model that can be resumed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedRun {
+    /// What is trained.
+    pub model: Model,
+    /// How.
+    pub plan: Plan,
+    /// How far it is.
+    pub checkpoint: Checkpoint,
+}
+
+/// Hears of every epoch, and can ask for the run as it stands after it.
+pub type WatchRun<'a> = dyn FnMut(&Epoch, &dyn Fn() -> SavedRun) + 'a;
 
 /// Trained networks and what they need beside the motion.
 #[derive(Debug)]
@@ -127,10 +165,45 @@ pub fn fit(
     plan: &Plan,
     before: Option<&Fitted>,
     monitor: &Monitor,
-    watch: &mut dyn FnMut(&Epoch),
+    watch: &mut WatchRun,
+) -> Result<Trained, TrainError> {
+    let begin = before.and_then(networks).map_or(Begin::Fresh, Begin::Warm);
+    match plan.precision {
+        Precision::F32 => fit_from::<f32>(model, recording, split, plan, begin, monitor, watch),
+        Precision::F64 => fit_from::<f64>(model, recording, split, plan, begin, monitor, watch),
+    }
+}
+
+/// Goes on with a run on the recording where it began; the result is that of a run that was never interrupted.
+///
+/// # Errors
+/// [`TrainError::OtherCheckpoint`] if recording or split are others than those of the run; else as [`fit`].
+pub fn resume(
+    run: &SavedRun,
+    recording: &Recording,
+    split: &Split,
+    monitor: &Monitor,
+    watch: &mut WatchRun,
+) -> Result<Trained, TrainError> {
+    let SavedRun { model, plan, checkpoint } = run;
+    let begin = Begin::Resume(checkpoint);
+    match plan.precision {
+        Precision::F32 => fit_from::<f32>(model, recording, split, plan, begin, monitor, watch),
+        Precision::F64 => fit_from::<f64>(model, recording, split, plan, begin, monitor, watch),
+    }
+}
+
+fn fit_from<E: Element>(
+    model: &Model,
+    recording: &Recording,
+    split: &Split,
+    plan: &Plan,
+    begin: Begin,
+    monitor: &Monitor,
+    watch: &mut WatchRun,
 ) -> Result<Trained, TrainError> {
     let (effects, setting) = added_effects(model, recording, split, monitor)?;
-    let samples = |segments: &[Segment]| -> Result<Samples<f32>, TrainError> {
+    let samples = |segments: &[Segment]| -> Result<Samples<E>, TrainError> {
         let (mut cuts, mut columns) = (Vec::new(), Vec::new());
         for segment in segments {
             // Effects are computed along the whole trajectory, since they may have an inner state, and cut afterwards.
@@ -146,17 +219,19 @@ pub fn fit(
     };
     let train_samples = samples(&split.train)?;
     let held_out = if split.held_out.is_empty() { None } else { Some(samples(&split.held_out)?) };
-    let architecture = architecture(model, &effects, recording.joint_count(), plan, &train_samples)?;
+    let architecture = architecture(model, &effects, &setting, plan, &train_samples)?;
     let data = TrainingData { train: &train_samples, held_out: held_out.as_ref() };
-    let begin = before.and_then(networks).map_or(Begin::Fresh, Begin::Warm);
-    let Outcome { model: learned, ending, history, .. } =
-        train(&architecture, &plan.options, data, begin, monitor, watch)?;
+    let run = |checkpoint: Checkpoint| SavedRun { model: model.clone(), plan: plan.clone(), checkpoint };
+    let Outcome { model: learned, ending, history, checkpoint } =
+        train(&architecture, &plan.options, data, begin, monitor, &mut |epoch, checkpoint| {
+            watch(epoch, &|| run(checkpoint()));
+        })?;
     if history.is_empty()
         && let Ending::Stopped(reason) = &ending
     {
         return Err(crate::progress::Stopped { reason: reason.clone() }.into());
     }
-    Ok(Trained { fitted: fitted(model, learned, effects, setting)?, ending, history })
+    Ok(Trained { fitted: fitted(model, learned, effects, setting)?, ending, history, run: run(checkpoint) })
 }
 
 fn failed(error: ModelError) -> TrainError {
@@ -189,12 +264,12 @@ fn added_effects(
     Ok((model.effects().zip(shapes).map(added).collect(), solved.setting().clone()))
 }
 
-fn architecture(
+fn architecture<E: Element>(
     model: &Model,
     effects: &[AddedEffect],
-    joints: usize,
+    setting: &Setting,
     plan: &Plan,
-    samples: &Samples<f32>,
+    samples: &Samples<E>,
 ) -> Result<Architecture, TrainError> {
     let mut terms: Vec<LearnedTerm> = Vec::new();
     for term in &model.terms {
@@ -211,8 +286,9 @@ fn architecture(
     if !effects.is_empty() {
         terms.push(LearnedTerm::Columns { names: effects::names(effects)? });
     }
-    let mut architecture = Architecture { joints, features: Features::CosSin, terms, scales: Scales::default() };
-    if plan.recipe == Recipe::Ours {
+    let features = if setting.kinds.contains(&JointKind::Prismatic) { Features::Raw } else { plan.features };
+    let mut architecture = Architecture { joints: setting.kinds.len(), features, terms, scales: Scales::default() };
+    if plan.normalise {
         scale_to(&mut architecture, samples);
     }
     architecture.scales.velocity *= plan.smoothness;
@@ -269,24 +345,86 @@ fn fitted(
     Ok(Fitted::trained(model.clone(), parameters, factors, shapes, setting, networks))
 }
 
-/// Names of the two entries of a file.
+/// Names of the entries of files: of a model, of a run.
 const FITTED: &str = "model.json";
 const NETWORKS: &str = "networks.npz";
+const RUN: &str = "run.json";
+const CHECKPOINT: &str = "checkpoint.npz";
+
+fn damaged(error: impl std::fmt::Display) -> TrainError {
+    TrainError::Damaged(error.to_string())
+}
+
+fn pack(entries: [(&str, Vec<u8>); 2]) -> Result<Vec<u8>, TrainError> {
+    // No time stamps, so that equal contents are equal files.
+    let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in entries {
+        archive.start_file(name, options).map_err(damaged)?;
+        archive.write_all(&bytes).map_err(damaged)?;
+    }
+    Ok(archive.finish().map_err(damaged)?.into_inner())
+}
+
+fn unpack(bytes: &[u8], names: [&str; 2]) -> Result<[Vec<u8>; 2], TrainError> {
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+    let mut entry = |name: &str| -> Result<Vec<u8>, TrainError> {
+        let file = archive.by_name(name).map_err(|error| damaged(format!("`{name}`: {error}")))?;
+        let mut content = Vec::new();
+        file.take(1 << 30).read_to_end(&mut content).map_err(damaged)?;
+        Ok(content)
+    };
+    Ok([entry(names[0])?, entry(names[1])?])
+}
+
+/// What is trained and how; the rest of a run's file is its checkpoint.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RunFile {
+    model: Model,
+    plan: Plan,
+}
+
+impl SavedRun {
+    /// The same run with other settings, as far as they do not change its course: threads, goal and, at a constant rate, the
+    /// number of epochs.
+    ///
+    /// # Errors
+    /// [`TrainError::OtherCheckpoint`] names the first setting that would change it.
+    pub fn with_plan(self, plan: Plan) -> Result<Self, TrainError> {
+        let (own, other) = (self.plan.course(), plan.course());
+        same_settings(&own.options, &other.options)?;
+        same_settings(&own, &other)?;
+        Ok(SavedRun { plan, ..self })
+    }
+
+    /// The run as a file.
+    ///
+    /// # Errors
+    /// As [`to_bytes`].
+    pub fn to_bytes(&self) -> Result<Vec<u8>, TrainError> {
+        let file = RunFile { model: self.model.clone(), plan: self.plan.clone() };
+        pack([(RUN, serde_json::to_vec(&file).map_err(damaged)?), (CHECKPOINT, self.checkpoint.to_bytes()?)])
+    }
+
+    /// A run from the bytes of a file.
+    ///
+    /// # Errors
+    /// [`TrainError::Damaged`] says what is wrong.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrainError> {
+        let [file, checkpoint] = unpack(bytes, [RUN, CHECKPOINT])?;
+        let RunFile { model, plan } = serde_json::from_slice(&file).map_err(damaged)?;
+        Ok(SavedRun { model, plan, checkpoint: Checkpoint::from_bytes(&checkpoint)? })
+    }
+}
 
 /// A fitted model as a file: JSON if it has no networks, else an archive of that JSON and of the weights.
 ///
 /// # Errors
 /// [`TrainError::Damaged`] if the archive can't be written, which memory never refuses.
 pub fn to_bytes(fitted: &Fitted) -> Result<Vec<u8>, TrainError> {
-    let damaged = |error: &dyn std::fmt::Display| TrainError::Damaged(error.to_string());
     let Some(networks) = networks(fitted) else { return Ok(fitted.to_json().into_bytes()) };
-    let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
-    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    for (name, bytes) in [(FITTED, fitted.to_json().into_bytes()), (NETWORKS, networks.to_bytes()?)] {
-        archive.start_file(name, options).map_err(|error| damaged(&error))?;
-        archive.write_all(&bytes).map_err(|error| damaged(&error))?;
-    }
-    Ok(archive.finish().map_err(|error| damaged(&error))?.into_inner())
+    pack([(FITTED, fitted.to_json().into_bytes()), (NETWORKS, networks.to_bytes()?)])
 }
 
 /// A fitted model from the bytes of a file.
@@ -294,21 +432,13 @@ pub fn to_bytes(fitted: &Fitted) -> Result<Vec<u8>, TrainError> {
 /// # Errors
 /// [`TrainError::Damaged`] says what is wrong.
 pub fn from_bytes(bytes: &[u8]) -> Result<Fitted, TrainError> {
-    let damaged = |error: &dyn std::fmt::Display| TrainError::Damaged(error.to_string());
     if !bytes.starts_with(b"PK") {
         let text = std::str::from_utf8(bytes).map_err(|_| TrainError::Damaged("it is not text".to_owned()))?;
-        return Fitted::from_json(text).map_err(|error| damaged(&error));
+        return Fitted::from_json(text).map_err(damaged);
     }
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
-    let mut entry = |name: &str| -> Result<Vec<u8>, TrainError> {
-        let file = archive.by_name(name).map_err(|error| damaged(&error))?;
-        let mut content = Vec::new();
-        file.take(1 << 30).read_to_end(&mut content).map_err(|error| damaged(&error))?;
-        Ok(content)
-    };
-    let text = String::from_utf8(entry(FITTED)?).map_err(|error| damaged(&error))?;
-    let plain = Fitted::from_json(&text).map_err(|error| damaged(&error))?;
-    let learned = LearnedModel::from_bytes(&entry(NETWORKS)?)?;
+    let [text, networks] = unpack(bytes, [FITTED, NETWORKS])?;
+    let plain = Fitted::from_json(&String::from_utf8(text).map_err(damaged)?).map_err(damaged)?;
+    let learned = LearnedModel::from_bytes(&networks)?;
     let shapes = plain.model.terms.iter().zip(plain.shapes()).filter(|(term, _)| matches!(term, Term::Effect(_)));
     let effects: Vec<AddedEffect> = plain
         .model

@@ -11,7 +11,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use super::data::{self, Samples};
+use super::data::{self, Mark, Samples};
 use super::learned::{Checkpoint, LearnedModel};
 use super::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use super::optimiser::{Optimiser, Part};
@@ -99,6 +99,9 @@ pub struct Outcome {
     pub checkpoint: Checkpoint,
 }
 
+/// Hears of every epoch, and can ask for the checkpoint after it.
+pub type Watch<'a> = dyn FnMut(&Epoch, &dyn Fn() -> Checkpoint) + 'a;
+
 /// Trains a model. `watch` hears of every epoch.
 ///
 /// A stop, a loss that is not a number or explodes and a gradient that is exactly zero end the run with the best weights so
@@ -112,7 +115,7 @@ pub fn train<E: Element>(
     data: TrainingData<E>,
     begin: Begin,
     monitor: &Monitor,
-    watch: &mut dyn FnMut(&Epoch),
+    watch: &mut Watch,
 ) -> Result<Outcome, TrainError> {
     let engine = Engine::new(architecture, options, data, begin)?;
     let task = |index: usize, thread: usize| engine.task(index, thread);
@@ -132,6 +135,7 @@ pub(super) struct Engine<'a, E: Element> {
     architecture: &'a Architecture,
     options: &'a Options,
     data: TrainingData<'a, E>,
+    mark: Mark,
     program: Program<E>,
     torque: predict::TorqueProgram<E>,
     /// 1 / variance of the torque of each joint.
@@ -201,9 +205,13 @@ impl<'a, E: Element> Engine<'a, E> {
             }
             loss_weights.push(1.0 / variance);
         }
+        let mark = Mark::of(data.train, data.held_out);
+        if let Begin::Resume(checkpoint) = begin {
+            checkpoint.check(architecture, options, &mark)?;
+        }
         let program = loss_program::<E>(architecture);
         let torque = predict::torque_program(architecture);
-        let weights = first_weights(program.layout(), architecture, options, begin)?;
+        let weights = first_weights(program.layout(), options.seed, begin);
         let mut parts = share_parts(program.layout(), options.optimiser, &weights);
         if let Begin::Resume(checkpoint) = begin {
             for part in parts.iter_mut().flatten() {
@@ -221,6 +229,7 @@ impl<'a, E: Element> Engine<'a, E> {
             architecture,
             options,
             data,
+            mark,
             loss_weights,
             job: AtomicU8::new(GRADIENT),
             step: RwLock::default(),
@@ -324,25 +333,19 @@ fn share_parts<E: Element>(layout: &Layout, optimiser: Optimiser, weights: &[E])
     shares.into_iter().map(|share| share.1).collect()
 }
 
-fn first_weights<E: Element>(
-    layout: &Layout,
-    architecture: &Architecture,
-    options: &Options,
-    begin: Begin,
-) -> Result<Buffer<E>, TrainError> {
-    let mut weights = Buffer::from_slice(&draw_weights::<E>(layout, &mut ChaCha8Rng::seed_from_u64(options.seed)));
+fn first_weights<E: Element>(layout: &Layout, seed: u64, begin: Begin) -> Buffer<E> {
+    let mut weights = Buffer::from_slice(&draw_weights::<E>(layout, &mut ChaCha8Rng::seed_from_u64(seed)));
     match begin {
         Begin::Fresh => {}
         Begin::Warm(model) => model.copy_common(layout, &mut weights),
         Begin::Resume(checkpoint) => {
-            checkpoint.check(architecture, options)?;
             for block in layout.blocks() {
                 let values = checkpoint.weights.get(&block.name).map_or(&[][..], Vec::as_slice);
                 layout.write(block, values, &mut weights);
             }
         }
     }
-    Ok(weights)
+    weights
 }
 
 /// The course of a run, as its leader sees it.
@@ -391,7 +394,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         run
     }
 
-    fn epochs(&mut self, team: &mut Team, monitor: &Monitor, watch: &mut dyn FnMut(&Epoch)) -> Ending {
+    fn epochs(&mut self, team: &mut Team, monitor: &Monitor, watch: &mut Watch) -> Ending {
         let engine = self.engine;
         let (epochs, batch, samples) = (engine.options.epochs, engine.options.batch, engine.data.train.len());
         let batches = samples / batch;
@@ -418,7 +421,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             self.epoch += 1;
             let samples_per_s = ((batches - first) * batch) as f64 / self.epoch_began.elapsed().as_secs_f64();
             let epoch = self.close_epoch(team, samples_per_s);
-            watch(&epoch);
+            watch(&epoch, &|| self.checkpoint());
             if epoch.held_out.is_some_and(|error| engine.options.goal.is_some_and(|goal| error <= goal)) {
                 return Ending::GoalReached;
             }
@@ -510,9 +513,13 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
     }
 
     fn outcome(self, ending: Ending) -> Outcome {
+        let checkpoint = self.checkpoint();
+        Outcome { model: checkpoint.model.clone(), ending, history: self.history, checkpoint }
+    }
+
+    fn checkpoint(&self) -> Checkpoint {
         let engine = self.engine;
         let layout = engine.program.layout();
-        let model = LearnedModel::new(engine.architecture.clone(), layout, &self.best);
         let states = engine.parts.iter().flat_map(|share| {
             let share = lock(share);
             let state = |part: &Part<E>| {
@@ -521,10 +528,11 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             };
             share.iter().map(state).collect::<Vec<_>>()
         });
-        let checkpoint = Checkpoint {
+        Checkpoint {
             options: engine.options.clone(),
+            data: engine.mark.clone(),
             weights: LearnedModel::new(engine.architecture.clone(), layout, &read(&engine.weights)).weights,
-            model: model.clone(),
+            model: LearnedModel::new(engine.architecture.clone(), layout, &self.best),
             states: states.collect(),
             epoch: self.epoch,
             step: self.step,
@@ -532,7 +540,6 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             epoch_loss: self.epoch_loss,
             best_error: self.best_error.is_finite().then_some(self.best_error),
             history: self.history.clone(),
-        };
-        Outcome { model, ending, history: self.history, checkpoint }
+        }
     }
 }

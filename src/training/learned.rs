@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use zip::write::SimpleFileOptions;
 use zip::{DateTime, ZipArchive, ZipWriter};
 
-use super::data::Columns;
+use super::data::{Columns, Mark};
 use super::learn::Epoch;
 use super::options::Options;
 use super::predict::{Components, component_program, torque_program};
@@ -39,6 +39,8 @@ pub struct Checkpoint {
     pub states: BTreeMap<String, Vec<f64>>,
     /// Options of the run.
     pub options: Options,
+    /// What it learns from.
+    pub data: Mark,
     /// Epochs done.
     pub epoch: u64,
     /// Steps done.
@@ -64,6 +66,7 @@ struct Header {
 #[derive(Serialize, Deserialize)]
 struct RunHeader {
     options: Options,
+    data: Mark,
     epoch: u64,
     step: u64,
     first_loss: Option<f64>,
@@ -228,20 +231,18 @@ impl Checkpoint {
     /// Whether a run can go on from here.
     ///
     /// # Errors
-    /// [`TrainError::OtherCheckpoint`] if architecture or options differ.
-    pub fn check(&self, architecture: &Architecture, options: &Options) -> Result<(), TrainError> {
+    /// [`TrainError::OtherCheckpoint`] if samples, architecture or options differ.
+    pub fn check(&self, architecture: &Architecture, options: &Options, data: &Mark) -> Result<(), TrainError> {
+        let other =
+            |what: &str, checkpoint, run| TrainError::OtherCheckpoint { what: what.to_owned(), checkpoint, run };
+        if self.data != *data {
+            return Err(other("set of samples", self.data.describe(), data.describe()));
+        }
         let own = &self.model.architecture;
         if own != architecture {
-            let (checkpoint, run) = (own.describe(), architecture.describe());
-            return Err(TrainError::OtherCheckpoint { what: "architecture", checkpoint, run });
+            return Err(other("architecture", own.describe(), architecture.describe()));
         }
-        // Threads, goal and the number of epochs of a constant rate do not change the course.
-        let course = |options: &Options| Options { threads: None, goal: None, ..options.clone() };
-        if course(&self.options) != course(options) {
-            let (checkpoint, run) = (format!("{:?}", self.options), format!("{options:?}"));
-            return Err(TrainError::OtherCheckpoint { what: "set of options", checkpoint, run });
-        }
-        Ok(())
+        same_settings(&self.options.course(), &options.course())
     }
 
     /// The checkpoint as an NPZ file.
@@ -251,6 +252,7 @@ impl Checkpoint {
     pub fn to_bytes(&self) -> Result<Vec<u8>, TrainError> {
         let run = RunHeader {
             options: self.options.clone(),
+            data: self.data.clone(),
             epoch: self.epoch,
             step: self.step,
             first_loss: self.first_loss,
@@ -273,9 +275,41 @@ impl Checkpoint {
         let (weights, states) = (take(&mut arrays, "newest"), take(&mut arrays, "state"));
         model.check_whole(&model.weights)?;
         model.check_whole(&weights)?;
-        let RunHeader { options, epoch, step, first_loss, epoch_loss, best_error, history } = run;
-        Ok(Checkpoint { model, weights, states, options, epoch, step, first_loss, epoch_loss, best_error, history })
+        let RunHeader { options, data, epoch, step, first_loss, epoch_loss, best_error, history } = run;
+        Ok(Checkpoint {
+            model,
+            weights,
+            states,
+            options,
+            data,
+            epoch,
+            step,
+            first_loss,
+            epoch_loss,
+            best_error,
+            history,
+        })
     }
+}
+
+/// Whether two sets of settings are the same.
+///
+/// # Errors
+/// [`TrainError::OtherCheckpoint`] names the first that differs.
+pub(super) fn same_settings<T: Serialize>(checkpoint: &T, run: &T) -> Result<(), TrainError> {
+    let fields = |settings: &T| match serde_json::to_value(settings) {
+        Ok(serde_json::Value::Object(fields)) => fields,
+        _ => serde_json::Map::new(),
+    };
+    let run = fields(run);
+    for (name, own) in fields(checkpoint) {
+        let theirs = run.get(&name).cloned().unwrap_or_default();
+        if own != theirs {
+            let (checkpoint, run) = (own.to_string(), theirs.to_string());
+            return Err(TrainError::OtherCheckpoint { what: name, checkpoint, run });
+        }
+    }
+    Ok(())
 }
 
 /// Name of the entry that holds the header as JSON.

@@ -22,7 +22,7 @@ pub use components::components;
 pub use data::Samples;
 pub use learn::{Ending, Epoch, Outcome, TrainingData, train};
 pub use learned::LearnedModel;
-pub use options::{Options, Recipe};
+pub use options::{Options, Precision, Recipe};
 
 /// Training can't start.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -90,7 +90,7 @@ pub enum TrainError {
     )]
     OtherCheckpoint {
         /// What differs.
-        what: &'static str,
+        what: String,
         /// In the checkpoint.
         checkpoint: String,
         /// In this run.

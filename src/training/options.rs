@@ -7,7 +7,7 @@ use super::data::Samples;
 use super::optimiser::Optimiser;
 use super::schedule::Schedule;
 use crate::model::learned::{Architecture, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
-use crate::network::{Activation, Element};
+use crate::network::Element;
 
 /// How to train.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +42,19 @@ pub enum Recipe {
     /// Ours: SOAP with a cosine schedule, quantities scaled to the data; converges some hundred times quicker.
     #[default]
     Ours,
+    /// Ours for five times as long.
+    Thorough,
+}
+
+/// What a run calculates with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Precision {
+    /// Single precision: twice as fast, and as accurate on measured data.
+    #[default]
+    F32,
+    /// Double precision.
+    F64,
 }
 
 impl Options {
@@ -66,7 +79,7 @@ impl Options {
             epochs: 60,
             batch: 512,
             rate: 1e-2,
-            schedule: Schedule::Cosine { warm_up: 0.15 },
+            schedule: Schedule::COSINE,
             optimiser: Optimiser::SOAP,
             decay: 0.0,
             seed: 0,
@@ -87,6 +100,13 @@ impl Options {
         }
     }
 
+    /// These options without what does not change the course of a run: threads, goal and, at a constant rate, the number of
+    /// epochs.
+    pub(super) fn course(&self) -> Self {
+        let epochs = if self.schedule == Schedule::Constant { 0 } else { self.epochs };
+        Options { threads: None, goal: None, epochs, ..self.clone() }
+    }
+
     /// Checks that the settings can be used.
     ///
     /// # Errors
@@ -97,6 +117,7 @@ impl Options {
             ("the weight decay", self.decay, (0.0..=10.0).contains(&self.decay), "between 0 and 10"),
             ("the number of epochs", self.epochs as f64, self.epochs > 0, "at least 1"),
             ("the batch", self.batch as f64, (1..=1 << 20).contains(&self.batch), "between 1 and 1048576 samples"),
+            ("the number of threads", self.threads.unwrap_or(1) as f64, self.threads != Some(0), "at least 1"),
         ];
         for (option, value, met, must) in demands {
             if !met {
@@ -113,14 +134,19 @@ impl Recipe {
         match self {
             Recipe::Paper => Options::paper(),
             Recipe::Ours => Options::ours(),
+            Recipe::Thorough => Options::thorough(),
         }
+    }
+
+    /// Whether quantities are scaled to the data; the paper takes them as they are.
+    pub fn normalises(self) -> bool {
+        self != Recipe::Paper
     }
 
     /// The architecture of a preset for these data: 2 × 64 tanh; ours is scaled to them.
     pub fn architecture<E: Element>(self, preset: LearnedPreset, joints: usize, samples: &Samples<E>) -> Architecture {
-        let layers = Layers { hidden: vec![64, 64], activation: Activation::Tanh };
-        let mut architecture = preset.architecture(joints, &layers);
-        if self == Recipe::Ours {
+        let mut architecture = preset.architecture(joints, &Layers::default());
+        if self.normalises() {
             scale_to(&mut architecture, samples);
         }
         architecture

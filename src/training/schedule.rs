@@ -21,6 +21,11 @@ pub enum Schedule {
 }
 
 impl Schedule {
+    /// Half a cosine with the warm-up that SOAP needs.
+    pub const COSINE: Schedule = Schedule::Cosine { warm_up: 0.15 };
+    /// One cycle with its usual peak.
+    pub const ONE_CYCLE: Schedule = Schedule::OneCycle { peak: 0.3 };
+
     /// The factor of step `step` (counted from 0) of `steps`.
     pub fn factor(self, step: u64, steps: u64) -> f64 {
         let at = (step as f64 + 0.5) / steps.max(1) as f64;

@@ -1,22 +1,30 @@
 //! Train: which model, how its networks learn, and the curves while they do and after.
 
-use egui::{Align, Button, DragValue, Layout, ProgressBar, RadioButton, RichText, Ui};
+use std::sync::Arc;
+
+use egui::{Align, Button, Checkbox, Color32, ComboBox, DragValue, Layout, ProgressBar, RadioButton, RichText, Ui};
 
 use crate::app::plot::{Chart, Decimator, ticks};
 use crate::app::shell::thousands;
 use crate::app::state::{Busy, Desk, Order};
 use crate::app::theme::{GAP, PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
+use crate::model::learned::Features;
 use crate::model::{Preset, Term};
+use crate::network::Activation;
 use crate::recording::Recording;
-use crate::session::{Command, Step};
-use crate::training::fit::Plan;
-use crate::training::{Ending, Epoch, Recipe};
+use crate::session::{Command, Step, TrainedRun};
+use crate::training::fit::{Plan, SavedRun};
+use crate::training::optimiser::Optimiser;
+use crate::training::schedule::Schedule;
+use crate::training::{Ending, Epoch, Precision, Recipe};
 
 /// Width of the choices \[points\].
 const CHOICES: f32 = 440.0;
 /// Height of the chart of the learning rate \[points\].
 const RATE: f32 = 112.0;
+/// Height of a line in the list of trainings \[points\].
+const RUN: f32 = 56.0;
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else { return };
@@ -55,11 +63,14 @@ fn course(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     }
     match desk.session.current().cloned() {
         Some(step) if !step.history.is_empty() => {
+            let runs =
+                if desk.session.runs.len() > 1 { 72.0 + RUN * desk.session.runs.len().min(4) as f32 } else { 0.0 };
             let table = 125.0 + 26.0 * recording.joint_count() as f32;
-            let height = ui.available_height() - table;
+            let height = ui.available_height() - table - runs;
             curves(ui, desk, &step.history, height);
             ui.columns(2, |columns| {
                 widgets::card(&mut columns[0], "How it ended", |ui| ending(ui, &step));
+                past_runs(&mut columns[0], desk);
                 super::compare::errors(&mut columns[1], recording, &step);
             });
         }
@@ -126,7 +137,9 @@ fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], height: f32) {
     let rate: Vec<f64> = epochs.iter().map(|epoch| epoch.rate).collect();
     let best: Vec<[f64; 2]> =
         best(epochs).and_then(|epoch| Some([epoch.epoch as f64, log(epoch.held_out?)])).into_iter().collect();
-    let extent = [1.0, x.last().copied().unwrap_or(1.0).max(2.0)];
+    let others = other_curves(desk, palette);
+    let ends = others.iter().filter_map(|other| other.x.last()).chain(x.last()).copied();
+    let extent = [1.0, ends.fold(2.0, f64::max)];
     let training = &mut desk.state.training;
     // Epochs are counted in whole numbers.
     training.cursor = training.cursor.map(f64::round);
@@ -137,9 +150,11 @@ fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], height: f32) {
         }
         // The lines live for this frame only, so their decimation is not to be kept.
         let mut decimator = Decimator::default();
-        Chart::new("errors", "", extent)
-            .logarithmic()
-            .points(&best, palette.text, 4.5)
+        let mut chart = Chart::new("errors", "", extent).logarithmic().points(&best, palette.text, 4.5);
+        for other in &others {
+            chart = chart.curve(&other.name, &other.x, &other.held_out, (other.color, PREDICTED_DASH));
+        }
+        chart
             .curve("loss on train", &x, &loss, palette.nth(0))
             .curve("held-out nMSE", &x, &held_out, (palette.predicted, PREDICTED_DASH))
             .cursor(&mut training.cursor)
@@ -158,10 +173,103 @@ fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], height: f32) {
     });
 }
 
+/// The held-out error of an earlier training.
+struct OtherCurve {
+    name: String,
+    x: Vec<f64>,
+    held_out: Vec<f64>,
+    color: Color32,
+}
+
+/// Which training the current model is.
+fn is_current(desk: &Desk, run: &TrainedRun) -> bool {
+    matches!((run.step(), desk.session.current()), (Some(own), Some(current)) if Arc::ptr_eq(own, current))
+}
+
+fn color_of(run: usize, palette: &Palette) -> Color32 {
+    palette.nth(run + 5).0
+}
+
+fn other_curves(desk: &Desk, palette: &Palette) -> Vec<OtherCurve> {
+    let unseen = &desk.state.training.unseen;
+    let runs = desk.session.runs.iter().enumerate();
+    let shown =
+        runs.filter(|(number, run)| !unseen.contains(number) && (desk.busy.is_some() || !is_current(desk, run)));
+    let error = |epoch: &Epoch| if best_error(epoch) > 0.0 { best_error(epoch).log10() } else { f64::NAN };
+    let curve = |(number, run): (usize, &TrainedRun)| {
+        let step = run.step()?;
+        Some(OtherCurve {
+            name: format!("training {}", number + 1),
+            x: step.history.iter().map(|epoch| epoch.epoch as f64).collect(),
+            held_out: step.history.iter().map(error).collect(),
+            color: color_of(number, palette),
+        })
+    };
+    shown.filter_map(curve).collect()
+}
+
+/// All trainings of this recording, to be compared and chosen from; the newest first.
+fn past_runs(ui: &mut Ui, desk: &mut Desk) {
+    if desk.session.runs.len() < 2 {
+        return;
+    }
+    let palette = Palette::in_ui(ui);
+    let (session, idle) = (desk.session, desk.busy.is_none());
+    widgets::card(ui, "Trainings of this recording", |ui| {
+        for (number, run) in session.runs.iter().enumerate().rev() {
+            let Some((step, saved)) = run.step().and_then(|step| Some((step, step.run.as_ref()?))) else { continue };
+            let current = is_current(desk, run);
+            ui.horizontal(|ui| {
+                let unseen = &mut desk.state.training.unseen;
+                let mut shown = current || !unseen.contains(&number);
+                let color = if current { palette.predicted } else { color_of(number, palette) };
+                let name = RichText::new(format!("training {}", number + 1)).color(color);
+                if ui.add_enabled(!current, Checkbox::new(&mut shown, name)).on_hover_text("Draw its curve").changed() {
+                    if shown {
+                        unseen.remove(&number)
+                    } else {
+                        unseen.insert(number)
+                    };
+                }
+                let error = best(&step.history).map_or(f64::NAN, best_error);
+                ui.label(ticks::number(error)).on_hover_text("The best held-out nMSE, or loss if nothing is held out");
+                if current {
+                    widgets::weak(ui, "the current model");
+                } else if ui.add_enabled(idle, Button::new("Use this model")).clicked() {
+                    desk.orders.push(Order::run(Command::UseRun { run: number }));
+                }
+            });
+            let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+            let text = format!("{}: {}", terms.join(" + "), settings_text(&saved.plan));
+            ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        }
+    });
+}
+
+/// The settings of a training in a line.
+fn settings_text(plan: &Plan) -> String {
+    let options = &plan.options;
+    let hidden: Vec<String> = plan.layers.hidden.iter().map(usize::to_string).collect();
+    format!(
+        "{}, {} {}, {} epochs, batch {}, rate {}, seed {}",
+        recipe_name(plan.recipe),
+        hidden.join(" × "),
+        format!("{:?}", plan.layers.activation).to_lowercase(),
+        thousands_of(options.epochs),
+        options.batch,
+        options.rate,
+        options.seed
+    )
+}
+
+/// What decides which epoch is the best: the held-out error, or the loss where nothing is held out.
+fn best_error(epoch: &Epoch) -> f64 {
+    epoch.held_out.unwrap_or(epoch.loss)
+}
+
 /// The epoch whose weights are kept: of the lowest held-out error, or loss where nothing is held out.
 fn best(epochs: &[Epoch]) -> Option<&Epoch> {
-    let error = |epoch: &Epoch| epoch.held_out.unwrap_or(epoch.loss);
-    epochs.iter().min_by(|one, other| error(one).total_cmp(&error(other)))
+    epochs.iter().min_by(|one, other| best_error(one).total_cmp(&best_error(other)))
 }
 
 fn ending(ui: &mut Ui, step: &Step) {
@@ -211,8 +319,8 @@ fn settings(ui: &mut Ui, desk: &mut Desk) {
         let plan = &mut desk.state.training.plan;
         ui.horizontal(|ui| {
             ui.label("Recipe");
-            for (recipe, name) in [(Recipe::Ours, "ours"), (Recipe::Paper, "the paper's")] {
-                if ui.radio(plan.recipe == recipe, name).clicked() && plan.recipe != recipe {
+            for recipe in [Recipe::Ours, Recipe::Thorough, Recipe::Paper] {
+                if ui.radio(plan.recipe == recipe, recipe_name(recipe)).clicked() && plan.recipe != recipe {
                     let seed = plan.options.seed;
                     *plan = Plan::of(recipe);
                     plan.options.seed = seed;
@@ -221,6 +329,7 @@ fn settings(ui: &mut Ui, desk: &mut Desk) {
         });
         let what = match plan.recipe {
             Recipe::Ours => "SOAP with a cosine schedule, quantities scaled to the data.",
+            Recipe::Thorough => "Ours for five times as long.",
             Recipe::Paper => "Table 1: Adam at a constant rate, quantities as they are.",
         };
         ui.label(RichText::new(what).size(SMALL).color(weak));
@@ -240,6 +349,65 @@ fn settings(ui: &mut Ui, desk: &mut Desk) {
             ui.add(DragValue::new(&mut options.seed)).labelled_by(label.id);
             ui.end_row();
         });
+        egui::CollapsingHeader::new("More settings").show(ui, |ui| more_settings(ui, plan));
+    });
+}
+
+fn recipe_name(recipe: Recipe) -> &'static str {
+    match recipe {
+        Recipe::Ours => "ours",
+        Recipe::Thorough => "thorough",
+        Recipe::Paper => "the paper's",
+    }
+}
+
+/// Networks, optimiser and numbers.
+fn more_settings(ui: &mut Ui, plan: &mut Plan) {
+    fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, value: &mut T, choices: &[(T, &str)]) {
+        ui.label(name);
+        // Settings of an optimiser or schedule that came from elsewhere stay until another one is chosen.
+        let text = choices.iter().find(|(choice, _)| choice == value).map_or("as given", |(_, text)| text);
+        let combo = ComboBox::from_id_salt(name).width(96.0).selected_text(text).show_ui(ui, |ui| {
+            for (choice, text) in choices {
+                ui.selectable_value(value, *choice, *text);
+            }
+        });
+        let text = text.to_owned();
+        combo.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, format!("{name}: {text}")));
+    }
+    egui::Grid::new("more settings").spacing([18.0, 6.0]).show(ui, |ui| {
+        let hidden = &mut plan.layers.hidden;
+        let (mut depth, mut width) = (hidden.len(), hidden.first().copied().unwrap_or(64));
+        let label = ui.label("Hidden layers");
+        let deeper = ui.add(DragValue::new(&mut depth).range(0..=6)).labelled_by(label.id).changed();
+        let label = ui.label("Neurons of each");
+        let wider = ui.add(DragValue::new(&mut width).range(1..=512)).labelled_by(label.id).changed();
+        if deeper || wider {
+            *hidden = vec![width; depth];
+        }
+        ui.end_row();
+        let activations = [
+            (Activation::Tanh, "tanh"),
+            (Activation::Sigmoid, "sigmoid"),
+            (Activation::Softplus, "softplus"),
+            (Activation::Silu, "SiLU"),
+        ];
+        choice(ui, "Activation", &mut plan.layers.activation, &activations);
+        choice(ui, "Angles as", &mut plan.features, &[(Features::CosSin, "cos, sin"), (Features::Raw, "q")]);
+        ui.end_row();
+        choice(
+            ui,
+            "Optimiser",
+            &mut plan.options.optimiser,
+            &[(Optimiser::SOAP, "SOAP"), (Optimiser::ADAM_W, "AdamW")],
+        );
+        let schedules =
+            [(Schedule::Constant, "constant"), (Schedule::COSINE, "cosine"), (Schedule::ONE_CYCLE, "one cycle")];
+        choice(ui, "Schedule", &mut plan.options.schedule, &schedules);
+        ui.end_row();
+        choice(ui, "Precision", &mut plan.precision, &[(Precision::F32, "single"), (Precision::F64, "double")]);
+        choice(ui, "Quantities", &mut plan.normalise, &[(true, "scaled to data"), (false, "as they are")]);
+        ui.end_row();
     });
 }
 
@@ -277,11 +445,25 @@ fn start(ui: &mut Ui, desk: &mut Desk) {
             if on.on_disabled_hover_text("Once this model is trained, from its weights").clicked() {
                 desk.run(Command::Train { plan, warm: true });
             }
+            if let Some(run) = desk.session.current().and_then(|step| stopped_run(step)).cloned() {
+                let resume = ui.add_enabled(idle, Button::new("Resume"));
+                if resume
+                    .on_hover_text("Go on where it was stopped, with its settings, as if it had never been")
+                    .clicked()
+                {
+                    desk.run(Command::Resume(run));
+                }
+            }
         });
         if let Some(problem) = problem {
             ui.label(RichText::new(format!("Can't start: {problem}.")).color(palette.error));
         }
     });
+}
+
+/// The training of a model, if somebody stopped it.
+fn stopped_run(step: &Step) -> Option<&Arc<SavedRun>> {
+    matches!(step.ending, Some(Ending::Stopped(_))).then_some(step.run.as_ref()).flatten()
 }
 
 fn thousands_of(number: u64) -> String {

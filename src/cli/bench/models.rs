@@ -130,7 +130,7 @@ fn one_seed(
     let model = Preset::Learned(preset).model(&recording)?;
     let mut plan = plan.clone();
     plan.options.seed = seed;
-    let trained = fit(&model, &recording, &split, &plan, None, monitor, &mut |_| {})?;
+    let trained = fit(&model, &recording, &split, &plan, None, monitor, &mut |_, _| {})?;
     let test = |(_, speed, range): (&str, f64, f64)| -> anyhow::Result<Errors> {
         let motion =
             Excitation::PaperPointToPoint { trajectories: test_trajectories, duration: 4.0, samples: 400, range };

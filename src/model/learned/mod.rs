@@ -62,6 +62,13 @@ pub struct Layers {
     pub activation: Activation,
 }
 
+impl Default for Layers {
+    /// Those of the paper's table 1.
+    fn default() -> Self {
+        Layers { hidden: vec![64, 64], activation: Activation::Tanh }
+    }
+}
+
 /// One learned term.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -253,6 +260,17 @@ impl LearnedTerm {
             | LearnedTerm::FeedForward { layers, .. } => Some(layers),
             LearnedTerm::Friction | LearnedTerm::Columns { .. } => None,
         }
+    }
+
+    /// This term with other hidden layers, if it has any.
+    pub fn with_layers(mut self, other: &Layers) -> Self {
+        match &mut self {
+            LearnedTerm::StructuredLagrangian { layers, .. }
+            | LearnedTerm::BlackBoxLagrangian { layers }
+            | LearnedTerm::FeedForward { layers, .. } => layers.clone_from(other),
+            LearnedTerm::Friction | LearnedTerm::Columns { .. } => {}
+        }
+        self
     }
 }
 
