@@ -160,7 +160,10 @@ impl Status {
                 State::Open => "open".to_owned(),
             };
             let time = record.as_ref().map_or(String::new(), |record| duration_text(record.seconds));
-            let named = record.map_or(String::new(), |record| record.named.join(" "));
+            let named = record.map_or(String::new(), |record| match record.verdict {
+                Some(verdict) if record.named.is_empty() => format!("nothing ({verdict})"),
+                _ => record.named.join(" "),
+            });
             rows.push(vec![cell.model.name.clone(), (cell.seed + 1).to_string(), time, text, cell.key.clone(), named]);
         }
         println!("{}", table(&["model", "seed", "trained in", " state", " folder", " named by the diagnosis"], &rows));

@@ -3,7 +3,14 @@
 use super::{Experiment, ExperimentError};
 
 /// Name and text of each, in the order in which lists show them.
-pub const ALL: &[(&str, &str)] = &[("table-2", include_str!("../../datasets/experiments/table-2.toml"))];
+pub const ALL: &[(&str, &str)] = &[
+    ("table-2", include_str!("../../datasets/experiments/table-2.toml")),
+    ("velocity", include_str!("../../datasets/experiments/velocity.toml")),
+    ("twin-policies", include_str!("../../datasets/experiments/twin-policies.toml")),
+    ("twin-payload", include_str!("../../datasets/experiments/twin-payload.toml")),
+    ("dfki", include_str!("../../datasets/experiments/dfki.toml")),
+    ("paper-table-3", include_str!("../../datasets/experiments/paper-table-3.toml")),
+];
 
 /// The experiment of this name.
 ///

@@ -127,7 +127,7 @@ pub struct Model {
 pub enum Effects {
     /// These, such as `coulomb-friction@1,2` (joints counted from 1; all joints without `@`).
     Named(Vec<String>),
-    /// Those that the diagnosis names on the training data.
+    /// Those that the diagnosis names on the training data; none if it names none.
     Diagnosed,
 }
 
@@ -135,7 +135,7 @@ pub enum Effects {
 #[serde(deny_unknown_fields)]
 struct Test {
     name: String,
-    /// What differs from the training simulation.
+    /// What differs from the training simulation: its keys, and `more_effects` that come to its effects.
     #[serde(default)]
     simulation: Table,
     /// Its own mixture; that of the training data if not given.
@@ -203,6 +203,8 @@ pub struct Point {
     pub x: f64,
 }
 
+/// In a change of the simulation: effects beside those of the training simulation.
+const MORE_EFFECTS: &str = "more_effects";
 /// Seeds of test data begin here, so that no training set has one of them.
 const FIRST_TEST_SEED: u64 = 1_000_000;
 /// Each part of a mixture has seeds of its own.
@@ -381,7 +383,8 @@ impl Experiment {
             let curve = curve.get_ref();
             curve.values.iter().map(move |&x| {
                 let mut change = curve.simulation.clone();
-                set(&mut change, &curve.key, x);
+                set(&mut change, &curve.key, x)
+                    .ok_or_else(|| format!("curve `{}`: its key `{}` leads nowhere", curve.name, curve.key))?;
                 let source = self.source(&change, curve.mixture.as_deref(), &[], seed)?;
                 let point = Point { curve: curve.name.clone(), axis: curve.axis.clone(), x };
                 Ok(TestSet { name: format!("{} {x}", curve.name), point: Some(point), source })
@@ -407,6 +410,7 @@ impl Experiment {
             let mut table = simulation.get_ref().clone();
             merge(&mut table, change);
             merge(&mut table, mixed);
+            add_effects(&mut table);
             let seed = seed + SEEDS_OF_A_PART * part as u64;
             table.insert("seed".to_owned(), Value::Integer(i64::try_from(seed).map_err(|error| error.to_string())?));
             Scenario::deserialize(Value::Table(table)).map_err(|error| error.to_string().trim().to_owned())
@@ -453,19 +457,38 @@ fn merge(table: &mut Table, change: &Table) {
     }
 }
 
-/// Sets a key such as `motion.range`.
-fn set(table: &mut Table, key: &str, value: f64) {
+/// Moves what stands under `more_effects` behind the `effects`.
+fn add_effects(scenario: &mut Table) {
+    let Some(Value::Array(more)) = scenario.remove(MORE_EFFECTS) else { return };
+    if let Value::Array(effects) = scenario.entry("effects").or_insert_with(|| Value::Array(Vec::new())) {
+        effects.extend(more);
+    }
+}
+
+/// Sets a key such as `motion.range` or `more_effects.0.parameters.0`; `None` if an entry of a list is not there.
+fn set(table: &mut Table, key: &str, value: f64) -> Option<()> {
     match key.split_once('.') {
         None => {
             table.insert(key.to_owned(), Value::Float(value));
+            Some(())
         }
-        Some((first, rest)) => {
-            let inner = table.entry(first).or_insert_with(|| Value::Table(Table::new()));
-            if let Value::Table(inner) = inner {
-                set(inner, rest, value);
-            }
-        }
+        Some((first, rest)) => match table.entry(first).or_insert_with(|| Value::Table(Table::new())) {
+            Value::Table(inner) => set(inner, rest, value),
+            Value::Array(entries) => set_entry(entries, rest, value),
+            _ => None,
+        },
     }
+}
+
+fn set_entry(entries: &mut [Value], key: &str, value: f64) -> Option<()> {
+    let (index, rest) = key.split_once('.').map_or((key, None), |(index, rest)| (index, Some(rest)));
+    match (entries.get_mut(index.parse::<usize>().ok()?)?, rest) {
+        (entry, None) => *entry = Value::Float(value),
+        (Value::Table(inner), Some(rest)) => set(inner, rest, value)?,
+        (Value::Array(inner), Some(rest)) => set_entry(inner, rest, value)?,
+        _ => return None,
+    }
+    Some(())
 }
 
 fn one() -> u64 {
@@ -607,6 +630,10 @@ simulation = { motion = { trajectories = 5 } }
             (("[\"coulomb-friction@1\"]", "\"all\""), vec!["line 18", "either \"diagnosed\" or a list"]),
             (("name = \"far\"", "name = \"iid\""), vec!["two test sets are named `iid`"]),
             (("values = [1.0, 2.0]", "values = []"), vec!["curve `speed` has no values"]),
+            (
+                ("key = \"speed_scale\"", "key = \"motion.range.1\""),
+                vec!["curve `speed`: its key `motion.range.1` leads"],
+            ),
             (("key = \"speed_scale\"", "key = \"sped\""), vec!["unknown field `sped`", "`speed_scale`"]),
         ];
         for ((from, to), parts) in told {

@@ -14,7 +14,6 @@ pub mod summary;
 
 use std::path::PathBuf;
 
-use crate::diagnosis::Verdict;
 use crate::model::ModelError;
 use crate::progress::Stopped;
 use crate::recording::read::ReadError;
@@ -88,9 +87,6 @@ pub enum ExperimentError {
     /// A model or its test set gives no numbers.
     #[error("the error on `{0}` is not a finite number: the model explodes there, or the torque is zero")]
     NotFinite(String),
-    /// The diagnosis names nothing that could be added.
-    #[error("the diagnosis names no effect (verdict: {0:?}), so this model would be its start: leave it out")]
-    NothingNamed(Verdict),
     /// A recording can't be read.
     #[error(transparent)]
     Read(#[from] ReadError),

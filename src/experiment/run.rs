@@ -326,9 +326,6 @@ fn model_of(
                 let joints: Vec<String> = effect.joints.iter().map(|joint| (joint + 1).to_string()).collect();
                 named.push(format!("{}@{}", effect.effect, joints.join(",")));
             }
-            if named.is_empty() {
-                return Err(ExperimentError::NothingNamed(report.verdict));
-            }
             Ok((model, named, Some(format!("{:?}", report.verdict))))
         }
     }

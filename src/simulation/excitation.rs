@@ -49,6 +49,24 @@ pub enum Excitation {
         /// No joint turns faster than this \[rad/s\] (at speed scale 1).
         max_velocity: f64,
     },
+    /// The policy of the paper's real arm (section 4.3.1): C + A Σ Bᵢ sin(ωᵢ t + φᵢ) in each joint, all of them drawn, within a
+    /// part of the space; it starts from rest.
+    SuperposedSines {
+        /// How many runs.
+        trajectories: usize,
+        /// How long each lasts \[s\].
+        duration: f64,
+        /// Samples per second \[Hz\].
+        rate: f64,
+        /// How many sines are added in each joint.
+        sines: usize,
+        /// Lowest frequency that is drawn \[Hz\].
+        lowest_frequency: f64,
+        /// Highest frequency that is drawn \[Hz\], at most half the rate.
+        highest_frequency: f64,
+        /// Smallest and largest position of each joint \[rad\].
+        space: Vec<[f64; 2]>,
+    },
 }
 
 /// The way of one joint over time, twice differentiable.
@@ -99,27 +117,51 @@ impl Excitation {
                 demand("number of harmonics", harmonics as f64, (1..=1000).contains(&harmonics), "between 1 and 1000")?;
                 sensible("duration", duration)?;
                 sensible("rate", rate)?;
-                sensible("lowest frequency", lowest_frequency)?;
-                let ordered = (lowest_frequency..=0.5 * rate).contains(&highest_frequency);
-                demand(
-                    "highest frequency",
-                    highest_frequency,
-                    ordered,
-                    "between the lowest frequency and half the sampling rate",
-                )?;
+                frequencies(lowest_frequency, highest_frequency, rate)?;
                 sensible("largest position", max_position)?;
                 sensible("largest velocity", max_velocity)?;
+            }
+            Excitation::SuperposedSines {
+                trajectories,
+                duration,
+                rate,
+                sines,
+                lowest_frequency,
+                highest_frequency,
+                ref space,
+            } => {
+                counted("number of trajectories", trajectories)?;
+                demand("number of sines", sines as f64, (1..=1000).contains(&sines), "between 1 and 1000")?;
+                sensible("duration", duration)?;
+                sensible("rate", rate)?;
+                frequencies(lowest_frequency, highest_frequency, rate)?;
+                for [low, high] in space {
+                    demand("largest position", *high, low < high && low.is_finite(), "above the smallest position")?;
+                }
             }
         }
         Ok(())
     }
 
+    /// Checks that it can move an arm of so many joints.
+    ///
+    /// # Errors
+    /// [`SimulationError::Space`] if it has the space of more or fewer joints.
+    pub fn check_joints(&self, joints: usize) -> Result<(), SimulationError> {
+        match self {
+            Excitation::SuperposedSines { space, .. } if space.len() != joints => {
+                Err(SimulationError::Space { space: space.len(), joints })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// How many runs it has.
     pub fn trajectory_count(&self) -> usize {
         match self {
-            Excitation::PaperPointToPoint { trajectories, .. } | Excitation::MultiSine { trajectories, .. } => {
-                *trajectories
-            }
+            Excitation::PaperPointToPoint { trajectories, .. }
+            | Excitation::MultiSine { trajectories, .. }
+            | Excitation::SuperposedSines { trajectories, .. } => *trajectories,
         }
     }
 
@@ -132,7 +174,7 @@ impl Excitation {
                 (samples as f64, duration / speed / samples as f64, 0.0)
             }
             // However fast it is travelled, a path is drawn in its own time.
-            Excitation::MultiSine { duration, rate, .. } => {
+            Excitation::MultiSine { duration, rate, .. } | Excitation::SuperposedSines { duration, rate, .. } => {
                 ((duration / speed * rate).round().max(1.0), 1.0 / rate, duration * rate)
             }
         };
@@ -145,10 +187,10 @@ impl Excitation {
 
     /// Draws the way of each joint for one run.
     pub(super) fn draw(&self, joints: usize, random: &mut impl Rng) -> Vec<Path> {
-        (0..joints).map(|_| self.draw_path(random)).collect()
+        (0..joints).map(|joint| self.draw_path(joint, random)).collect()
     }
 
-    fn draw_path(&self, random: &mut impl Rng) -> Path {
+    fn draw_path(&self, joint: usize, random: &mut impl Rng) -> Path {
         match *self {
             Excitation::PaperPointToPoint { duration, range, .. } => {
                 let from = random.random_range(-range..=range);
@@ -181,6 +223,23 @@ impl Excitation {
                     sine.amplitude *= scale;
                 }
                 Path::MultiSine { centre, rise, sines }
+            }
+            Excitation::SuperposedSines { duration, sines, lowest_frequency, highest_frequency, ref space, .. } => {
+                let [low, high] = space[joint];
+                let draw_sine = |_| Sine {
+                    amplitude: random.random_range(0.2..=1.0),
+                    angular_frequency: TAU * random.random_range(lowest_frequency..=highest_frequency),
+                    phase: random.random_range(-PI..=PI),
+                };
+                let mut sines: Vec<Sine> = (0..sines).map(draw_sine).collect();
+                // A in part of what the space allows, C so that the path stays inside.
+                let reach: f64 = sines.iter().map(|sine| sine.amplitude).sum();
+                let amplitude = 0.5 * (high - low) * random.random_range(0.6..=1.0);
+                for sine in &mut sines {
+                    sine.amplitude *= amplitude / reach;
+                }
+                let centre = random.random_range(low + amplitude..=f64::max(low + amplitude, high - amplitude));
+                Path::MultiSine { centre, rise: (0.25 * duration).min(2.0), sines }
             }
         }
     }
@@ -218,6 +277,12 @@ impl Path {
             .map(|point| self.at(duration * point as f64 / points))
             .fold((0.0, 0.0), |(reach, speed), [q, qd, _]| (f64::max(reach, q.abs()), f64::max(speed, qd.abs())))
     }
+}
+
+fn frequencies(lowest: f64, highest: f64, rate: f64) -> Result<(), SimulationError> {
+    sensible("lowest frequency", lowest)?;
+    let ordered = (lowest..=0.5 * rate).contains(&highest);
+    demand("highest frequency", highest, ordered, "between the lowest frequency and half the sampling rate")
 }
 
 /// Rises from 0 to 1 within `rise` with velocity and acceleration 0 at both ends; value and two derivatives.
@@ -295,6 +360,32 @@ mod tests {
             fullest = fullest.max((reach / 2.0).min(1.0)).max(speed / 3.0);
         }
         assert!(fullest > 0.95);
+    }
+
+    #[test]
+    fn superposed_sines_start_from_rest_and_keep_to_their_space() {
+        let space = vec![[-1.6, -0.2], [0.1, 0.5]];
+        let excitation = Excitation::SuperposedSines {
+            trajectories: 1,
+            duration: 10.0,
+            rate: 100.0,
+            sines: 5,
+            lowest_frequency: 0.1,
+            highest_frequency: 0.5,
+            space: space.clone(),
+        };
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        for _ in 0..20 {
+            for (path, [low, high]) in excitation.draw(2, &mut random).iter().zip(&space) {
+                assert_eq!(path.at(0.0)[1..], [0.0, 0.0]);
+                for t in 0..1000 {
+                    let [q, ..] = path.at(0.01 * f64::from(t));
+                    assert!((*low..=*high).contains(&q), "{q} is not in {low}..{high}");
+                }
+            }
+        }
+        let message = excitation.check_joints(3).unwrap_err().to_string();
+        assert!(message.contains("the space of 2 joints, the arm has 3"), "{message}");
     }
 
     #[test]
