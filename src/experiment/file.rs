@@ -630,10 +630,7 @@ simulation = { motion = { trajectories = 5 } }
             (("[\"coulomb-friction@1\"]", "\"all\""), vec!["line 18", "either \"diagnosed\" or a list"]),
             (("name = \"far\"", "name = \"iid\""), vec!["two test sets are named `iid`"]),
             (("values = [1.0, 2.0]", "values = []"), vec!["curve `speed` has no values"]),
-            (
-                ("key = \"speed_scale\"", "key = \"motion.range.1\""),
-                vec!["curve `speed`: its key `motion.range.1` leads"],
-            ),
+            (("key = \"speed_scale\"", "key = \"motion.range.1\""), vec!["line 26", "invalid type: map", "motion"]),
             (("key = \"speed_scale\"", "key = \"sped\""), vec!["unknown field `sped`", "`speed_scale`"]),
         ];
         for ((from, to), parts) in told {
