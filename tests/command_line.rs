@@ -107,8 +107,9 @@ fn a_network_is_trained_saved_measured_and_taken_apart() {
     }
     assert_eq!(table.lines().count(), 1 + 20 * 400);
 
-    let message = fails(&["diagnose", "x.npz", "--model", "structured-delan", "--epochs", "1"], at, 1);
-    assert!(message.contains("rigid-body"), "{message}");
+    let report = json(&["diagnose", "x.npz", "--model", "structured-delan", "--epochs", "1", "--json"], at);
+    assert_eq!(report["effects"][0]["effect"], "viscous-friction", "{report}");
+    assert_eq!(report["effects"][0]["joints"], serde_json::json!([1]));
     let message = fails(&["train", "x.npz", "--model", "ff-nn", "--learning-rate", "1e6", "--batch", "64"], at, 1);
     assert!(message.contains("learning rate"), "{message}");
     let message = fails(&["train", "x.npz", "--model", "ff-nn", "--batch", "100000"], at, 1);

@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+use nalgebra::DVector;
+use rayon::prelude::*;
+
 use crate::effect::{Dimension, Effect, ParameterSpec, Scope, Spec, registry};
 use crate::model::design::{Design, Equations, PreparedColumn};
 use crate::model::fit::{self, Fitted};
@@ -9,10 +12,15 @@ use crate::model::{EffectTerm, Model, ModelError};
 use crate::progress::Monitor;
 use crate::recording::PerJoint;
 
+/// Share of a column's squared length that prices its factor where all candidates explain at once.
+const DAMPING: f64 = 1e-7;
+
 /// The model's columns and those of all candidates, with their normal equations.
 pub struct Library<'a> {
+    /// The model that lacks something.
+    fitted: Fitted,
     /// The prepared data.
-    pub design: &'a Design<'a>,
+    pub design: Design<'a>,
     /// How many columns belong to the model itself.
     pub base: usize,
     /// The candidates.
@@ -68,6 +76,15 @@ impl Group {
         }
     }
 
+    /// Its name and place, for people.
+    pub fn label(&self) -> String {
+        match (self.spec.scope, self.joint) {
+            (Scope::Joint, Some(joint)) => format!("{} on joint {}", self.spec.name, joint + 1),
+            (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", self.spec.name, joint, joint + 1),
+            _ => self.spec.name.to_owned(),
+        }
+    }
+
     /// The model term that it stands for.
     pub fn term(&self) -> EffectTerm {
         EffectTerm { effect: self.spec.id.to_owned(), joint: self.joint }
@@ -82,44 +99,88 @@ impl<'a> Library<'a> {
     /// [`ModelError`] if the model itself can't be computed, or the work was stopped.
     pub fn new(
         fitted: &Fitted,
-        design: &'a Design<'a>,
+        design: Design<'a>,
         effects: &[&'static dyn Effect],
         monitor: &Monitor,
     ) -> Result<(Library<'a>, Vec<String>), ModelError> {
         let model = &fitted.model;
-        let mut columns = fit::prepared_columns(model, design, fitted.shapes())?;
+        let mut columns = fit::prepared_columns(model, &design, fitted.shapes())?;
         let base = columns.len();
-        let mut groups = Vec::new();
-        let mut impossible = Vec::new();
-        for (number, effect) in effects.iter().enumerate() {
+        monitor.report(0.15, "computing candidate effects")?;
+        let mut places: Vec<Group> = Vec::new();
+        for effect in effects {
             let spec = effect.spec();
             for joint in spec.places(0..design.recording.joint_count()) {
-                monitor.report(0.1 + 0.3 * number as f32 / effects.len() as f32, "computing candidate effects")?;
                 if is_covered(model, spec, joint) {
                     continue;
                 }
-                let term = EffectTerm { effect: spec.id.to_owned(), joint };
-                let seen = |shape: &Vec<f64>| half_a_period_was_seen(spec, shape, joint, design);
-                for shape in start_shapes(spec).into_iter().filter(seen) {
-                    match fit::effect_columns(&term, design, &shape) {
-                        Ok(prepared) => {
-                            let first = columns.len();
-                            columns.extend(prepared);
-                            groups.push(Group { spec, joint, shape, columns: first..columns.len() });
-                        }
-                        Err(ModelError::NotApplicable(reason)) => {
-                            impossible.push(reason.to_string());
-                            break;
-                        }
-                        Err(error) => return Err(error),
-                    }
+                let seen = |shape: &Vec<f64>| half_a_period_was_seen(spec, shape, joint, &design);
+                let shapes = start_shapes(spec).into_iter().filter(seen);
+                places.extend(shapes.map(|shape| Group { spec, joint, shape, columns: 0..0 }));
+            }
+        }
+        let prepare = |group: &Group| {
+            monitor.check()?;
+            fit::effect_columns(&group.term(), &design, &group.shape)
+        };
+        let prepared: Vec<Result<Vec<PreparedColumn>, ModelError>> = places.par_iter().map(prepare).collect();
+        let mut groups = Vec::new();
+        let mut impossible = Vec::new();
+        for (group, prepared) in places.into_iter().zip(prepared) {
+            match prepared {
+                Ok(prepared) => {
+                    let first = columns.len();
+                    columns.extend(prepared);
+                    groups.push(Group { columns: first..columns.len(), ..group });
                 }
+                Err(ModelError::NotApplicable(reason)) => impossible.push(reason.to_string()),
+                Err(error) => return Err(error),
             }
         }
         monitor.report(0.4, "normal equations of all candidates")?;
-        let torque = fit::unexplained_torque(model, design);
+        let torque = fit::unexplained_torque(model, &design);
         let equations = design.equations(&columns, &torque);
-        Ok((Library { design, base, groups, equations, columns, torque }, impossible))
+        Ok((Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque }, impossible))
+    }
+
+    /// What one squared unit of a joint's residual says: 1 / variance of what all candidates together can't explain of its
+    /// torque. If that is not white, neighbouring samples say the same again and count as one.
+    pub fn certainty(&self, joint: usize) -> f64 {
+        let (acting, equations) = self.equations.of_joint(joint);
+        let solution = equations.damped(DAMPING).solve();
+        let mut factors = DVector::zeros(self.columns.len());
+        for (&column, &factor) in acting.iter().zip(&solution.factors) {
+            factors[column] = factor;
+        }
+        let free = self.design.sample_count(joint).saturating_sub(solution.rank()).max(1) as f64;
+        // An exact fit has no error to weigh by: rounding would decide.
+        let energy = equations.residual_energy(&solution.factors).max(1e-20 * equations.energy);
+        let correlation = self.design.correlation(&self.columns, &factors, &self.torque, joint);
+        if energy > 0.0 { free / (energy * correlation) } else { 0.0 }
+    }
+
+    /// Takes the load from other factors of the model, and computes anew every column that depends on it. Answers with the
+    /// columns that changed; none if the model identifies no rigid body.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a column can't be computed.
+    pub fn reload(&mut self, factors: &[f64]) -> Result<Vec<Range<usize>>, ModelError> {
+        let Some(body) = self.fitted.body_among(factors) else { return Ok(Vec::new()) };
+        self.design = self.design.with_body(Some(body));
+        let mut changed = Vec::new();
+        if self.fitted.model.depends_on_load() {
+            let own = fit::prepared_columns(&self.fitted.model, &self.design, self.fitted.shapes())?;
+            self.columns.splice(0..self.base, own);
+            self.design.update_equations(&mut self.equations, &self.columns, 0..self.base, &self.torque);
+            changed.push(0..self.base);
+        }
+        for group in 0..self.groups.len() {
+            if self.groups[group].term().depends_on_load() {
+                self.reshape(group, self.groups[group].shape.clone())?;
+                changed.push(self.groups[group].columns.clone());
+            }
+        }
+        Ok(changed)
     }
 
     /// Gives a candidate another shape.
@@ -128,7 +189,7 @@ impl<'a> Library<'a> {
     /// [`ModelError`] if the effect can't be computed with it.
     pub fn reshape(&mut self, group: usize, shape: Vec<f64>) -> Result<(), ModelError> {
         let range = self.groups[group].columns.clone();
-        let prepared = fit::effect_columns(&self.groups[group].term(), self.design, &shape)?;
+        let prepared = fit::effect_columns(&self.groups[group].term(), &self.design, &shape)?;
         self.columns.splice(range.clone(), prepared);
         self.design.update_equations(&mut self.equations, &self.columns, range, &self.torque);
         self.groups[group].shape = shape;

@@ -1,5 +1,7 @@
 //! What a candidate must pass before it is named. Each gate answers with the reason of its refusal.
 
+use rayon::prelude::*;
+
 use super::selection::{MARGIN, Search};
 
 /// Smallest share of the joint's torque (RMS) that is worth naming.
@@ -35,12 +37,11 @@ pub fn check(search: &Search, group: usize) -> Result<(), String> {
     if !is_physical(search, &after, group) {
         return Err("its best parameters have the wrong sign".to_owned());
     }
-    let gains = block_gains(search, before, &after);
-    let confirmed: f64 = gains.iter().sum();
+    let confirmed: f64 = block_gains(search, before, &after).iter().sum();
     if confirmed < CONFIRMED * gain {
         return Err("blocks that were left out do not confirm it".to_owned());
     }
-    if gains.len() >= 3 && paired_t(&gains) < LEAST_T && !is_unopposed(&gains, price) {
+    if !is_confirmed(search, before, &after) {
         return Err("only a few blocks of the recording speak for it".to_owned());
     }
     extrapolates(search, before, &after, gain)
@@ -66,37 +67,48 @@ fn offset_of(search: &Search, groups: &[usize], group: usize) -> Option<usize> {
 
 /// RMS of the group's torque as a share of the RMS of the measured torque, on the joint where it is largest.
 fn torque_share(search: &Search, groups: &[usize], group: usize) -> f64 {
+    (0..search.weights.len()).map(|joint| share_on(search, groups, group, joint)).fold(0.0, f64::max)
+}
+
+/// RMS of the group's torque as a share of the RMS of the measured torque of one joint.
+pub fn share_on(search: &Search, groups: &[usize], group: usize, joint: usize) -> f64 {
     let Some(offset) = offset_of(search, groups, group) else { return 0.0 };
     let solution = search.solve(groups);
     let columns: Vec<usize> = search.library.groups[group].columns.clone().collect();
     let factors = nalgebra::DVector::from_fn(columns.len(), |index, _| solution.factors[offset + index]);
     let equations = &search.library.equations;
-    let share = |joint: usize| {
-        let energy: f64 = (0..equations.block_count())
-            .map(|block| {
-                let gram = &equations.select(block, joint, &columns).gram;
-                factors.dot(&(gram * &factors))
-            })
-            .sum();
-        (energy / search.library.design.energy(joint).max(f64::MIN_POSITIVE)).max(0.0).sqrt()
-    };
-    (0..search.weights.len()).map(share).fold(0.0, f64::max)
+    let energy: f64 = (0..equations.block_count())
+        .map(|block| {
+            let gram = &equations.select(block, joint, &columns).gram;
+            factors.dot(&(gram * &factors))
+        })
+        .sum();
+    (energy / search.library.design.energy(joint).max(f64::MIN_POSITIVE)).max(0.0).sqrt()
 }
 
-/// Whether blocks that were left out prefer the set `after` to `before`: asked where a name with more parameters is to stand
-/// for a simpler one.
+/// Whether blocks that were left out prefer the set `after` to `before`, and not few of them only.
 pub fn is_confirmed(search: &Search, before: &[usize], after: &[usize]) -> bool {
-    let gains = block_gains(search, before, after);
-    gains.len() < 3 || paired_t(&gains) >= LEAST_T || is_unopposed(&gains, search.price)
+    let (gains, shares): (Vec<f64>, Vec<f64>) = left_out_errors(search, before)
+        .into_iter()
+        .zip(left_out_errors(search, after))
+        // The share of the error, too: where another effect is still missing, a few blocks' gains drown all others.
+        .map(|(before, after)| (before - after, (before - after) / (before + after).max(f64::MIN_POSITIVE)))
+        .unzip();
+    gains.len() < 3 || paired_t(&gains) >= LEAST_T || paired_t(&shares) >= LEAST_T || is_unopposed(&gains, search.price)
 }
 
 /// How much each block gains from the step from `before` to `after`, fitted on the other blocks.
 pub fn block_gains(search: &Search, before: &[usize], after: &[usize]) -> Vec<f64> {
-    let blocks = search.library.equations.block_count();
-    if blocks < 2 {
-        return vec![search.cost(before) - search.cost(after)];
+    let errors = left_out_errors(search, before).into_iter().zip(left_out_errors(search, after));
+    errors.map(|(before, after)| before - after).collect()
+}
+
+/// The error of each block with these groups, fitted on the other blocks; of a single block, fitted on itself.
+fn left_out_errors(search: &Search, groups: &[usize]) -> Vec<f64> {
+    match search.library.equations.block_count() {
+        0 | 1 => vec![search.cost(groups)],
+        blocks => (0..blocks).into_par_iter().map(|block| search.error_when(groups, block).1).collect(),
     }
-    (0..blocks).map(|block| search.error_when(before, block).1 - search.error_when(after, block).1).collect()
 }
 
 /// Mean over its standard error.

@@ -58,9 +58,23 @@ pub struct MissingEffect {
     pub nmse_after: Vec<f64>,
     /// Effects that explain nearly as much.
     pub alternatives: Vec<String>,
+    /// The motion that would tell it from the closest of them; `None` without alternatives, or if no motion does better than
+    /// the one at hand.
+    pub telling_motion: Option<TellingMotion>,
     /// Residual without it and what it explains, for plots.
     #[serde(skip)]
     pub evidence: Vec<Evidence>,
+}
+
+/// A motion that would tell an effect from a rival.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TellingMotion {
+    /// What to record, in plain words.
+    pub motion: String,
+    /// Id of the rival.
+    pub against: String,
+    /// So many times the evidence, sample for sample, of the motion at hand.
+    pub gain: f64,
 }
 
 /// The residual of one joint over the state where the effect shows best.

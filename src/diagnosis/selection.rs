@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::candidates::{Group, Library};
 use super::gates;
@@ -22,6 +23,8 @@ pub const MARGIN: f64 = 1.5;
 const MOST_EFFECTS: usize = 24;
 /// Golden-section steps when a shape is refined.
 const REFINEMENTS: usize = 12;
+/// Most rounds of the search, each with a better rigid body.
+const LOAD_ROUNDS: usize = 3;
 /// How many effects have their shape refined before the best is taken.
 const SHORT_LIST: usize = 4;
 
@@ -53,16 +56,7 @@ impl<'a> Search<'a> {
             whole: empty,
             library,
         };
-        search.update();
-        let factors = search.whole.solve().factors;
-        let Library { design, equations, columns, torque, .. } = &search.library;
-        // What all candidates together can't explain and is not white is evidence for none of them: neighbouring samples
-        // say the same again.
-        let mut weights = fit::residual_weights(design, equations, &factors);
-        for (joint, weight) in weights.iter_mut().enumerate() {
-            *weight /= design.correlation(columns, &factors, torque, joint);
-        }
-        search.weights = weights;
+        search.weights = (0..joints).map(|joint| search.library.certainty(joint)).collect();
         search.update();
         search
     }
@@ -164,18 +158,55 @@ impl<'a> Search<'a> {
 
     /// Runs the search to its end. Candidates that had evidence but failed a gate come back with the reason.
     ///
+    /// The effects that were found correct the rigid body, and with it the candidates that depend on its torque; so the search
+    /// goes on until they change nothing.
+    ///
     /// # Errors
     /// [`ModelError`] if it was stopped or a column can't be computed.
     pub fn run(&mut self, monitor: &Monitor) -> Result<Vec<(usize, String)>, ModelError> {
         let mut refused: Vec<(usize, String)> = Vec::new();
-        for step in 0..MOST_EFFECTS {
-            monitor.report(0.45 + 0.01 * step as f32, "searching for missing effects")?;
-            let Some(group) = self.next_best(&mut refused)? else { break };
-            self.active = self.with(group);
+        for round in 0..LOAD_ROUNDS {
+            let before = self.active.clone();
+            refused.clear();
+            for step in 0..MOST_EFFECTS {
+                monitor.report(0.45 + 0.1 * round as f32 + 0.004 * step as f32, "searching for missing effects")?;
+                let Some(group) = self.next_best(&mut refused)? else { break };
+                self.active = self.with(group);
+                if self.library.groups[group].term().depends_on_load() {
+                    self.reload()?;
+                }
+                self.settle()?;
+            }
+            if self.active == before || !self.reload()? {
+                break;
+            }
             self.settle()?;
         }
         refused.retain(|(group, _)| !self.active.contains(group));
         Ok(refused)
+    }
+
+    /// Gives a candidate another shape.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the effect can't be computed with it.
+    pub fn reshape(&mut self, group: usize, shape: Vec<f64>) -> Result<(), ModelError> {
+        self.library.reshape(group, shape)?;
+        self.update_columns(self.library.groups[group].columns.clone());
+        Ok(())
+    }
+
+    /// Takes the load from the rigid body as it is identified beside the effects found; whether any column changed.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a column can't be computed.
+    pub fn reload(&mut self) -> Result<bool, ModelError> {
+        let factors = self.solve(&self.active).factors;
+        let changed = self.library.reload(&factors.as_slice()[..self.library.base])?;
+        for columns in &changed {
+            self.update_columns(columns.clone());
+        }
+        Ok(!changed.is_empty())
     }
 
     /// Settles the set after a change: superfluous effects leave, rivals that explain more take over, shapes are refined
@@ -194,19 +225,17 @@ impl<'a> Search<'a> {
     fn next_best(&mut self, refused: &mut Vec<(usize, String)>) -> Result<Option<usize>, ModelError> {
         loop {
             let now = self.priced_cost(&self.active);
-            let mut scored: Vec<(usize, f64)> = Vec::new();
-            for group in 0..self.library.groups.len() {
+            let score = |group: usize| {
                 let candidate = &self.library.groups[group];
                 let is_refused =
                     refused.iter().any(|(other, _)| self.library.groups[*other].same_place_and_effect(candidate));
                 if is_refused || !self.is_open(group) {
-                    continue;
+                    return None;
                 }
                 let score = now - self.priced_cost(&self.with(group));
-                if score > 0.0 && !self.is_absorbed(group, &self.active) {
-                    scored.push((group, score));
-                }
-            }
+                (score > 0.0 && !self.is_absorbed(group, &self.active)).then_some((group, score))
+            };
+            let scored: Vec<(usize, f64)> = (0..self.library.groups.len()).into_par_iter().filter_map(score).collect();
             let Some(group) = self.best_when_refined(scored)? else { return Ok(None) };
             match gates::check(self, group) {
                 Ok(()) => return Ok(Some(group)),
@@ -282,8 +311,7 @@ impl<'a> Search<'a> {
             }
         }
         if least < start {
-            self.library.reshape(group, shape)?;
-            self.update_columns(candidate.columns);
+            self.reshape(group, shape)?;
         }
         Ok(())
     }

@@ -7,10 +7,10 @@ pub struct FrictionDrift;
 static SPEC: Spec = Spec {
     id: "friction-drift",
     name: "friction drift",
-    formula: "tau = r * t * sign(qd)",
-    typeset: r"\tau = r\,t\,\mathrm{sign}(\dot q)",
+    formula: "tau = (tau_c + r * t) * sign(qd)",
+    typeset: r"\tau = (\tau_c + r\,t)\,\mathrm{sign}(\dot q)",
     description: "Grease warms up and friction falls, a seal swells and it grows. Time counts from the start of \
-                  each trajectory.",
+                  each trajectory. It contains Coulomb friction (tau_c), the level at the start.",
     fingerprint: "Residual against time: a wedge that opens or closes, its sign that of the velocity.",
     absorbed: "Nothing. In short recordings its mean looks like Coulomb friction.",
     look_alikes: &[LookAlike {
@@ -20,15 +20,25 @@ static SPEC: Spec = Spec {
     source: "Simoni et al., Robotica, 10.1017/S0263574717000509",
     scope: Scope::Joint,
     axis: Axis::Time,
-    parameters: &[ParameterSpec {
-        name: "drift_rate",
-        symbol: "r",
-        dimension: Dimension::TorqueRate,
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[
+        ParameterSpec {
+            name: "coulomb_torque",
+            symbol: "τ_c",
+            dimension: Dimension::Torque,
+            min: 0.0,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+        ParameterSpec {
+            name: "drift_rate",
+            symbol: "r",
+            dimension: Dimension::TorqueRate,
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+    ],
+    includes: &["coulomb-friction"],
 };
 
 impl Effect for FrictionDrift {
@@ -39,8 +49,8 @@ impl Effect for FrictionDrift {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
         let Trajectory { time, qd, .. } = motion.trajectory;
         let start = time.first().copied().unwrap_or(0.0);
-        let friction = time.iter().zip(&qd[joint]).map(|(time, &qd)| (time - start) * sign(qd));
-        Ok(vec![Column::on_joint(joint, friction)])
+        let drift = time.iter().zip(&qd[joint]).map(|(time, &qd)| (time - start) * sign(qd));
+        Ok(vec![Column::on_joint(joint, qd[joint].iter().map(|&qd| sign(qd))), Column::on_joint(joint, drift)])
     }
 }
 
@@ -49,12 +59,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn starts_at_nothing_and_grows() {
+    fn starts_at_the_coulomb_level_and_changes() {
         let mut sample = testing::Sample::new();
         sample.trajectory.time.iter_mut().for_each(|time| *time += 5.0);
-        let torque = torque(&FrictionDrift, &sample.motion(), 1, &[-0.4]).unwrap();
+        let torque = torque(&FrictionDrift, &sample.motion(), 1, &[0.3, -0.4]).unwrap();
         for (t, &qd) in sample.trajectory.qd[1].iter().enumerate() {
-            assert!((torque[1][t] + 0.4 * 0.01 * t as f64 * sign(qd)).abs() < 1e-12);
+            assert!((torque[1][t] - (0.3 - 0.4 * 0.01 * t as f64) * sign(qd)).abs() < 1e-12);
         }
     }
 }

@@ -6,25 +6,35 @@ pub struct OffsetDrift;
 static SPEC: Spec = Spec {
     id: "offset-drift",
     name: "offset drift",
-    formula: "tau = r * t",
-    typeset: r"\tau = r\,t",
+    formula: "tau = tau_0 + r * t",
+    typeset: r"\tau = \tau_0 + r\,t",
     description: "A torque sensor that warms up after it was set to zero. Time counts from the start of each \
-                  trajectory.",
-    fingerprint: "Residual against time: a straight line from zero in every trajectory.",
+                  trajectory. It contains a torque offset (tau_0), the drift up to then.",
+    fingerprint: "Residual against time: a straight line in every trajectory.",
     absorbed: "Nothing. In short recordings its mean looks like a torque offset.",
     look_alikes: &[],
     source: "The offset of Janot, Gautier and Brunot, the EMPS benchmark, with a rate",
     scope: Scope::Joint,
     axis: Axis::Time,
-    parameters: &[ParameterSpec {
-        name: "drift_rate",
-        symbol: "r",
-        dimension: Dimension::TorqueRate,
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[
+        ParameterSpec {
+            name: "offset",
+            symbol: "τ_0",
+            dimension: Dimension::Torque,
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+        ParameterSpec {
+            name: "drift_rate",
+            symbol: "r",
+            dimension: Dimension::TorqueRate,
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+            role: Role::Linear,
+        },
+    ],
+    includes: &["torque-offset"],
 };
 
 impl Effect for OffsetDrift {
@@ -35,7 +45,10 @@ impl Effect for OffsetDrift {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
         let time = &motion.trajectory.time;
         let start = time.first().copied().unwrap_or(0.0);
-        Ok(vec![Column::on_joint(joint, time.iter().map(|time| time - start))])
+        Ok(vec![
+            Column::on_joint(joint, time.iter().map(|_| 1.0)),
+            Column::on_joint(joint, time.iter().map(|time| time - start)),
+        ])
     }
 }
 
@@ -44,10 +57,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn starts_at_nothing_and_grows() {
+    fn starts_at_the_offset_and_grows() {
         let mut sample = testing::Sample::new();
         sample.trajectory.time.iter_mut().for_each(|time| *time += 5.0);
-        let torque = torque(&OffsetDrift, &sample.motion(), 1, &[-0.4]).unwrap();
-        assert!(torque[1].iter().enumerate().all(|(t, value)| (value + 0.4 * 0.01 * t as f64).abs() < 1e-12));
+        let torque = torque(&OffsetDrift, &sample.motion(), 1, &[0.3, -0.4]).unwrap();
+        assert!(torque[1].iter().enumerate().all(|(t, value)| (value - 0.3 + 0.4 * 0.01 * t as f64).abs() < 1e-12));
     }
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::least_squares::NormalEquations;
 use super::preparation::Preparation;
@@ -203,7 +204,7 @@ impl<'a> Design<'a> {
             };
             on_joint.iter().enumerate().map(of_joint).collect()
         };
-        let parts = self.blocks.iter().map(of_block).collect();
+        let parts = self.blocks.par_iter().map(of_block).collect();
         Equations { count: columns.len(), on_joint, parts }
     }
 
@@ -347,6 +348,14 @@ impl Equations {
             sum.moment[to] += weight * part.moment[j];
         }
         sum.energy += weight * part.energy;
+    }
+
+    /// The equations of one joint on all blocks, and the columns that act there, in which they are written.
+    pub fn of_joint(&self, joint: usize) -> (&[usize], NormalEquations) {
+        let acting = &self.on_joint[joint];
+        let mut sum = NormalEquations::empty(acting.len());
+        self.parts.iter().for_each(|joints| sum.add(&joints[joint], 1.0));
+        (acting, sum)
     }
 
     /// The equations of one block and joint in a selection of columns.

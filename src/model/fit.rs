@@ -130,8 +130,7 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
     if let Some(term) = model.terms.iter().find(|term| matches!(term, Term::Learned(_))) {
         return Err(ModelError::Learned(term.label()));
     }
-    let depends = |term: &EffectTerm| term.find().is_ok_and(|effect| effect.depends_on_load());
-    if !model.effects().any(depends) {
+    if !model.depends_on_load() {
         return fit_with_load(model, design, monitor);
     }
     if model.is_pinned() {
@@ -140,7 +139,7 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
     // The load follows from the body that is identified beside it.
     let mut fitted = fit_with_load(model, design, monitor)?;
     for _ in 0..LOAD_ROUNDS {
-        let Some(body) = fitted.body_factors() else { break };
+        let Some(body) = fitted.body_among(&fitted.factors) else { break };
         fitted = fit_with_load(model, &design.with_body(Some(body)), monitor)?;
     }
     Ok(fitted)
@@ -491,19 +490,13 @@ impl Fitted {
         Ok(Prediction::sum_of(terms, zero))
     }
 
-    /// Factors of the identified rigid body, if the model has one.
-    fn body_factors(&self) -> Option<Vec<f64>> {
+    /// Factors of the identified rigid body among those of all terms, if the model has one.
+    pub(crate) fn body_among(&self, factors: &[f64]) -> Option<Vec<f64>> {
         let identified = |term: &Term| *term == Term::RigidBody(RigidBody::Identified);
         let body = self.model.terms.iter().position(identified)?;
-        let factors = self.model.factors(&self.setting).ok()?;
-        Some(
-            factors
-                .iter()
-                .zip(&self.factors)
-                .filter(|(factor, _)| factor.term == body)
-                .map(|(_, &value)| value)
-                .collect(),
-        )
+        let named = self.model.factors(&self.setting).ok()?;
+        let of_body = named.iter().zip(factors).filter(|(factor, _)| factor.term == body);
+        Some(of_body.map(|(_, &value)| value).collect())
     }
 
     /// The parameters of one term.

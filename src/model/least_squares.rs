@@ -27,6 +27,13 @@ pub struct Solution {
     pub residual_energy: f64,
 }
 
+impl Solution {
+    /// How many factors the data can show.
+    pub fn rank(&self) -> usize {
+        self.identified.iter().filter(|&&identified| identified).count()
+    }
+}
+
 /// Least share of a column's squared length that must be left after the columns before it, for it to count as independent.
 const INDEPENDENT: f64 = 1e-10;
 
@@ -55,6 +62,16 @@ impl NormalEquations {
     /// ‖y − Xβ‖² for given factors; never negative.
     pub fn residual_energy(&self, factors: &DVector<f64>) -> f64 {
         (self.energy - 2.0 * factors.dot(&self.moment) + factors.dot(&(&self.gram * factors))).max(0.0)
+    }
+
+    /// The equations of the same data with a price on large factors: `share` of its squared length for each column. So many
+    /// columns that hardly differ can't blow each other up.
+    pub fn damped(&self, share: f64) -> NormalEquations {
+        let mut damped = self.clone();
+        for i in 0..self.moment.len() {
+            damped.gram[(i, i)] *= 1.0 + share;
+        }
+        damped
     }
 
     /// Least squares by Cholesky on scaled columns. Of columns that can't be told apart the first is kept, the others get

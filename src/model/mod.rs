@@ -130,12 +130,6 @@ pub enum ModelError {
     /// A model with networks was to be solved for.
     #[error("{0} is a network: it is trained, not identified by least squares")]
     Learned(String),
-    /// The diagnosis does not know what networks absorb.
-    #[error(
-        "the model has a {0} term, and what a network absorbs of an effect is not known: diagnose the same recording with \
-         the preset `rigid-body`, then add what it names to the network"
-    )]
-    Undiagnosable(String),
     /// A trained network can't be used here.
     #[error("{0}")]
     Network(String),
@@ -207,6 +201,11 @@ impl Preset {
 }
 
 impl Model {
+    /// Whether the torque of one of its effects follows from that of the rigid body.
+    pub fn depends_on_load(&self) -> bool {
+        self.effects().any(EffectTerm::depends_on_load)
+    }
+
     /// This model with an effect more: on each of `joints`, or on the whole arm if the effect is one of the whole arm.
     ///
     /// Effects that the new one includes (Stribeck includes Coulomb) are replaced. An effect that is there already is

@@ -178,6 +178,11 @@ fn regressor_columns(setting: &Setting, trajectory: &Trajectory) -> Vec<Column> 
 }
 
 impl EffectTerm {
+    /// Whether its torque follows from that of the rigid body.
+    pub fn depends_on_load(&self) -> bool {
+        self.find().is_ok_and(|effect| effect.depends_on_load())
+    }
+
     /// Factors of the effect: its linear parameters.
     pub(super) fn factors(&self, term: usize, setting: &Setting) -> Result<Vec<Factor>, ModelError> {
         let kind = setting.kinds[self.joint.unwrap_or(0)];

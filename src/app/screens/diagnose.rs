@@ -11,7 +11,7 @@ use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
 use crate::effect::{Scope, Spec, registry};
-use crate::model::{Parameter, Preset};
+use crate::model::Parameter;
 use crate::recording::{Recording, joints_text};
 use crate::session::Command;
 
@@ -21,15 +21,14 @@ const LIST: f32 = 400.0;
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else { return };
     let Some(report) = desk.session.report.clone() else {
-        let sentence = "Every known effect is laid beside the model and judged on data that it has not seen.";
+        let sentence = if desk.session.current().is_some_and(|step| step.fitted.model.is_learned()) {
+            "Every known effect is laid beside the rigid body that the network stands for, and judged on data that it has not \
+             seen."
+        } else {
+            "Every known effect is laid beside the model and judged on data that it has not seen."
+        };
         if let Some(Busy { name, progress, .. }) = desk.busy {
             widgets::empty(ui, "Looking for what is missing…", &format!("{name}: {}", progress.activity), "");
-        } else if desk.session.current().is_some_and(|step| step.fitted.model.is_learned()) {
-            let sentence = "What networks absorb of an effect is not known, so a trained model can't be asked what it lacks.\n\
-                            A rigid body can: diagnose it, then add what it names. Undo brings the trained model back.";
-            if widgets::empty(ui, "The diagnosis needs a rigid body", sentence, "Start from the rigid body") {
-                desk.run(Command::ChoosePreset(Preset::RigidBody));
-            }
         } else if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
             desk.run(Command::Diagnose);
         }
@@ -64,7 +63,13 @@ fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
             ("nothing missing", palette.good, "Nothing is missing that these data could show.".to_owned())
         }
         Verdict::UnknownEffect => {
-            ("unknown effect", palette.warning, "Something is missing that no known effect explains.".to_owned())
+            let stand_ins =
+                if named.is_empty() { String::new() } else { format!("; {} may stand in for it", named.join(" and ")) };
+            (
+                "unknown effect",
+                palette.warning,
+                format!("Something is missing that no known effect explains{stand_ins}."),
+            )
         }
     };
     ui.horizontal(|ui| {

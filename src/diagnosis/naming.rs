@@ -1,0 +1,174 @@
+//! Names for what was found, each with the probability that it is right and the effects that explain nearly as much.
+
+use std::collections::BTreeMap;
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::gates;
+use super::selection::Search;
+use super::stated_arm::{self, Comparison};
+use crate::arm::Arm;
+use crate::effect::Scope;
+use crate::recording::Recording;
+
+/// A rival counts as an alternative if its evidence is this close (in the units of ln likelihood, doubled).
+const CLOSE: f64 = 6.0;
+/// A rival counts as an alternative too if it explains all but this share of what the effect explains.
+const NEARLY_AS_MUCH: f64 = 0.05;
+/// No finding is given a higher confidence: data alone never make certain.
+const HIGHEST_CONFIDENCE: f64 = 0.99;
+/// The same for effects in odd company.
+const HIGHEST_IN_ODD_COMPANY: f64 = 0.45;
+/// Effects that nearly every joint has; they are no odd company.
+const COMMON: [&str; 4] = ["viscous-friction", "coulomb-friction", "stribeck-friction", "torque-offset"];
+
+/// One effect with all joints where it was found.
+pub struct Named {
+    /// Its id.
+    pub effect: &'static str,
+    /// Counted from 0.
+    pub joints: Vec<usize>,
+    /// Drop of the weighted squared error.
+    pub gain: f64,
+    /// Probability that it is this effect.
+    pub confidence: f64,
+    /// Effects that explain nearly as much.
+    pub alternatives: Vec<String>,
+    /// The group with the largest gain, and its best rival.
+    pub rival: Option<(usize, usize)>,
+    /// Whether it needs the rigid body held at the stated arm.
+    pub pins: bool,
+}
+
+/// What is said of one group.
+struct Judgement {
+    gain: f64,
+    confidence: f64,
+    alternatives: Vec<String>,
+    /// The rival that comes closest.
+    rival: Option<usize>,
+}
+
+/// The groups that were found, the same effect on several joints once, the largest gain first; those that need the stated
+/// arm last.
+pub fn name_effects(search: &Search, comparison: &Comparison, recording: &Recording) -> Vec<Named> {
+    let mut by_effect: BTreeMap<&'static str, Named> = BTreeMap::new();
+    let mut add = |group: usize, judgement: Judgement, pins: bool| {
+        let place = &search.library.groups[group];
+        let named = by_effect.entry(place.spec.id).or_insert(Named {
+            effect: place.spec.id,
+            joints: Vec::new(),
+            gain: 0.0,
+            confidence: 1.0,
+            alternatives: Vec::new(),
+            rival: None,
+            pins: false,
+        });
+        named.pins |= pins;
+        match place.joint {
+            Some(joint) => named.joints.push(joint),
+            None => named.joints.extend(0..recording.joint_count()),
+        }
+        named.gain += judgement.gain;
+        named.confidence = named.confidence.min(judgement.confidence);
+        if !judgement.alternatives.is_empty() {
+            named.rival = named.rival.or(judgement.rival.map(|rival| (group, rival)));
+        }
+        named.alternatives.extend(judgement.alternatives);
+    };
+    for &group in &search.active {
+        let mut judgement = judge(search, group);
+        if is_in_odd_company(search, group) {
+            judgement.confidence = judgement.confidence.min(HIGHEST_IN_ODD_COMPANY);
+        }
+        add(group, judgement, false);
+    }
+    if let (Comparison::Explained(found), Some(arm)) = (comparison, &recording.stated_arm) {
+        for &group in found {
+            add(group, judge_absorbed(search, arm, found, group), true);
+        }
+    }
+    let mut named: Vec<Named> = by_effect.into_values().collect();
+    for effect in &mut named {
+        effect.confidence = effect.confidence.min(HIGHEST_CONFIDENCE);
+        effect.joints.sort_unstable();
+        effect.alternatives.sort();
+        effect.alternatives.dedup();
+    }
+    named.sort_by(|a, b| a.pins.cmp(&b.pins).then(b.gain.total_cmp(&a.gain)));
+    named
+}
+
+/// Gain of one effect of the set, the probability that it and not a rival is there, and the rivals that come close.
+fn judge(search: &Search, group: usize) -> Judgement {
+    let groups = &search.library.groups;
+    let without: Vec<usize> = search.active.iter().copied().filter(|&other| other != group).collect();
+    let gain = search.cost(&without) - search.cost(&search.active);
+    let price = groups[group].parameter_count() as f64 * search.price;
+    let mut confidence = f64::min(odds(gain - price), certainty(search, &without));
+    let mut alternatives = Vec::new();
+    let mut closest: Option<(f64, usize)> = None;
+    for (set, rival) in search.rivals(group) {
+        let worse = search.cost(&set) - search.cost(&search.active);
+        let priced = search.priced_cost(&set) - search.priced_cost(&search.active);
+        // A rival that contains the effect explains as much by itself; it is one only if its surplus is worth its price.
+        let contains = groups[rival].includes(&groups[group]);
+        if !contains {
+            confidence = confidence.min(odds(priced));
+        }
+        let is_simpler = groups[rival].parameter_count() <= groups[group].parameter_count();
+        if priced < CLOSE || (!contains && is_simpler && worse < NEARLY_AS_MUCH * gain) {
+            alternatives.push(groups[rival].spec.id.to_owned());
+            if closest.is_none_or(|(least, _)| priced < least) {
+                closest = Some((priced, rival));
+            }
+        }
+    }
+    Judgement { gain, confidence, alternatives, rival: closest.map(|(_, rival)| rival) }
+}
+
+/// The same for an effect that the base parameters absorb and the stated arm brings to light.
+fn judge_absorbed(search: &Search, arm: &Arm, found: &[usize], group: usize) -> Judgement {
+    let groups = &search.library.groups;
+    let mut judgement = Judgement { gain: 0.0, confidence: 1.0, alternatives: Vec::new(), rival: None };
+    for rival in (0..groups.len()).filter(|rival| !found.contains(rival)) {
+        if !search.is_absorbed(rival, &[]) || groups[rival].same_place_and_effect(&groups[group]) {
+            continue;
+        }
+        let worse = stated_arm::rival_cost(search, arm, found, group, rival);
+        judgement.confidence = judgement.confidence.min(odds(worse));
+        if worse < CLOSE {
+            judgement.alternatives.push(groups[rival].label());
+        }
+    }
+    judgement
+}
+
+/// Whether another effect of the same joint shows over the same state, neither of them common. Two such together can copy
+/// nearly any function of that state, so they may stand in for one effect that is not in the catalogue.
+fn is_in_odd_company(search: &Search, group: usize) -> bool {
+    let groups = &search.library.groups;
+    let is_odd = |group: usize| groups[group].spec.scope == Scope::Joint && !COMMON.contains(&groups[group].spec.id);
+    let is_company = |&other: &usize| {
+        other != group
+            && is_odd(other)
+            && groups[other].joint == groups[group].joint
+            && groups[other].spec.axis == groups[group].spec.axis
+    };
+    is_odd(group) && search.active.iter().any(is_company)
+}
+
+/// Probability that the better of two explanations is right, from the difference of their evidence.
+fn odds(difference: f64) -> f64 {
+    1.0 / (1.0 + (-0.5 * difference).exp())
+}
+
+/// Probability, by the paired gains of left-out blocks, that the whole set is better than `without`.
+fn certainty(search: &Search, without: &[usize]) -> f64 {
+    let gains = gates::block_gains(search, without, &search.active);
+    let freedom = (gains.len() - 1) as f64;
+    if freedom < 2.0 {
+        return 0.5;
+    }
+    StudentsT::new(0.0, 1.0, freedom).map_or(0.5, |t| t.cdf(gates::paired_t(&gains)))
+}

@@ -1,0 +1,85 @@
+//! All candidates side by side: what each would gain alone, and why it is part of the answer or not.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::candidates::Group;
+use super::report::Candidate;
+use super::selection::Search;
+use super::stated_arm::Comparison;
+use crate::model::ModelError;
+use crate::progress::Monitor;
+
+/// Cross-validated drop of the squared residual by each candidate alone, by group. Of the shapes of an effect at a place
+/// only the one that fits best is measured; the others get what it gets.
+pub fn error_drops(search: &Search, monitor: &Monitor) -> Result<Vec<f64>, ModelError> {
+    let groups = &search.library.groups;
+    let blocks = search.library.equations.block_count();
+    let error = |set: &[usize], joint: Option<usize>| -> f64 {
+        let columns = search.columns(set);
+        let of_block = |block: usize| {
+            let (factors, weighted) = search.error_when(set, block);
+            let on_joint = |joint| search.library.equations.select(block, joint, &columns).residual_energy(&factors);
+            joint.map_or(weighted, on_joint)
+        };
+        (0..blocks).map(of_block).sum()
+    };
+    let joints = search.weights.len();
+    let alone: BTreeMap<Option<usize>, f64> =
+        (0..joints).map(Some).chain([None]).map(|joint| (joint, error(&[], joint))).collect();
+    let is_first = |&group: &usize| groups[..group].iter().all(|other| !other.same_place_and_effect(&groups[group]));
+    let firsts: Vec<usize> = (0..groups.len()).filter(is_first).collect();
+    let drop_of = |&first: &usize| {
+        monitor.check()?;
+        let same = (first..groups.len()).filter(|&other| groups[other].same_place_and_effect(&groups[first]));
+        let costs = same.map(|other| (other, search.cost(&[other])));
+        let best = costs.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(first, |(best, _)| best);
+        let alone = alone.get(&groups[first].joint).copied().unwrap_or(0.0);
+        Ok(if alone > 0.0 { 1.0 - error(&[best], groups[first].joint) / alone } else { 0.0 })
+    };
+    let drops = firsts.par_iter().map(drop_of).collect::<Result<Vec<f64>, ModelError>>()?;
+    let of_group = |group: &Group| {
+        let first = firsts.iter().position(|&first| groups[first].same_place_and_effect(group));
+        first.map_or(0.0, |first| drops[first])
+    };
+    Ok(groups.iter().map(of_group).collect())
+}
+
+/// All candidates, one line for each effect and joint: first those that are part of the answer, then by their error drop.
+pub fn rank(
+    search: &Search,
+    drops: &[f64],
+    refused: &[(usize, String)],
+    comparison: &Comparison,
+    absorbed: &[usize],
+) -> Vec<Candidate> {
+    let groups = &search.library.groups;
+    let explained: &[usize] = if let Comparison::Explained(found) = comparison { found } else { &[] };
+    let mut ranking: Vec<Candidate> = Vec::new();
+    for (index, group) in groups.iter().enumerate() {
+        let is_first = groups[..index].iter().all(|other| !other.same_place_and_effect(group));
+        if !is_first {
+            continue;
+        }
+        let same = |other: &usize| groups[*other].same_place_and_effect(group);
+        let accepted = search.active.iter().any(same) || explained.iter().any(same);
+        let reason = if search.active.iter().any(same) {
+            "left-out blocks confirm it".to_owned()
+        } else if explained.iter().any(same) {
+            "it explains how the identified arm differs from the stated one".to_owned()
+        } else if absorbed.iter().any(same) {
+            "the base parameters take its place".to_owned()
+        } else if let Some((_, reason)) = refused.iter().find(|(other, _)| same(other)) {
+            reason.clone()
+        } else if search.active.iter().any(|&other| groups[other].includes(group)) {
+            "it is part of an effect that was found".to_owned()
+        } else {
+            "beside what was found it explains hardly more than chance would".to_owned()
+        };
+        let error_drop = (index..groups.len()).filter(same).map(|other| drops[other]).fold(f64::NEG_INFINITY, f64::max);
+        ranking.push(Candidate { effect: group.spec.id.to_owned(), joint: group.joint, error_drop, accepted, reason });
+    }
+    ranking.sort_by(|a, b| b.accepted.cmp(&a.accepted).then(b.error_drop.total_cmp(&a.error_drop)));
+    ranking
+}

@@ -1,0 +1,216 @@
+//! Which motion would tell two explanations apart.
+//!
+//! The model with everything that was found predicts the torque of other motions; the rival is fitted to that prediction. What
+//! it can't copy there is the evidence that such a motion would give, in units of the noise of the data at hand. It is
+//! computed, so it holds for this arm, these parameters and these two effects.
+
+use std::f64::consts::TAU;
+
+use super::report::TellingMotion;
+use super::selection::Search;
+use crate::effect::Scope;
+use crate::model::design::Design;
+use crate::model::{EffectTerm, Fitted, Model, Term, fit};
+use crate::recording::split::{Segment, Split};
+use crate::recording::{PerJoint, Recording, Trajectory};
+
+/// Most trajectories of the recording that a motion is made from.
+const MOST_TRAJECTORIES: usize = 4;
+/// Most samples of each, about 100 in a second.
+const MOST_SAMPLES: usize = 800;
+/// Rate of the motions \[Hz\], if the recording is not slower.
+const RATE: f64 = 100.0;
+/// A motion is worth naming if it gives so many times the evidence of the motion at hand.
+const LEAST_GAIN: f64 = 1.5;
+/// Amplitude of tiny reversals, as a share of the range.
+const TINY: f64 = 0.02;
+/// Frequency of tiny reversals \[Hz\].
+const REVERSALS: f64 = 0.5;
+/// Speeds of sweeps at constant velocity, as shares of the largest.
+const SWEEPS: [f64; 3] = [0.1, 0.4, 0.9];
+
+/// A motion that could be recorded next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Motion {
+    /// The same paths, so many times as fast.
+    Speed(f64),
+    /// The same motion, so many times as far from its middle.
+    Range(f64),
+    /// Small swings about the middle.
+    TinyReversals,
+    /// One joint moves as before, the others stand still.
+    Alone(usize),
+    /// Back and forth at constant velocity.
+    Sweeps,
+}
+
+impl Motion {
+    fn description(self) -> String {
+        match self {
+            Motion::Speed(factor) if factor < 1.0 => format!("the same motion at {factor} times the speed"),
+            Motion::Speed(factor) => format!("the same motion {factor} times as fast"),
+            Motion::Range(factor) => format!("the same motion over {factor} times the range"),
+            Motion::TinyReversals => "tiny reversals (a few hundredths of the range)".to_owned(),
+            Motion::Alone(joint) => format!("joint {} alone, the others held still", joint + 1),
+            Motion::Sweeps => "sweeps at constant velocity, slow and fast".to_owned(),
+        }
+    }
+}
+
+/// The motion that best tells `group` from `rival`; `None` if none does better than the motion at hand.
+pub fn best_motion(search: &Search, fitted: &Fitted, group: usize, rival: usize) -> Option<TellingMotion> {
+    let groups = &search.library.groups;
+    let evidence = |motion: Motion| {
+        let recording = moved(search.library.design.recording, fitted, motion)?;
+        evidence(&recording, search, fitted, &groups[group].term(), &groups[rival].term(), &groups[rival].shape)
+    };
+    let now = evidence(Motion::Speed(1.0))?;
+    let joint = groups[group].joint.filter(|_| groups[group].spec.scope == Scope::Joint);
+    let mut motions =
+        vec![Motion::Speed(2.5), Motion::Speed(0.25), Motion::Range(1.5), Motion::TinyReversals, Motion::Sweeps];
+    motions.extend(joint.filter(|_| fitted.setting().kinds.len() > 1).map(Motion::Alone));
+    let best = motions
+        .into_iter()
+        .filter_map(|motion| Some((motion, evidence(motion)?)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let gain = best.1 / now.max(f64::MIN_POSITIVE);
+    (gain > LEAST_GAIN && gain.is_finite()).then(|| TellingMotion {
+        motion: best.0.description(),
+        against: groups[rival].spec.id.to_owned(),
+        gain,
+    })
+}
+
+/// Evidence for each sample of a recording against `rival` in the place of `term`, whose torque the recording has.
+fn evidence(
+    recording: &Recording,
+    search: &Search,
+    fitted: &Fitted,
+    term: &EffectTerm,
+    rival: &EffectTerm,
+    shape: &[f64],
+) -> Option<f64> {
+    let kept = |other: &Term| !matches!(other, Term::Effect(other) if other == term);
+    let (mut terms, mut shapes): (Vec<Term>, Vec<Vec<f64>>) =
+        fitted.model.terms.iter().cloned().zip(fitted.shapes().iter().cloned()).filter(|(term, _)| kept(term)).unzip();
+    terms.push(Term::Effect(rival.clone()));
+    shapes.push(shape.to_vec());
+    let segment = |(trajectory, data): (usize, &Trajectory)| Segment { trajectory, samples: 0..data.len() };
+    let split = Split { train: recording.trajectories.iter().enumerate().map(segment).collect(), ..Split::default() };
+    let mut design = Design::new(recording, &split).ok()?;
+    if fitted.setting().body.is_some() {
+        design = design.with_body(fitted.setting().body.clone());
+    }
+    let model = Model { terms };
+    let columns = fit::prepared_columns(&model, &design, &shapes).ok()?;
+    let equations = design.equations(&columns, &fit::unexplained_torque(&model, &design));
+    let samples: usize = (0..recording.joint_count()).map(|joint| design.sample_count(joint)).sum();
+    let left = equations.total(&search.weights, |_| true).solve().residual_energy;
+    (samples > 0).then(|| left / samples as f64)
+}
+
+/// The recording with another motion and the torque that the model predicts for it.
+fn moved(recording: &Recording, fitted: &Fitted, motion: Motion) -> Option<Recording> {
+    let mut trajectories = Vec::new();
+    for (number, original) in recording.trajectories.iter().take(MOST_TRAJECTORIES).enumerate() {
+        let mut trajectory = thinned(original);
+        if trajectory.len() < 3 {
+            continue;
+        }
+        apply(motion, number, &mut trajectory);
+        trajectory.tau = fitted.predict(&trajectory).ok()?.total;
+        trajectories.push(trajectory);
+    }
+    let (name, joints, provenance) = (String::new(), recording.joints.clone(), recording.provenance.clone());
+    let (posture, stated_arm) = (recording.posture, recording.stated_arm.clone());
+    (!trajectories.is_empty()).then_some(Recording {
+        name,
+        joints,
+        trajectories,
+        provenance,
+        posture,
+        stated_arm,
+        seal: None,
+    })
+}
+
+/// The start of a trajectory, at a moderate rate.
+fn thinned(trajectory: &Trajectory) -> Trajectory {
+    let every = (1.0 / (RATE * trajectory.time_step().max(1e-9))).round().max(1.0) as usize;
+    let thin = |signal: &[f64]| signal.iter().copied().step_by(every).take(MOST_SAMPLES).collect::<Vec<f64>>();
+    let all = |signal: &PerJoint| signal.iter().map(|joint| thin(joint)).collect();
+    Trajectory {
+        name: trajectory.name.clone(),
+        time: thin(&trajectory.time),
+        q: all(&trajectory.q),
+        qd: all(&trajectory.qd),
+        qdd: all(&trajectory.qdd),
+        tau: Vec::new(),
+    }
+}
+
+/// Replaces the motion of one trajectory.
+fn apply(motion: Motion, number: usize, trajectory: &mut Trajectory) {
+    for joint in 0..trajectory.joint_count() {
+        let q = &trajectory.q[joint];
+        let (low, high) =
+            q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| (low.min(q), high.max(q)));
+        let (middle, range) = (0.5 * (low + high), high - low);
+        match motion {
+            Motion::Speed(factor) => {
+                let q = [&mut trajectory.q[joint], &mut trajectory.qd[joint], &mut trajectory.qdd[joint]];
+                play_at(factor, q);
+            }
+            Motion::Range(factor) => {
+                trajectory.q[joint].iter_mut().for_each(|q| *q = middle + factor * (*q - middle));
+                let rates = trajectory.qd[joint].iter_mut().chain(&mut trajectory.qdd[joint]);
+                rates.for_each(|rate| *rate *= factor);
+            }
+            Motion::Alone(moving) if joint == moving => {}
+            Motion::Alone(_) => {
+                trajectory.q[joint].fill(middle);
+                trajectory.qd[joint].fill(0.0);
+                trajectory.qdd[joint].fill(0.0);
+            }
+            Motion::TinyReversals => {
+                let (size, rate) = (TINY * range, TAU * REVERSALS);
+                for (t, time) in trajectory.time.iter().enumerate() {
+                    let phase = rate * time + joint as f64;
+                    // Each trajectory about another place of the range.
+                    let place = middle + (number as f64 / MOST_TRAJECTORIES as f64 - 0.4) * 0.8 * range;
+                    trajectory.q[joint][t] = place + size * phase.sin();
+                    trajectory.qd[joint][t] = size * rate * phase.cos();
+                    trajectory.qdd[joint][t] = -size * rate * rate * phase.sin();
+                }
+            }
+            Motion::Sweeps => {
+                let fastest = trajectory.qd[joint].iter().fold(0.0, |most: f64, qd| most.max(qd.abs()));
+                let speed = SWEEPS[(number + joint) % SWEEPS.len()] * fastest;
+                for (t, time) in trajectory.time.iter().enumerate() {
+                    // Distance travelled, folded into the range.
+                    let travelled = (speed * time + 0.3 * joint as f64 * range).rem_euclid(2.0 * range.max(1e-9));
+                    let forward = travelled < range;
+                    trajectory.q[joint][t] = if forward { low + travelled } else { low + 2.0 * range - travelled };
+                    trajectory.qd[joint][t] = if forward { speed } else { -speed };
+                    trajectory.qdd[joint][t] = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// Plays position, velocity and acceleration at another speed, back and forth where they end.
+fn play_at(factor: f64, [q, qd, qdd]: [&mut Vec<f64>; 3]) {
+    let last = (q.len() - 1) as f64;
+    let originals = [q.clone(), qd.clone(), qdd.clone()];
+    for t in 0..q.len() {
+        let along = (factor * t as f64).rem_euclid(2.0 * last);
+        let (place, direction) = if along <= last { (along, 1.0) } else { (2.0 * last - along, -1.0) };
+        let (before, share) = (place.floor() as usize, place.fract());
+        let at =
+            |signal: &[f64]| signal[before] + share * (signal[(before + 1).min(signal.len() - 1)] - signal[before]);
+        q[t] = at(&originals[0]);
+        qd[t] = direction * factor * at(&originals[1]);
+        qdd[t] = factor * factor * at(&originals[2]);
+    }
+}
