@@ -100,11 +100,26 @@ fn a_network_is_trained_saved_measured_and_taken_apart() {
     succeeds(&["predict", "x.npz", "--model", "net.model", "-o", "torque.csv"], at);
     let table = std::fs::read_to_string(at.join("torque.csv")).unwrap();
     let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
-    for name in
-        ["tau_measured1", "tau_predicted2", "viscous-friction@1", "gravity2", "mass_eigenvalue1", "potential_energy"]
-    {
-        assert!(names.contains(&name), "{name} is not among {names:?}");
+    let column = |name: &str| {
+        let place = names.iter().position(|other| *other == name);
+        let place = place.unwrap_or_else(|| panic!("{name} is not among {names:?}"));
+        let value = |line: &str| line.split(',').nth(place).unwrap().parse::<f64>().unwrap();
+        table.lines().skip(1).map(value).collect::<Vec<f64>>()
+    };
+    for name in ["tau_measured1", "viscous-friction@1", "gravity2", "mass_eigenvalue1", "potential_energy"] {
+        column(name);
     }
+    // What hangs together does so in the file too: H is symmetric, and its eigenvalues sum to its trace.
+    let [h_11, h_12, h_21, h_22] = ["mass_matrix1", "mass_matrix2", "mass_matrix3", "mass_matrix4"].map(column);
+    let [least, most] = ["mass_eigenvalue1", "mass_eigenvalue2"].map(column);
+    for t in 0..h_11.len() {
+        assert!((h_12[t] - h_21[t]).abs() < 1e-9 * h_11[t]);
+        assert!((h_11[t] + h_22[t] - least[t] - most[t]).abs() < 1e-9 * h_11[t]);
+    }
+    let spectrum = &measured["mass_eigenvalues"];
+    let smallest = least.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!((spectrum["smallest"].as_f64().unwrap() / smallest - 1.0).abs() < 1e-6 && spectrum["not_positive"] == 0.0);
+    assert_eq!(column("power").len(), h_11.len());
     assert_eq!(table.lines().count(), 1 + 20 * 400);
 
     let report = json(&["diagnose", "x.npz", "--model", "structured-delan", "--epochs", "1", "--json"], at);

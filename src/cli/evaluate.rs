@@ -35,6 +35,15 @@ struct ComponentError {
     nmse: f64,
 }
 
+/// The eigenvalues of the mass matrix over all samples \[kg m²\]; a physical arm has only positive ones.
+#[derive(Serialize)]
+struct MassEigenvalues {
+    smallest: f64,
+    largest: f64,
+    /// Share of samples with one that is not positive.
+    not_positive: f64,
+}
+
 #[derive(Serialize)]
 struct Answer {
     data: &'static str,
@@ -43,6 +52,8 @@ struct Answer {
     noise_floor_nmse: Option<Vec<f64>>,
     /// Only with an opened seal; over all samples.
     components: Option<Vec<ComponentError>>,
+    /// Only of models with a mass matrix that is learned.
+    mass_eigenvalues: Option<MassEigenvalues>,
 }
 
 impl Evaluate {
@@ -61,11 +72,12 @@ impl Evaluate {
             }
         };
         let components = if self.open_seal { Some(component_errors(&session, &fitted)?) } else { None };
+        let mass_eigenvalues = mass_eigenvalues(&session, &fitted)?;
         let joints = evaluation.held_out;
         let mean_r2 = joints.iter().map(|joint| joint.r2).sum::<f64>() / joints.len().max(1) as f64;
         if self.json {
             let noise_floor_nmse = evaluation.noise_floor_nmse;
-            let answer = Answer { data, joints, mean_r2, noise_floor_nmse, components };
+            let answer = Answer { data, joints, mean_r2, noise_floor_nmse, components, mass_eigenvalues };
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
             println!("{data}:\n{}", error_table(&joints));
@@ -74,6 +86,14 @@ impl Evaluate {
             }
             for error in components.iter().flatten() {
                 println!("{} torque, against the truth (nMSE): {}", error.component, number(error.nmse));
+            }
+            if let Some(MassEigenvalues { smallest, largest, not_positive }) = mass_eigenvalues {
+                println!(
+                    "eigenvalues of the mass matrix: {} to {} kg m², not all positive in {} % of the samples",
+                    number(smallest),
+                    number(largest),
+                    number(100.0 * not_positive)
+                );
             }
         }
         Ok(())
@@ -94,6 +114,23 @@ fn evaluate_all(session: &Session, fitted: &Fitted, path: &Path) -> anyhow::Resu
     let everything = recording.trajectories.iter().enumerate();
     let held_out = everything.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect();
     Ok(Evaluation::of(fitted, recording, &Split { train: Vec::new(), held_out })?)
+}
+
+/// `None` if the model has no mass matrix that is learned.
+fn mass_eigenvalues(session: &Session, fitted: &Fitted) -> anyhow::Result<Option<MassEigenvalues>> {
+    let recording = session.recording.as_deref().context("no recording was read")?;
+    let (mut smallest, mut largest, mut samples, mut not_positive) = (f64::INFINITY, f64::NEG_INFINITY, 0, 0);
+    for trajectory in &recording.trajectories {
+        let parts = components(fitted, trajectory)?;
+        let Some((_, by_order)) = parts.iter().find(|(name, _)| *name == "mass_eigenvalue") else { return Ok(None) };
+        // They are in ascending order.
+        let (Some(least), Some(most)) = (by_order.first(), by_order.last()) else { return Ok(None) };
+        smallest = least.iter().copied().fold(smallest, f64::min);
+        largest = most.iter().copied().fold(largest, f64::max);
+        samples += least.len();
+        not_positive += least.iter().filter(|value| **value <= 0.0).count();
+    }
+    Ok(Some(MassEigenvalues { smallest, largest, not_positive: not_positive as f64 / samples.max(1) as f64 }))
 }
 
 /// nMSE of inertial, Coriolis and gravity torque against those of the true arm.

@@ -13,8 +13,8 @@ use crate::training::components;
 /// Write a model's torque and its components, sample by sample.
 ///
 /// With `--model FILE` the saved model is used, with a preset it is identified or trained first. Columns are time, measured
-/// and predicted torque, one torque per term and, where the model has them, inertial, Coriolis and gravity torque, energies
-/// and the eigenvalues of the mass matrix.
+/// and predicted torque, one torque per term, power and, where the model has them, inertial, Coriolis and gravity torque, the mass
+/// matrix (row after row) with its eigenvalues, and energies.
 #[derive(Args)]
 pub struct Predict {
     #[command(flatten)]

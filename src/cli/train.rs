@@ -81,6 +81,7 @@ impl Train {
             .map(|parameter| {
                 let interval = match parameter.interval {
                     Some([low, high]) => format!("[{}, {}]", number(low), number(high)),
+                    None if step.run.is_some() => "–".to_owned(),
                     None => "not shown by these data".to_owned(),
                 };
                 let joint = parameter.joint.map_or("–".to_owned(), |joint| (joint + 1).to_string());

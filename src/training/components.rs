@@ -5,7 +5,8 @@ use crate::arm::Arm;
 use crate::model::{Fitted, RigidBody, Term};
 use crate::recording::{PerJoint, Trajectory};
 
-/// Inertial, Coriolis and gravity torque, energies and eigenvalues of the mass matrix, as far as the model has them.
+/// Inertial, Coriolis and gravity torque \[N m\], mass matrix (row after row) and its eigenvalues \[kg m²\], energies \[J\] and the
+/// power of the whole torque \[W\], as far as the model has them.
 ///
 /// # Errors
 /// [`TrainError`] if the trajectory does not fit the model.
@@ -23,6 +24,8 @@ pub fn components(fitted: &Fitted, trajectory: &Trajectory) -> Result<Vec<(&'sta
                 named.push(("inertial", by_joint(&inside.inertial)));
                 named.push(("coriolis", by_joint(&inside.coriolis)));
                 named.push(("gravity", by_joint(&inside.gravity)));
+                let entry = |k: usize| inside.mass_matrix.iter().skip(k).step_by(joints * joints).copied().collect();
+                named.push(("mass_matrix", (0..joints * joints).map(entry).collect()));
                 named.push(("mass_eigenvalue", by_joint(&inside.mass_eigenvalues(joints))));
                 named.extend(inside.kinetic.clone().map(|energy| ("kinetic_energy", vec![energy])));
                 named.extend(inside.potential.clone().map(|energy| ("potential_energy", vec![energy])));
@@ -33,6 +36,7 @@ pub fn components(fitted: &Fitted, trajectory: &Trajectory) -> Result<Vec<(&'sta
                 named.push(("gravity", by_joint(&parts.read_off.gravity)));
             }
         }
+        named.push(("power", vec![power(&by_joint(&parts.torque), trajectory)]));
         return Ok(named);
     }
     // The rigid body is linear in its parameters, so its parts are its torque at other speeds and accelerations.
@@ -50,10 +54,18 @@ pub fn components(fitted: &Fitted, trajectory: &Trajectory) -> Result<Vec<(&'sta
     let inertial = less_gravity(rigid(&still, &trajectory.qdd)?);
     let coriolis = less_gravity(rigid(&trajectory.qd, &still)?);
     let mut named = vec![("inertial", inertial), ("coriolis", coriolis), ("gravity", gravity)];
+    let total = fitted.predict(trajectory).map_err(|error| TrainError::Model(error.to_string()))?.total;
+    named.push(("power", vec![power(&total, trajectory)]));
     if let Some(Term::RigidBody(RigidBody::Stated(arm))) = fitted.model.terms.first() {
         named.extend(energies(arm, trajectory));
     }
     Ok(named)
+}
+
+/// Σ τ q̇ over the joints, for each sample.
+fn power(torque: &PerJoint, trajectory: &Trajectory) -> Vec<f64> {
+    let at = |t: usize| torque.iter().zip(&trajectory.qd).map(|(torque, velocity)| torque[t] * velocity[t]).sum();
+    (0..trajectory.len()).map(at).collect()
 }
 
 fn energies(arm: &Arm, trajectory: &Trajectory) -> [(&'static str, PerJoint); 2] {

@@ -134,7 +134,7 @@ impl<E: Element> Samples<E> {
     }
 
     /// One channel block (q, q̇, q̈, τ, columns) of all samples, sample after sample.
-    pub(super) fn channel(&self, block: usize) -> Vec<E> {
+    pub fn channel(&self, block: usize) -> Vec<E> {
         let first = block * self.joints;
         let last = if block < 4 { first + self.joints } else { first + self.columns * self.joints };
         self.values.chunks_exact(self.row().max(1)).flat_map(|sample| sample[first..last].iter().copied()).collect()

@@ -1,20 +1,25 @@
 //! How fast training is on this machine, on data of the paper's simulated arm.
 
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
 use crate::model::learned::{Layers, LearnedPreset};
 use crate::network::kernel::{Factors, Start};
-use crate::network::{Activation, Element, TILE};
+use crate::network::team::with_team;
+use crate::network::{Activation, Buffer, Element, TILE, draw_weights};
 use crate::progress::Monitor;
 use crate::recording::Trajectory;
 use crate::simulation::{Excitation, Scenario, simulate};
 use crate::training::learn::{Begin, TrainingData, train};
 use crate::training::loss::loss_program;
 use crate::training::options::{Options, Recipe};
+use crate::training::predict::torque_program;
 use crate::training::schedule::Schedule;
 use crate::training::{Samples, TrainError};
 
@@ -27,6 +32,29 @@ pub struct Report {
     pub peak_gflops: f64,
     /// Training on the paper's arm to the paper's accuracy.
     pub paper_accuracy: Option<Accuracy>,
+    /// Speed of prediction.
+    pub inference: Vec<Inference>,
+    /// The most memory that this process had at any time \[MiB\]; `None` where the system does not tell.
+    pub peak_memory_mib: Option<f64>,
+}
+
+/// Speed of the torque of one model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Inference {
+    /// Name of the preset.
+    pub model: String,
+    /// Samples in a call.
+    pub chunk: usize,
+    /// Widths of the hidden layers.
+    pub hidden: Vec<usize>,
+    /// Joints of the arm.
+    pub joints: usize,
+    /// Threads.
+    pub threads: usize,
+    /// CPU time of all threads a sample, mean over the run \[ns\].
+    pub cpu_ns_per_sample: f64,
+    /// Samples a second, best round.
+    pub samples_per_s: f64,
 }
 
 /// Speed of training one model.
@@ -144,6 +172,64 @@ pub fn speed(
     })
 }
 
+/// Measures the speed of the torque of one model, each thread with chunks of 2,000 samples of its own.
+///
+/// # Errors
+/// [`TrainError`] if the data can't be simulated.
+pub fn inference(
+    preset: LearnedPreset,
+    joints: usize,
+    layers: &Layers,
+    threads: usize,
+) -> Result<Inference, TrainError> {
+    const CHUNK: usize = 2_000;
+    const CHUNKS_A_ROUND: usize = 8;
+    const ROUNDS: usize = 100;
+    let samples = Samples::<f32>::new(joints, &paper_trajectories(joints, 5, 1)?, &[])?;
+    let motion = [0, 1, 2].map(|channel| samples.channel(channel));
+    let program = torque_program::<f32>(&preset.architecture(joints, layers));
+    let weights = Buffer::from_slice(&draw_weights::<f32>(program.layout(), &mut ChaCha8Rng::seed_from_u64(1)));
+    let memory: Vec<_> = (0..threads).map(|_| Mutex::new((program.arena(), vec![0.0_f32; CHUNK * joints]))).collect();
+    let task = |index: usize, _: usize| {
+        let mut memory = memory[index].lock().unwrap_or_else(PoisonError::into_inner);
+        let (arena, torque) = &mut *memory;
+        let inputs = [0, 1, 2].map(|channel: usize| &motion[channel][..CHUNK * joints]);
+        for _ in 0..CHUNKS_A_ROUND {
+            program.run(f32::kernels(), &weights, arena, inputs, &[], torque);
+        }
+    };
+    let (start, cpu) = (Instant::now(), cpu_seconds());
+    let mut best = f64::INFINITY;
+    with_team(threads, threads, &task, |team| {
+        for _ in 0..ROUNDS {
+            let start = Instant::now();
+            team.run();
+            best = best.min(start.elapsed().as_secs_f64());
+        }
+    });
+    let cpu_s = match (cpu, cpu_seconds()) {
+        (Some(before), Some(after)) => after - before,
+        _ => start.elapsed().as_secs_f64() * threads as f64,
+    };
+    let a_round = (threads * CHUNKS_A_ROUND * CHUNK) as f64;
+    Ok(Inference {
+        model: preset.id().into(),
+        chunk: CHUNK,
+        hidden: layers.hidden.clone(),
+        joints,
+        threads,
+        cpu_ns_per_sample: cpu_s / (a_round * ROUNDS as f64) * 1e9,
+        samples_per_s: a_round / best,
+    })
+}
+
+/// The most memory that this process had at any time \[MiB\].
+fn peak_memory_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok()? / 1024.0)
+}
+
 /// Trains the structured model on the paper's arm with our recipe until its error on new trajectories is the paper's.
 ///
 /// # Errors
@@ -184,5 +270,8 @@ pub fn report(threads: usize, monitor: &Monitor) -> Result<Report, TrainError> {
         models.push(speed(*preset, *joints, layers, *batch, threads)?);
     }
     monitor.report(cases.len() as f32 / (cases.len() + 1) as f32, "training to the paper's accuracy")?;
-    Ok(Report { models, peak_gflops: peak_gflops(), paper_accuracy: Some(paper_accuracy(threads, 0)?) })
+    let paper_accuracy = Some(paper_accuracy(threads, 0)?);
+    let inference = vec![inference(LearnedPreset::StructuredDelan, 3, &small, threads)?];
+    let peak_memory_mib = peak_memory_mib();
+    Ok(Report { models, peak_gflops: peak_gflops(), paper_accuracy, inference, peak_memory_mib })
 }

@@ -5,7 +5,7 @@ use crate::cli::progress;
 use crate::cli::table::{number, table};
 use crate::network::team::default_threads;
 
-/// How fast networks are trained, and how soon the structured one is as accurate as the paper's.
+/// How fast networks are trained and asked, and how soon the structured one is as accurate as the paper's.
 ///
 /// Batches of the paper's size on data of its simulated arm. Speeds are of the best epoch, since other programs disturb.
 #[derive(Args)]
@@ -49,6 +49,17 @@ fn text(report: &Report) -> String {
     let header = ["model", "joints", "batch", "hidden", "steps/s", "samples/s", "CPU ms/step", "GFLOP/s"];
     let mut text = table(&header, &rows);
     text += &format!("\n\npeak of one core: {} GFLOP/s (f32)", number(report.peak_gflops));
+    for inference in &report.inference {
+        text += &format!(
+            "\ntorque of {} ({} joints, chunks of {}): {} samples/s, {} ns of CPU time a sample",
+            inference.model,
+            inference.joints,
+            inference.chunk,
+            number(inference.samples_per_s),
+            number(inference.cpu_ns_per_sample)
+        );
+    }
+    text += &report.peak_memory_mib.map_or(String::new(), |peak| format!("\npeak memory: {} MiB", number(peak)));
     if let Some(accuracy) = &report.paper_accuracy {
         text += &format!(
             "\nstructured DeLaN at nMSE {} (the paper's is 8.1e-6) after {:.2} s of CPU time, {:.2} s by the clock",
