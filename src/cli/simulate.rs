@@ -136,7 +136,6 @@ impl Simulate {
             effects: Vec::new(),
             torque_noise: self.noise,
             encoder_resolution: self.encoder,
-            joint_compliance: 0.0,
             seed: self.seed,
             stated: !self.unstated,
         };

@@ -52,10 +52,6 @@ pub struct Scenario {
     /// are derived from them; else all three are exact.
     #[serde(default)]
     pub encoder_resolution: Option<f64>,
-    /// How far the gears give \[rad/(N m)\]: encoders sit at the motors, which are ahead of the joints by so much of the torque.
-    /// Used only with encoders.
-    #[serde(default)]
-    pub joint_compliance: f64,
     /// Seed of all random draws.
     #[serde(default)]
     pub seed: u64,
@@ -180,7 +176,6 @@ impl Scenario {
             effects: vec![coulomb(0, 2.4), coulomb(1, 1.1)],
             torque_noise: 0.02,
             encoder_resolution: None,
-            joint_compliance: 0.0,
             seed: 1,
             stated: true,
         }
@@ -209,8 +204,6 @@ impl Scenario {
         self.motion.check_joints(self.arm.joint_count())?;
         sensible("speed scale", self.speed_scale)?;
         demand("torque noise", self.torque_noise, self.torque_noise >= 0.0, "a fraction of 0 or more")?;
-        let gives = (0.0..=1e3).contains(&self.joint_compliance);
-        demand("joint compliance", self.joint_compliance, gives, "between 0 and 1000 rad/(N m)")?;
         if let Some(resolution) = self.encoder_resolution {
             sensible("encoder resolution", resolution)?;
         }
@@ -269,9 +262,6 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
     let mut cutoffs = Vec::new();
     for run in &mut runs {
         monitor.check()?;
-        if scenario.encoder_resolution.is_some() {
-            sensor::wind_up_gears(run, scenario.joint_compliance);
-        }
         sensor::add_torque_noise(run, &deviations, &mut random);
         if let Some(resolution) = scenario.encoder_resolution {
             cutoffs.push(sensor::read_encoders(run, resolution));

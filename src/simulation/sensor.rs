@@ -16,13 +16,6 @@ pub(super) fn add_torque_noise(trajectory: &mut Trajectory, deviations: &[f64], 
     }
 }
 
-/// Positions of the motors instead of those of the joints: gears give by `compliance` \[rad/(N m)\] of the torque.
-pub(super) fn wind_up_gears(trajectory: &mut Trajectory, compliance: f64) {
-    for (position, torque) in trajectory.q.iter_mut().flatten().zip(trajectory.tau.iter().flatten()) {
-        *position += compliance * torque;
-    }
-}
-
 /// Rounds positions to whole steps of the encoder \[rad\] and derives velocity and acceleration from them, exactly as a
 /// log of positions alone would be read. Gives the cut-off of the filter \[Hz\].
 pub(super) fn read_encoders(trajectory: &mut Trajectory, resolution: f64) -> f64 {
