@@ -62,6 +62,11 @@ impl Group {
         self.joint == other.joint && self.spec.includes.contains(&other.spec.id)
     }
 
+    /// Whether both describe the same thing in two ways (Dahl and LuGre), so that only one of them can be there.
+    pub fn is_another_form_of(&self, other: &Group) -> bool {
+        self.joint == other.joint && self.spec.looks_like(other.spec)
+    }
+
     /// The joints on which it makes torque; `None` for all.
     fn joints(&self) -> Option<std::ops::RangeInclusive<usize>> {
         let joint = self.joint?;

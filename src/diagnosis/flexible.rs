@@ -18,6 +18,8 @@ const WORST: f64 = 1.5;
 const NEAR: [f64; 2] = [0.04, 0.15];
 /// Distances over which a friction builds up after a reversal, as shares of the joint's range.
 const BREAKAWAY: [f64; 2] = [0.02, 0.1];
+/// Distances since the last reversal within which a slack is passed, as shares of the joint's range.
+const SLACKS: [f64; 2] = [0.005, 0.03];
 /// Waves over the joint's range.
 const WAVES: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
@@ -96,6 +98,7 @@ fn basis(trajectory: &Trajectory, load: Option<&[f64]>, joint: usize, scale: &Sc
     let duration = trajectory.time.last().zip(trajectory.time.first()).map_or(1.0, |(end, start)| end - start);
     let mut values: Vec<Vec<f64>> = Vec::new();
     let mut hysteresis = BREAKAWAY.map(|_| 0.0f64);
+    let (mut direction, mut since_reversal) = (0.0, 0.0f64);
     for t in 0..count {
         let scaled = |signal: &[Vec<f64>], scale: &[f64], joint: usize| signal[joint][t] / scale[joint];
         let q = scaled(&trajectory.q, &scale.q, joint);
@@ -109,6 +112,10 @@ fn basis(trajectory: &Trajectory, load: Option<&[f64]>, joint: usize, scale: &Sc
         for (state, distance) in hysteresis.iter_mut().zip(BREAKAWAY) {
             let limit = if travel == 0.0 { *state } else { travel.signum() };
             *state = limit + (*state - limit) * (-travel.abs() / distance).exp();
+        }
+        if travel != 0.0 {
+            since_reversal = if travel.signum() == direction { since_reversal + travel.abs() } else { travel.abs() };
+            direction = travel.signum();
         }
         let mut row = Vec::with_capacity(values.len());
         let powers = |x: f64, count: i32| (1..=count).map(move |power| x.powi(power));
@@ -132,6 +139,12 @@ fn basis(trajectory: &Trajectory, load: Option<&[f64]>, joint: usize, scale: &Sc
         row.extend(NEAR.map(|near| sign * (-(qd / near).powi(2)).exp()));
         row.extend(NEAR.map(|near| (load_now / near).tanh()));
         row.extend(hysteresis);
+        row.extend(
+            SLACKS
+                .map(|slack| (-since_reversal / slack).exp())
+                .into_iter()
+                .flat_map(|near| [near * direction, near * load_now, near * load_now.abs() * direction, near * qdd]),
+        );
         row.extend(WAVES.iter().flat_map(|wave| [(wave * q).cos(), (wave * q).sin()]));
         for other in [joint.checked_sub(1), Some(joint + 1).filter(|&other| other < trajectory.joint_count())] {
             let Some(other) = other else { continue };

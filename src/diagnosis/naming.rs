@@ -19,6 +19,8 @@ const NEARLY_AS_MUCH: f64 = 0.05;
 const HIGHEST_CONFIDENCE: f64 = 0.99;
 /// The same for effects in odd company.
 const HIGHEST_IN_ODD_COMPANY: f64 = 0.45;
+/// The same for an effect with another form that explains nearly as much.
+const HIGHEST_BESIDE_OTHER_FORM: f64 = 0.6;
 /// Effects that nearly every joint has; they are no odd company.
 const COMMON: [&str; 4] = ["viscous-friction", "coulomb-friction", "stribeck-friction", "torque-offset"];
 
@@ -118,7 +120,11 @@ fn judge(search: &Search, group: usize) -> Judgement {
         }
         let is_simpler = groups[rival].parameter_count() <= groups[group].parameter_count();
         if priced < CLOSE || (!contains && is_simpler && worse < NEARLY_AS_MUCH * gain) {
-            alternatives.push(groups[rival].spec.id.to_owned());
+            let elsewhere = groups[rival].spec.id == groups[group].spec.id;
+            alternatives.push(if elsewhere { groups[rival].label() } else { groups[rival].spec.id.to_owned() });
+            if groups[rival].is_another_form_of(&groups[group]) {
+                confidence = confidence.min(HIGHEST_BESIDE_OTHER_FORM);
+            }
             if closest.is_none_or(|(least, _)| priced < least) {
                 closest = Some((priced, rival));
             }

@@ -147,10 +147,13 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The set with this group more, and without those that it includes.
+    /// The set with this group more, and without those that it includes or that are other forms of it.
     pub fn with(&self, group: usize) -> Vec<usize> {
         let candidate = &self.library.groups[group];
-        let stays = |other: &usize| !candidate.includes(&self.library.groups[*other]);
+        let stays = |other: &usize| {
+            let other = &self.library.groups[*other];
+            !candidate.includes(other) && !candidate.is_another_form_of(other)
+        };
         let mut groups: Vec<usize> = self.active.iter().copied().filter(stays).collect();
         groups.push(group);
         groups
@@ -173,7 +176,10 @@ impl<'a> Search<'a> {
                 let Some(group) = self.next_best(&mut refused)? else { break };
                 self.active = self.with(group);
                 if self.library.groups[group].term().depends_on_load() {
-                    self.reload()?;
+                    // Each time the error of the load shrinks by the strength of the effect.
+                    for _ in 0..LOAD_ROUNDS {
+                        self.reload()?;
+                    }
                 }
                 self.settle()?;
             }
@@ -355,17 +361,21 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The sets in which another effect that meets `group` on a joint stands for it, each with that effect.
+    /// The sets in which another effect that meets `group` on a joint, or the same effect on another joint, stands for it, each
+    /// with that effect.
     pub fn rivals(&self, group: usize) -> Vec<(Vec<usize>, usize)> {
         let groups = &self.library.groups;
         let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != group).collect();
         let is_free = |candidate: &usize| {
             let candidate = &groups[*candidate];
-            candidate.meets(&groups[group])
+            (candidate.meets(&groups[group]) || candidate.spec.id == groups[group].spec.id)
                 && !candidate.same_place_and_effect(&groups[group])
                 && !others.iter().any(|&other| {
                     let other = &groups[other];
-                    other.same_place_and_effect(candidate) || other.includes(candidate) || candidate.includes(other)
+                    other.same_place_and_effect(candidate)
+                        || other.includes(candidate)
+                        || candidate.includes(other)
+                        || candidate.is_another_form_of(other)
                 })
         };
         let candidates = (0..groups.len()).filter(is_free);

@@ -35,7 +35,7 @@ pub fn sufficiency(
     suspects: &[Suspect],
     monitor: &Monitor,
 ) -> Result<f64, ModelError> {
-    let (library, _) = Library::new(fitted, Design::new(recording, split)?, registry::ALL, monitor)?;
+    let (library, _) = Library::new(fitted, Design::new(recording, split)?, &registry::sought(), monitor)?;
     let mut search = Search::new(library);
     let mut groups = Vec::new();
     for suspect in suspects {

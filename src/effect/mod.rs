@@ -336,6 +336,11 @@ pub enum ParameterError {
 }
 
 impl Spec {
+    /// Whether each of the two alone does nearly what the other does.
+    pub fn looks_like(&self, other: &Spec) -> bool {
+        self.look_alikes.iter().any(|look_alike| look_alike.effects == [other.id])
+    }
+
     /// Checks that these are as many parameters as the effect has, each within its bounds.
     ///
     /// # Errors

@@ -91,6 +91,20 @@ struct Rates {
     seconds_per_recording: f64,
     samples_per_recording: f64,
     by_effect: BTreeMap<&'static str, EffectRates>,
+    /// Classes of confidence with the share of names that were right, where effects were unknown too.
+    reliability: Vec<Reliability>,
+    /// How often each hidden effect (outer) was named what (inner) on one of its joints.
+    confusion: BTreeMap<String, BTreeMap<String, u64>>,
+}
+
+/// Names that were given about the same confidence.
+#[derive(Debug, Clone, Serialize)]
+struct Reliability {
+    /// Mean confidence.
+    confidence: f64,
+    /// Share that was right.
+    right: f64,
+    names: usize,
 }
 
 #[derive(Debug, Clone, Default, Serialize)]
@@ -123,6 +137,7 @@ struct Score {
     covered: Vec<bool>,
     ratios: Vec<f64>,
     confidences: Vec<(f64, bool)>,
+    confusion: BTreeMap<String, BTreeMap<String, u64>>,
     seconds: f64,
     samples: f64,
     by_effect: BTreeMap<&'static str, EffectRates>,
@@ -177,7 +192,9 @@ impl Diagnosis {
             let is_candidate = |effect: &&dyn Effect| {
                 let stands_for = |hidden: &HiddenEffect| {
                     let spec = effect.spec();
-                    hidden.effect == spec.id || spec.includes.contains(&hidden.effect.as_str())
+                    let is_other_form =
+                        registry::find(&hidden.effect).is_ok_and(|hidden| hidden.spec().looks_like(spec));
+                    hidden.effect == spec.id || spec.includes.contains(&hidden.effect.as_str()) || is_other_form
                 };
                 !unknown || !scenario.effects.iter().any(stands_for)
             };
@@ -217,7 +234,8 @@ fn vary(scenario: &mut Scenario, random: &mut ChaCha8Rng) {
     };
 }
 
-/// Hides `count` different effects of 3 to 20 % of the torque, each on one joint or two; none beside one that includes it.
+/// Hides `count` different effects of 3 to 20 % of the torque, each on one joint or two; none beside one that includes it or is another form of
+/// it.
 fn hide(scenario: &mut Scenario, count: usize, only: &[String], random: &mut ChaCha8Rng) {
     let joints = scenario.arm.joint_count();
     let pool: Vec<&Spec> = registry::sought()
@@ -235,7 +253,10 @@ fn hide(scenario: &mut Scenario, count: usize, only: &[String], random: &mut Cha
         }
         let Some(&spec) = pool.choose(random) else { break };
         let is_related = |other: &&Spec| {
-            other.id == spec.id || other.includes.contains(&spec.id) || spec.includes.contains(&other.id)
+            other.id == spec.id
+                || other.includes.contains(&spec.id)
+                || spec.includes.contains(&other.id)
+                || spec.looks_like(other)
         };
         if named.iter().any(is_related) {
             continue;
@@ -293,17 +314,18 @@ impl Score {
         if !case.unknown {
             self.exact_of_all.push(exact);
         }
+        let is_right = |named: &MissingEffect| answer_of(named).is_subset(&expected);
+        self.confidences.extend(report.effects.iter().map(|named| (named.confidence, is_right(named))));
         if !suffices {
             return Ok(());
         }
+        self.confuse(&expected, &given);
         if case.unknown {
             self.flagged.push(flagged);
             self.doubted.push(report.effects.iter().all(|named| named.confidence < 0.5));
             return Ok(());
         }
         self.exact[case.hidden].push(exact);
-        self.confidences
-            .extend(report.effects.iter().map(|named| (named.confidence, answer_of(named).is_subset(&expected))));
         if case.hidden > 0 {
             self.first.push(report.effects.first().is_some_and(|first| !answer_of(first).is_disjoint(&expected)));
         }
@@ -331,6 +353,24 @@ impl Score {
         }
     }
 
+    /// Counts what each hidden effect was named on its joints.
+    fn confuse(&mut self, expected: &Answer, given: &Answer) {
+        for (hidden, place) in expected {
+            let row = self.confusion.entry(hidden.clone()).or_default();
+            let mut names: Vec<&String> =
+                given.iter().filter(|(_, other)| other == place).map(|(name, _)| name).collect();
+            // Beside other hidden effects of the joint only the right name counts for this one, if it is there.
+            if names.contains(&hidden) {
+                names = vec![hidden];
+            }
+            names.retain(|name| *name == hidden || !expected.contains(&((*name).clone(), *place)));
+            if names.is_empty() {
+                *row.entry("nothing".to_owned()).or_default() += 1;
+            }
+            names.into_iter().for_each(|name| *row.entry(name.clone()).or_default() += 1);
+        }
+    }
+
     /// Whether the true parameters lie inside their intervals.
     fn check_intervals(&mut self, hidden: &HiddenEffect, report: &Report) {
         let Ok(effect) = registry::find(&hidden.effect) else { return };
@@ -347,6 +387,7 @@ impl Score {
         let all: Vec<bool> = self.exact.iter().flatten().copied().collect();
         let mut ratios = self.ratios.clone();
         ratios.sort_by(f64::total_cmp);
+        let reliability = reliability(&self.confidences);
         Rates {
             draws,
             exact: share(&all),
@@ -362,10 +403,12 @@ impl Score {
             false_flags: share(&self.false_flags),
             coverage: share(&self.covered),
             error_over_noise_floor: ratios.get(ratios.len() / 2).copied(),
-            calibration_error: calibration_error(&self.confidences),
+            calibration_error: calibration_error(&reliability),
             seconds_per_recording: self.seconds / draws.max(1) as f64,
             samples_per_recording: self.samples / draws.max(1) as f64,
             by_effect: self.by_effect.clone(),
+            reliability,
+            confusion: self.confusion.clone(),
         }
     }
 }
@@ -375,14 +418,26 @@ fn share(hits: &[bool]) -> Option<f64> {
     (!hits.is_empty()).then(|| count as f64 / hits.len() as f64)
 }
 
-fn calibration_error(confidences: &[(f64, bool)]) -> Option<f64> {
-    let mut classes = [(0.0, 0.0); 10];
-    for &(confidence, right) in confidences {
-        let class = &mut classes[((confidence * 10.0) as usize).min(9)];
-        *class = (class.0 + confidence, class.1 + if right { 1.0 } else { 0.0 });
-    }
-    let distance: f64 = classes.iter().map(|(confidence, right)| (confidence - right).abs()).sum();
-    (!confidences.is_empty()).then(|| distance / confidences.len() as f64)
+/// The names in ten classes of confidence.
+fn reliability(confidences: &[(f64, bool)]) -> Vec<Reliability> {
+    let class_of = |confidence: f64| ((confidence * 10.0) as usize).min(9);
+    let of_class = |class: usize| {
+        let names: Vec<&(f64, bool)> =
+            confidences.iter().filter(|(confidence, _)| class_of(*confidence) == class).collect();
+        let count = names.len() as f64;
+        (!names.is_empty()).then(|| Reliability {
+            confidence: names.iter().map(|(confidence, _)| confidence).sum::<f64>() / count,
+            right: names.iter().filter(|(_, right)| *right).count() as f64 / count,
+            names: names.len(),
+        })
+    };
+    (0..10).filter_map(of_class).collect()
+}
+
+fn calibration_error(classes: &[Reliability]) -> Option<f64> {
+    let names: usize = classes.iter().map(|class| class.names).sum();
+    let distance: f64 = classes.iter().map(|class| class.names as f64 * (class.confidence - class.right).abs()).sum();
+    (names > 0).then(|| distance / names as f64)
 }
 
 /// One draw in a line.
@@ -445,5 +500,8 @@ fn print(rates: &Rates) {
         vec![(*id).to_owned(), rates.hidden.to_string(), rates.named.to_string(), rates.named_falsely.to_string()]
     };
     let cells: Vec<Vec<String>> = rates.by_effect.iter().map(of_effect).collect();
-    println!("{}", table(&["effect", "hidden", "named", "named falsely"], &cells));
+    println!("{}\n", table(&["effect", "hidden", "named", "named falsely"], &cells));
+    let of_class = |class: &Reliability| vec![number(class.confidence), number(class.right), class.names.to_string()];
+    let cells: Vec<Vec<String>> = rates.reliability.iter().map(of_class).collect();
+    println!("{}", table(&["confidence", "right", "names"], &cells));
 }
