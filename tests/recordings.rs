@@ -132,11 +132,11 @@ fn options_with_posture(mapping: &str) -> ReadOptions {
 }
 
 #[test]
-fn real_files_of_other_formats_say_what_they_are() {
+fn real_files_that_lack_something_say_what_they_have() {
     for (path, words) in [
-        ("emps/DATA_EMPS.mat", "MATLAB"),
+        ("emps/DATA_EMPS.mat", "kp"),
         ("delan-characters/character_data.pickle", "pickle"),
-        ("ur10-rosbag/panda_exciting_trajectory.db3", "SQLite"),
+        ("ur10-rosbag/validation_trajectory.db3", "trajectory_msgs/msg/JointTrajectory"),
         ("tx40/curr_data.csv", "`Joint_1`"),
         ("tx40/LICENSE", "license"),
     ] {
@@ -382,6 +382,7 @@ fn sample_recording() -> Recording {
         provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Derived("somehow".into()) },
         posture: Some(Posture::DOWN),
         stated_arm: Some(Arm::uniform(2)),
+        chain: None,
         seal: Some(Seal::from_bytes(vec![1, 2, 3])),
     }
 }
@@ -487,6 +488,7 @@ fn any_recording() -> impl Strategy<Value = Recording> {
                     provenance: Provenance { velocity: origin(flags[0]), acceleration: origin(flags[1]) },
                     posture: flags[2].then_some(Posture { zero_angle: 0.1 + 0.2, ..Posture::UP }),
                     stated_arm: flags[3].then(|| Arm::uniform(3)),
+                    chain: None,
                     seal: flags[0].then_some(Seal::from_bytes(sealed)),
                 }
             })

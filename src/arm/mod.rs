@@ -21,6 +21,7 @@
 //! [`dynamics`] holds H, c, g, energies, inverse and forward dynamics; [`kinematics`] the points of the arm; [`regressor`] the
 //! torque as a linear function of K and G, and the base parameters.
 
+pub mod chain;
 pub mod dynamics;
 pub mod kinematics;
 pub mod regressor;

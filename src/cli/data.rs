@@ -12,7 +12,7 @@ use crate::arm::{Arm, Posture};
 use crate::model::learned::{Features, Layers};
 use crate::model::{Fitted, Model, Preset, Term};
 use crate::network::Activation;
-use crate::recording::mapping::MappingSpec;
+use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::ReadOptions;
 use crate::session::{Command, Session, runs};
 use crate::simulation::Scenario;
@@ -38,8 +38,9 @@ pub struct Reading {
     /// What to hold out, files or names of trajectories: the error is measured there, nothing is learned from it.
     #[arg(long, value_name = "FILE|NAME", num_args = 1..)]
     held_out: Vec<PathBuf>,
-    /// Which column is which channel, such as `q=pos_filt*,qd=vel_filt*,tau=tau_meas*,time=time` (`*` is the joint).
-    #[arg(long, value_name = "MAP")]
+    /// Which column is which channel, such as `q=pos_filt*,qd=vel_filt*,tau=tau_meas*,time=time` (`*` is the joint); or a
+    /// mapping file, which can state factors, matrices and axes too, such as `assets/mappings/emps.toml`.
+    #[arg(long, value_name = "MAP|FILE.toml", value_parser = parse_mapping)]
     map: Option<MappingSpec>,
     /// Where the arm points at q = 0, if the file does not say it.
     #[arg(long)]
@@ -58,7 +59,8 @@ pub struct Reading {
 /// Files to read, and how.
 #[derive(Args, Debug, Clone)]
 pub struct Files {
-    /// Recordings (CSV or NPZ); several files are trajectories of one arm.
+    /// Recordings (CSV, NPZ, MATLAB .mat, ROS 2 .db3); several files are trajectories of one arm, and `FILE+FILE` are files
+    /// with channels of the same samples.
     #[arg(required = true)]
     files: Vec<PathBuf>,
     #[command(flatten)]
@@ -68,7 +70,7 @@ pub struct Files {
 /// Files that need not be given: without, the embedded recording is taken.
 #[derive(Args, Debug, Clone)]
 pub struct OptionalData {
-    /// Recordings (CSV or NPZ); several files are trajectories of one arm. Without any: an embedded arm with a hidden effect.
+    /// Recordings (CSV, NPZ, .mat, .db3); several files are trajectories of one arm. Without any: an embedded arm with a hidden effect.
     files: Vec<PathBuf>,
     #[command(flatten)]
     reading: Reading,
@@ -187,6 +189,15 @@ fn chosen<T: Copy>(text: &str, known: &[(&str, T)]) -> Result<T, String> {
     let found = known.iter().find(|(name, _)| *name == text).map(|(_, value)| *value);
     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
     found.ok_or_else(|| format!("choose {}", names.join(", ")))
+}
+
+/// A mapping as text, or from a file.
+fn parse_mapping(text: &str) -> Result<MappingSpec, String> {
+    if !text.ends_with(".toml") {
+        return text.parse().map_err(|error: MappingError| error.to_string());
+    }
+    let content = std::fs::read_to_string(text).map_err(|error| format!("can't read {text}: {error}"))?;
+    MappingSpec::from_toml(&content).map_err(|error| error.to_string())
 }
 
 /// Files and the model to use on them.

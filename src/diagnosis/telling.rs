@@ -130,6 +130,7 @@ fn moved(recording: &Recording, fitted: &Fitted, motion: Motion) -> Option<Recor
         provenance,
         posture,
         stated_arm,
+        chain: recording.chain.clone(),
         seal: None,
     })
 }

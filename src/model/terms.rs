@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
+use crate::arm::chain::{Chain, PER_LINK};
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
 use crate::effect::{Column, Load, Motion};
 use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
@@ -16,6 +17,9 @@ pub struct Setting {
     pub posture: Posture,
     /// The stated arm.
     pub arm: Option<Arm>,
+    /// Where the axes of an arm are that is not planar.
+    #[serde(default)]
+    pub chain: Option<Chain>,
     /// Factors of the identified rigid body, roughly: from them comes the load of effects that depend on it.
     #[serde(default)]
     pub body: Option<Vec<f64>>,
@@ -32,7 +36,7 @@ impl Setting {
         if !(1..=MOST_JOINTS).contains(&joints) {
             return Err(ModelError::JointCount { joints });
         }
-        if joints > 1 && kinds.contains(&JointKind::Prismatic) {
+        if joints > 1 && kinds.contains(&JointKind::Prismatic) && recording.chain.is_none() {
             return Err(ModelError::Prismatic { joints });
         }
         if let Some(arm) = &recording.stated_arm
@@ -41,7 +45,8 @@ impl Setting {
             return Err(ModelError::OtherArm { arm: arm.joint_count(), recording: joints });
         }
         let posture = recording.posture.or(recording.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default();
-        Ok(Setting { kinds, posture, arm: recording.stated_arm.clone(), body: None })
+        let (arm, chain) = (recording.stated_arm.clone(), recording.chain.clone());
+        Ok(Setting { kinds, posture, arm, chain, body: None })
     }
 
     /// Gravity \[m/s²\]: of the stated arm, or the standard.
@@ -82,7 +87,8 @@ impl Setting {
             signal.iter_mut().flatten().for_each(|value| *value = 0.0);
         }
         let zero_angle = self.posture.zero_angle + std::f64::consts::FRAC_PI_2;
-        let turned = Setting { posture: Posture { zero_angle, ..self.posture }, ..self.clone() };
+        let chain = self.chain.as_ref().map(Chain::turned);
+        let turned = Setting { posture: Posture { zero_angle, ..self.posture }, chain, ..self.clone() };
         Load { torque, turned_gravity: sum(&turned, &still) }
     }
 }
@@ -111,6 +117,15 @@ impl RigidBody {
             return Vec::new();
         }
         let free = [f64::NEG_INFINITY, f64::INFINITY];
+        if let Some(chain) = &setting.chain {
+            let named = chain.parameter_names().into_iter().enumerate();
+            return named
+                .map(|(index, name)| {
+                    let unit = Chain::parameter_unit(index);
+                    Factor { term, symbol: name.clone(), name, joint: None, unit, bounds: free }
+                })
+                .collect();
+        }
         if setting.kinds == [JointKind::Prismatic] {
             let name = "M1".to_owned();
             return vec![Factor { term, symbol: name.clone(), name, joint: None, unit: "kg", bounds: free }];
@@ -129,6 +144,7 @@ impl RigidBody {
     pub(super) fn columns(&self, setting: &Setting, trajectory: &Trajectory) -> Vec<Column> {
         match self {
             RigidBody::Stated(_) => Vec::new(),
+            RigidBody::Identified if let Some(chain) = &setting.chain => chain_columns(chain, setting, trajectory),
             RigidBody::Identified if setting.kinds == [JointKind::Prismatic] => {
                 vec![Column::on_joint(0, trajectory.qdd[0].iter().copied())]
             }
@@ -148,11 +164,30 @@ impl RigidBody {
     }
 }
 
-/// The regressor along a trajectory, one column per lumped parameter, without the rows that are zero by construction.
+/// The regressor of the planar arm.
 fn regressor_columns(setting: &Setting, trajectory: &Trajectory) -> Vec<Column> {
+    let width = regressor::parameter_count(trajectory.joint_count());
+    columns_along(trajectory, width, |q, qd, qdd, rows| {
+        regressor::fill(setting.posture, setting.gravity(), q, qd, qdd, rows);
+    })
+}
+
+/// The regressor of an arm in space.
+fn chain_columns(chain: &Chain, setting: &Setting, trajectory: &Trajectory) -> Vec<Column> {
+    let sliding: Vec<bool> = setting.kinds.iter().map(|kind| *kind == JointKind::Prismatic).collect();
+    let regressor = chain.regressor(&sliding);
+    let width = PER_LINK * trajectory.joint_count();
+    columns_along(trajectory, width, |q, qd, qdd, rows| regressor.fill(q, qd, qdd, rows))
+}
+
+/// A regressor of `width` parameters along a trajectory, one column each, without the rows that are zero by construction.
+fn columns_along(
+    trajectory: &Trajectory,
+    width: usize,
+    fill: impl Fn(&[f64], &[f64], &[f64], &mut [f64]),
+) -> Vec<Column> {
     let joints = trajectory.joint_count();
     let samples = trajectory.len();
-    let width = regressor::parameter_count(joints);
     let mut values = vec![vec![0.0; samples]; joints * width];
     let mut rows = vec![0.0; joints * width];
     let mut state = [[0.0; MOST_JOINTS]; 3];
@@ -163,7 +198,7 @@ fn regressor_columns(setting: &Setting, trajectory: &Trajectory) -> Vec<Column> 
             state[2][joint] = trajectory.qdd[joint][sample];
         }
         let [q, qd, qdd] = &state;
-        regressor::fill(setting.posture, setting.gravity(), &q[..joints], &qd[..joints], &qdd[..joints], &mut rows);
+        fill(&q[..joints], &qd[..joints], &qdd[..joints], &mut rows);
         for (element, row) in values.iter_mut().zip(&rows) {
             element[sample] = *row;
         }

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Joint, Provenance};
+use crate::arm::chain::Chain;
 use crate::arm::{Arm, Posture};
 
 /// Version of the layout that is written, and the newest that is understood.
@@ -39,6 +40,9 @@ pub struct Manifest {
     pub posture: Option<Posture>,
     /// The arm as its maker states it.
     pub stated_arm: Option<Arm>,
+    /// Where its axes are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chain: Option<Chain>,
 }
 
 /// Only the version, which is read first: the rest may differ in other versions.

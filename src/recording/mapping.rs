@@ -10,6 +10,8 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::JointKind;
+use super::transform::Transform;
+use crate::arm::chain::Chain;
 
 /// One of the five things that a recording holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -59,8 +61,9 @@ impl Channel {
 /// `q=pos_filt*,qd=vel_filt*,qdd=-,tau=tau_a+tau_b,time=time`.
 ///
 /// Each entry is the name of a column or of an array, or a pattern in which `*` stands for the number (or the name) of
-/// the joint; `+` joins several; `-` alone leaves the channel out, so that it is derived.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+/// the joint; `+` joins several; `-` alone leaves the channel out, so that it is derived. A mapping file
+/// ([`MappingSpec::from_toml`]) says more than columns.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MappingSpec {
     /// Time stamps.
@@ -73,6 +76,16 @@ pub struct MappingSpec {
     pub qdd: Option<Vec<String>>,
     /// Joint torque.
     pub tau: Option<Vec<String>>,
+    /// How the numbers of these columns become SI units.
+    pub transforms: BTreeMap<Channel, Transform>,
+    /// Sampling rate \[Hz\] of files without a time column.
+    pub rate_hz: Option<f64>,
+    /// Cut-off of the filter for derived channels \[Hz\].
+    pub low_pass_hz: Option<f64>,
+    /// What the joints do, where the columns do not say it.
+    pub kind: Option<JointKind>,
+    /// Where the axes of the arm are.
+    pub chain: Option<Chain>,
 }
 
 /// The mapping that was used: names of columns, one a joint, base first.
@@ -107,6 +120,9 @@ pub enum MappingError {
         /// What is wrong.
         problem: &'static str,
     },
+    /// The mapping file can't be read.
+    #[error("the mapping file: {0}")]
+    File(String),
     /// A needed channel was not found.
     #[error(
         "no {} column was recognised among: {}; say which it is, for example `{example}` (`*` stands for the joint number)",
@@ -186,6 +202,80 @@ impl MappingSpec {
     }
 }
 
+/// A mapping file, as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct MappingFile {
+    time: Option<Names>,
+    rate_hz: Option<f64>,
+    low_pass_hz: Option<f64>,
+    kind: Option<JointKind>,
+    q: Option<ChannelEntry>,
+    qd: Option<ChannelEntry>,
+    qdd: Option<ChannelEntry>,
+    tau: Option<ChannelEntry>,
+    arm: Option<Chain>,
+}
+
+#[derive(Deserialize)]
+struct ChannelEntry {
+    columns: Names,
+    #[serde(flatten)]
+    transform: Transform,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "columns are a name, a pattern with `*`, or a list of them")]
+enum Names {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl From<Names> for Vec<String> {
+    fn from(names: Names) -> Self {
+        match names {
+            Names::One(name) => vec![name],
+            Names::Several(names) => names,
+        }
+    }
+}
+
+impl MappingSpec {
+    /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz`, `kind` (`revolute`, `prismatic`), a table for each of `q`, `qd`, `qdd`,
+    /// `tau` with `columns` and, where the numbers are not in SI units, a [`Transform`], and a table `arm`, a [`Chain`].
+    ///
+    /// # Errors
+    /// [`MappingError::File`] with the line and what is wrong there.
+    pub fn from_toml(text: &str) -> Result<MappingSpec, MappingError> {
+        let file: MappingFile = toml::from_str(text).map_err(|error| MappingError::File(error.to_string()))?;
+        let mut spec = MappingSpec {
+            time: file.time.map(Names::into),
+            rate_hz: file.rate_hz,
+            low_pass_hz: file.low_pass_hz,
+            kind: file.kind,
+            chain: file.arm,
+            ..MappingSpec::default()
+        };
+        if let Some(chain) = &spec.chain {
+            chain.check().map_err(|error| MappingError::File(error.to_string()))?;
+        }
+        let entries = [
+            (Channel::Position, file.q),
+            (Channel::Velocity, file.qd),
+            (Channel::Acceleration, file.qdd),
+            (Channel::Torque, file.tau),
+        ];
+        for (channel, entry) in entries {
+            let Some(ChannelEntry { columns, transform }) = entry else { continue };
+            *spec.get_mut(channel) = Some(columns.into());
+            if transform != Transform::default() {
+                spec.transforms.insert(channel, transform);
+            }
+        }
+        Ok(spec)
+    }
+}
+
 impl FromStr for MappingSpec {
     type Err = MappingError;
 
@@ -226,6 +316,7 @@ impl Mapping {
             qd: Some(self.qd.clone().unwrap_or_else(leave_out)),
             qdd: Some(self.qdd.clone().unwrap_or_else(leave_out)),
             tau: Some(self.tau.clone()),
+            ..MappingSpec::default()
         }
     }
 
@@ -691,6 +782,12 @@ const UNITS: &[Unit] = {
 /// The name without the unit that stands at its end, in brackets or after `_`, and that unit.
 pub(super) fn split_unit(name: &str) -> (&str, Option<Unit>) {
     let name = name.trim();
+    // `speed_deg_per_s[2]`: the unit stands before the number of the joint.
+    if let Some((array, number)) = name.strip_suffix(']').and_then(|start| start.rsplit_once('['))
+        && number.parse::<usize>().is_ok()
+    {
+        return (name, split_unit(array).1);
+    }
     for (open, close) in [('[', ']'), ('(', ')')] {
         let inside = name.strip_suffix(close).and_then(|start| start.rsplit_once(open));
         if let Some((bare, text)) = inside {

@@ -14,10 +14,12 @@ pub mod read;
 pub mod seal;
 pub mod split;
 pub mod table;
+pub mod transform;
 pub mod write;
 
 use serde::{Deserialize, Serialize};
 
+use crate::arm::chain::{Chain, ChainError};
 use crate::arm::{Arm, ArmError, Posture};
 use seal::Seal;
 
@@ -39,6 +41,8 @@ pub struct Recording {
     pub posture: Option<Posture>,
     /// The arm as its maker states it (masses, lengths), where the file says: known to everybody, not the truth.
     pub stated_arm: Option<Arm>,
+    /// Where the axes of an arm are that is not planar, where it is known; the masses are not.
+    pub chain: Option<Chain>,
     /// The hidden truth of a simulated recording, closed until the user opens it.
     pub seal: Option<Seal>,
 }
@@ -141,6 +145,9 @@ pub enum RecordingError {
     /// The stated arm can't exist.
     #[error("the stated arm: {0}")]
     Arm(#[from] ArmError),
+    /// The stated axes can't exist, or belong to another arm.
+    #[error("the stated axes: {0}")]
+    Chain(#[from] ChainError),
     /// The posture's angle is not a number.
     #[error("the posture's angle at q = 0 is {0} rad, but must be finite")]
     Posture(f64),
@@ -193,6 +200,9 @@ impl Recording {
         }
         if let Some(arm) = &self.stated_arm {
             arm.check()?;
+        }
+        if let Some(chain) = &self.chain {
+            chain.check_for(self.joint_count())?;
         }
         self.trajectories.iter().try_for_each(|trajectory| trajectory.verify(self.joint_count()))
     }

@@ -70,6 +70,7 @@ pub fn to_npz_bytes(recording: &Recording) -> Result<Vec<u8>, WriteError> {
         provenance: recording.provenance.clone(),
         posture: recording.posture,
         stated_arm: recording.stated_arm.clone(),
+        chain: recording.chain.clone(),
     };
     entry(MANIFEST, &serde_json::to_vec_pretty(&manifest)?)?;
     if let Some(seal) = &recording.seal {

@@ -274,6 +274,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
         provenance: sensor::provenance(scenario.encoder_resolution, &cutoffs),
         posture: Some(scenario.arm.posture),
         stated_arm: scenario.stated.then(|| scenario.arm.clone()),
+        chain: None,
         seal: Some(Seal::close(&Truth {
             arm: scenario.arm.clone(),
             effects: scenario.effects.clone(),

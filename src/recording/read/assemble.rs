@@ -12,7 +12,8 @@ use crate::recording::check::{Finding, FindingKind, GAP_STEPS, Place, Severity};
 use crate::recording::differentiate::{
     default_cutoff, default_cutoff_of_positions, derivative, median_step, trusted_range,
 };
-use crate::recording::mapping::{Channel, Mapping, split_unit};
+use crate::recording::mapping::{Channel, Mapping, MappingSpec, split_unit};
+use crate::recording::transform::Factor;
 use crate::recording::{JointKind, PerJoint, Trajectory};
 
 /// Shorter stretches between two cuts are left out.
@@ -47,8 +48,9 @@ pub(super) fn assemble(
     options: &ReadOptions,
     monitor: &Monitor,
 ) -> Result<Assembled, ReadError> {
-    let mut findings = passed_over(table, file);
-    let channels = convert(table, mapping, file, options, &mut findings)?;
+    let spec = options.mapping.clone().unwrap_or_default();
+    let mut findings = passed_over(table, &spec, file);
+    let channels = convert(table, mapping, &spec, file, options, &mut findings)?;
     check_clock(table, &channels.time, file)?;
 
     let usable = usable_rows(&channels);
@@ -83,19 +85,27 @@ pub(super) fn assemble(
         trajectories.push(trajectory);
         cutoffs.push(cutoff);
     }
-    let kinds =
-        mapping.q.iter().map(|name| split_unit(name).1.and_then(|unit| unit.kind).unwrap_or_default()).collect();
+    let stated = |name: &String| split_unit(name).1.and_then(|unit| unit.kind);
+    let kinds = mapping.q.iter().map(|name| spec.kind.or_else(|| stated(name)).unwrap_or_default()).collect();
     Ok(Assembled { trajectories, findings, cutoffs, kinds })
 }
 
-fn passed_over(table: &Table, file: &str) -> Vec<Finding> {
-    if table.passed_over.is_empty() {
+fn passed_over(table: &Table, spec: &MappingSpec, file: &str) -> Vec<Finding> {
+    let used = |name: &String| {
+        spec.transforms.values().any(|transform| transform.factor == Some(Factor::Constant(name.clone())))
+    };
+    let constants: Vec<&str> = table.constants.keys().filter(|name| !used(name)).map(String::as_str).collect();
+    let mut parts = table.passed_over.clone();
+    if !constants.is_empty() {
+        parts.push(format!("constants, which a mapping file may name as factors: {}", constants.join(", ")));
+    }
+    if parts.is_empty() {
         return Vec::new();
     }
     vec![Finding {
         severity: Severity::Info,
         kind: FindingKind::PassedOver,
-        what: format!("passed over: {}.", table.passed_over.join("; ")),
+        what: format!("passed over: {}.", parts.join("; ")),
         place: Place::file(file),
         remedy: String::new(),
     }]
@@ -104,6 +114,7 @@ fn passed_over(table: &Table, file: &str) -> Vec<Finding> {
 fn convert(
     table: &Table,
     mapping: &Mapping,
+    spec: &MappingSpec,
     file: &str,
     options: &ReadOptions,
     findings: &mut Vec<Finding>,
@@ -128,13 +139,17 @@ fn convert(
             None => Ok(found.values.clone()),
         }
     };
-    let mut joints =
-        |channel, names: &Vec<String>| names.iter().map(|name| column(channel, name)).collect::<Result<PerJoint, _>>();
+    let mut joints = |channel, names: &Vec<String>| {
+        let numbers = names.iter().map(|name| column(channel, name)).collect::<Result<PerJoint, _>>()?;
+        let Some(transform) = spec.transforms.get(&channel) else { return Ok(numbers) };
+        let wrong = |problem| ReadError::Transform { file: file.to_owned(), channel, problem };
+        transform.apply(numbers, &table.constants).map_err(wrong)
+    };
     let q = joints(Channel::Position, &mapping.q)?;
     let tau = joints(Channel::Torque, &mapping.tau)?;
     let qd = mapping.qd.as_ref().map(|names| joints(Channel::Velocity, names)).transpose()?;
     let qdd = mapping.qdd.as_ref().map(|names| joints(Channel::Acceleration, names)).transpose()?;
-    let time = match (&mapping.time, options.rate_hz.map(f64::recip).or(table.step)) {
+    let time = match (&mapping.time, options.rate_hz.or(spec.rate_hz).map(f64::recip).or(table.step)) {
         (Some(name), _) => column(Channel::Time, name)?,
         (None, Some(step)) => {
             table.runs.iter().flat_map(|run| (0..run.len()).map(move |sample| sample as f64 * step)).collect()
@@ -148,6 +163,15 @@ fn convert(
             what: format!("the stated rate of {rate} Hz was not used, since `{name}` holds the time."),
             place: Place::file(file),
             remedy: "To use the rate instead, map `time=-`.".to_owned(),
+        });
+    }
+    for (channel, transform) in &spec.transforms {
+        findings.push(Finding {
+            severity: Severity::Info,
+            kind: FindingKind::Converted,
+            what: format!("{} is {}, as the mapping says.", channel.title(), transform.describe()),
+            place: Place::file(file),
+            remedy: String::new(),
         });
     }
     if !converted.is_empty() {
@@ -256,7 +280,8 @@ fn derive(channels: &Channels, rows: Range<usize>, name: String, options: &ReadO
     let time = channels.time[rows.clone()].to_vec();
     let q = cut(&channels.q);
     let measured = channels.qd.as_ref().map(cut);
-    let cutoff = options.low_pass_hz.unwrap_or_else(|| match &measured {
+    let stated = options.low_pass_hz.or(options.mapping.as_ref().and_then(|mapping| mapping.low_pass_hz));
+    let cutoff = stated.unwrap_or_else(|| match &measured {
         Some(qd) => default_cutoff(&q, qd, median_step(&time)),
         None => default_cutoff_of_positions(&q, &time),
     });

@@ -3,8 +3,12 @@
 //! Only this file opens files; the readers below take bytes. Everything is checked before anything is returned: there is
 //! no half-read recording.
 
+mod arrays;
 mod assemble;
+mod bag;
 mod csv;
+mod join;
+mod mat;
 mod npz;
 mod sniff;
 mod table;
@@ -13,8 +17,12 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+pub use self::bag::BagError;
 pub use self::csv::CsvError;
 pub use super::npy::NpyError;
+pub use arrays::ArraysError;
+pub use join::JoinError;
+pub use mat::MatError;
 pub use npz::NpzError;
 pub use sniff::{Format, FormatError, sniff};
 
@@ -23,6 +31,7 @@ use self::table::Table;
 use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::differentiate::description;
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec};
+use super::transform::TransformError;
 use super::{Joint, Origin, Provenance, Recording, RecordingError};
 use crate::arm::{Arm, Posture};
 use crate::progress::{Monitor, Stopped};
@@ -66,7 +75,7 @@ pub struct Import {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// No file was named.
-    #[error("no file was named; name at least one log (CSV or NPZ)")]
+    #[error("no file was named; name at least one log (CSV, NPZ, MATLAB or ROS 2 bag)")]
     NoFile,
     /// An option makes no sense.
     #[error("{option} is {value}, but must be a number of Hz above 0")]
@@ -119,6 +128,40 @@ pub enum ReadError {
         file: String,
         /// What is wrong.
         problem: Box<NpzError>,
+    },
+    /// The MATLAB file can't be read.
+    #[error("{file}: {problem}")]
+    Mat {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: MatError,
+    },
+    /// The bag can't be read.
+    #[error("{file}: {problem}")]
+    Bag {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: BagError,
+    },
+    /// Files that were to stand side by side do not fit.
+    #[error("{file}: {problem}")]
+    Join {
+        /// Their names.
+        file: String,
+        /// What is wrong.
+        problem: JoinError,
+    },
+    /// What the mapping says of the numbers does not fit the file.
+    #[error("{file}: {}: {problem}; change the mapping", channel.title())]
+    Transform {
+        /// Its name.
+        file: String,
+        /// The channel.
+        channel: Channel,
+        /// What is wrong.
+        problem: TransformError,
     },
     /// The columns can't be mapped.
     #[error("{file}: {problem}{}", and_passed_over(.passed_over))]
@@ -227,12 +270,19 @@ fn and_passed_over(parts: &[String]) -> String {
     if parts.is_empty() { String::new() } else { format!("; passed over: {}", parts.join("; ")) }
 }
 
-/// Reads one recording; several files become trajectories of one arm, all mapped like the first.
+/// Reads one recording; several files become trajectories of one arm, all mapped like the first. A path such as
+/// `angles.csv+currents.csv` stands for files with channels of the same samples, which are put side by side.
 ///
 /// # Errors
 /// [`ReadError`] says which file, where in it, what is wrong and what to do. Nothing is returned then.
 pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Result<Import, ReadError> {
-    for (option, value) in [("the sampling rate", options.rate_hz), ("the cut-off", options.low_pass_hz)] {
+    let stated = options.mapping.as_ref();
+    for (option, value) in [
+        ("the sampling rate", options.rate_hz),
+        ("the sampling rate of the mapping", stated.and_then(|mapping| mapping.rate_hz)),
+        ("the cut-off of the mapping", stated.and_then(|mapping| mapping.low_pass_hz)),
+        ("the cut-off", options.low_pass_hz),
+    ] {
         if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
             return Err(ReadError::Option { option, value });
         }
@@ -268,6 +318,23 @@ pub fn columns(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<
 }
 
 fn open(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
+    let parts = join::parts(path);
+    if path.exists() || parts.len() < 2 {
+        return open_one(path, options, monitor);
+    }
+    let file = || file_name(path);
+    let mut tables = Vec::new();
+    for part in &parts {
+        match open_one(part, options, monitor)? {
+            Content::Table(table) => tables.push((stem(part), table)),
+            Content::Recording(_) => return Err(ReadError::NotAlone { file: file_name(part) }),
+        }
+    }
+    let joined = join::side_by_side(tables).map_err(|problem| ReadError::Join { file: file(), problem })?;
+    Ok(Content::Table(joined))
+}
+
+fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
     let about = std::fs::metadata(path).map_err(unreadable)?;
     if !about.is_file() {
@@ -294,6 +361,16 @@ fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor)
             NpzError::Stopped(stopped) => stopped.into(),
             problem => ReadError::Npz { file: file(), problem: Box::new(problem) },
         }),
+        Format::Mat => match mat::read(bytes, limit, monitor) {
+            Ok(table) => Ok(Content::Table(table)),
+            Err(MatError::Stopped(stopped)) => Err(stopped.into()),
+            Err(problem) => Err(ReadError::Mat { file: file(), problem }),
+        },
+        Format::Bag => match bag::read(bytes, limit, monitor) {
+            Ok(table) => Ok(Content::Table(table)),
+            Err(BagError::Stopped(stopped)) => Err(stopped.into()),
+            Err(problem) => Err(ReadError::Bag { file: file(), problem }),
+        },
     }
 }
 
@@ -309,6 +386,7 @@ fn stem(path: &Path) -> String {
 fn own(mut recording: Recording, options: &ReadOptions) -> Import {
     recording.posture = options.zero.or(recording.posture);
     recording.stated_arm = options.arm.clone().or(recording.stated_arm);
+    recording.chain = options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()).or(recording.chain);
     let names = |array: &str| (0..recording.joint_count()).map(|joint| format!("{array}[{joint}]")).collect();
     let mapping = Mapping {
         time: Some("time".to_owned()),
@@ -344,11 +422,14 @@ struct Merge {
 impl Merge {
     fn start(table: &Table, file: &str, options: &ReadOptions) -> Result<Merge, ReadError> {
         let spec = options.mapping.clone().unwrap_or_default();
-        let mapping = Mapping::find(&table.names(), &spec).map_err(|problem| ReadError::Mapping {
+        let mut mapping = Mapping::find(&table.names(), &spec).map_err(|problem| ReadError::Mapping {
             file: file.to_owned(),
             problem: Box::new(problem),
             passed_over: table.passed_over.clone(),
         })?;
+        if let Some(joints) = table.joints.as_ref().filter(|joints| joints.len() == mapping.joints.len()) {
+            mapping.joints = joints.clone();
+        }
         let findings = about_mapping(&mapping, file);
         Ok(Merge { mapping, joints: Vec::new(), trajectories: Vec::new(), findings, cutoffs: Vec::new() })
     }
@@ -407,6 +488,7 @@ impl Merge {
             provenance,
             posture: options.zero,
             stated_arm: options.arm.clone(),
+            chain: options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()),
             seal: None,
         };
         recording.verify()?;

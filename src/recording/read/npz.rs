@@ -5,7 +5,8 @@ use std::io::{Cursor, Read};
 
 use zip::ZipArchive;
 
-use super::table::{Column, Table};
+use super::arrays::{self, ArraysError, BYTES};
+use super::table::Table;
 use crate::progress::{Monitor, Stopped};
 use crate::recording::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION, Version};
 use crate::recording::npy::{self, Array, NpyError};
@@ -26,12 +27,6 @@ pub enum NpzError {
         /// What went wrong.
         problem: String,
     },
-    /// It would take too much memory.
-    #[error("unpacked it takes more than {limit} MB; cut the log into several files, or raise the limit")]
-    TooLarge {
-        /// What is allowed \[MB\].
-        limit: u64,
-    },
     /// An array can't be read.
     #[error("array `{array}`: {problem}")]
     Array {
@@ -40,9 +35,9 @@ pub enum NpzError {
         /// What is wrong.
         problem: NpyError,
     },
-    /// It holds other things.
-    #[error("the archive holds no array of samples{}; save the log with numpy.savez('log.npz', time=time, q=q, tau=tau)", also(.0))]
-    NoArrays(Vec<String>),
+    /// Its arrays make no table.
+    #[error(transparent)]
+    Arrays(#[from] ArraysError),
     /// A newer program wrote it.
     #[error(
         "it is in version {found} of our layout, but this program knows versions up to {VERSION}; use a newer program"
@@ -64,10 +59,6 @@ pub enum NpzError {
     Stopped(#[from] Stopped),
 }
 
-fn also(passed_over: &[String]) -> String {
-    if passed_over.is_empty() { String::new() } else { format!(" (passed over: {})", passed_over.join("; ")) }
-}
-
 /// What an archive holds.
 #[derive(Debug)]
 pub(super) enum Content {
@@ -82,7 +73,7 @@ pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Conten
     let Unpacked { arrays, passed_over, manifest, truth } = unpack(bytes, limit, monitor)?;
     match manifest {
         Some(manifest) => Ok(Content::Recording(Box::new(recording(arrays, &manifest, truth)?))),
-        None => Ok(Content::Table(table(arrays, passed_over, limit)?)),
+        None => Ok(Content::Table(arrays::table(arrays, passed_over, limit)?)),
     }
 }
 
@@ -93,9 +84,6 @@ struct Unpacked {
     manifest: Option<Vec<u8>>,
     truth: Option<Vec<u8>>,
 }
-
-/// What a number takes.
-const BYTES: u64 = 8;
 
 fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzError> {
     let mut archive = ZipArchive::new(Cursor::new(bytes))?;
@@ -111,7 +99,7 @@ fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzEr
             continue;
         }
         if entry.size() > left {
-            return Err(NpzError::TooLarge { limit: limit >> 20 });
+            return Err(ArraysError::TooLarge { limit: limit >> 20 }.into());
         }
         let damaged = |problem: String| NpzError::Entry { entry: name.clone(), problem };
         // What the archive claims is checked as it is unpacked, so that a false claim does not take memory either.
@@ -127,7 +115,7 @@ fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzEr
                     left = left.saturating_sub(values.values.len() as u64 * BYTES);
                     unpacked.arrays.push((array, values));
                 }
-                Err(NpyError::TooLarge) => return Err(NpzError::TooLarge { limit: limit >> 20 }),
+                Err(NpyError::TooLarge) => return Err(ArraysError::TooLarge { limit: limit >> 20 }.into()),
                 Err(NpyError::NotNumbers(reason)) => unpacked.passed_over.push(format!("`{array}` ({reason})")),
                 Err(problem) => return Err(NpzError::Array { array, problem }),
             },
@@ -136,74 +124,6 @@ fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzEr
         }
     }
     Ok(unpacked)
-}
-
-/// How many runs, and how many samples in each.
-type Extent = (usize, usize);
-
-/// How an array may be read: (samples), (samples, joints) or (runs, samples, joints).
-fn extent(shape: &[usize]) -> Option<Extent> {
-    match *shape {
-        [samples] | [samples, _] => Some((1, samples)),
-        [runs, samples, _] => Some((runs, samples)),
-        _ => None,
-    }
-}
-
-/// Columns of the arrays that share the extent which most of them have; the others are passed over.
-fn table(arrays: Vec<(String, Array)>, mut passed_over: Vec<String>, limit: u64) -> Result<Table, NpzError> {
-    let step = arrays.iter().find_map(|(name, array)| stated_step(name, array));
-    let mut votes: BTreeMap<Extent, usize> = BTreeMap::new();
-    // An array without elements may claim any extent.
-    let full = arrays.iter().filter(|(_, array)| array.values.len() > 1);
-    for extent in full.filter_map(|(_, array)| extent(&array.shape)) {
-        *votes.entry(extent).or_default() += 1;
-    }
-    let winner = votes.into_iter().max_by_key(|&((runs, samples), votes)| (votes, runs.saturating_mul(samples)));
-    let Some(((runs, samples), _)) = winner else {
-        return Err(NpzError::NoArrays(passed_over));
-    };
-    let rows = runs * samples;
-    let mut table =
-        Table { runs: (0..runs).map(|run| run * samples..(run + 1) * samples).collect(), step, ..Table::default() };
-    for (name, Array { shape, values }) in arrays {
-        // One clock for many runs takes its memory once for each.
-        if (table.columns.len() as u64 + 1).saturating_mul(rows as u64).saturating_mul(BYTES) > limit {
-            return Err(NpzError::TooLarge { limit: limit >> 20 });
-        }
-        let column = |name, values| Column { name, values, text: None };
-        match *shape.as_slice() {
-            [own] if own == samples => {
-                // One clock for all runs.
-                let repeated = values.iter().copied().cycle().take(rows).collect();
-                table.columns.push(column(name, repeated));
-            }
-            [first, second] if runs > 1 && (first, second) == (runs, samples) => {
-                table.columns.push(column(name, values))
-            }
-            [.., width] if shape.len() > 1 && extent(&shape) == Some((runs, samples)) => {
-                for joint in 0..width {
-                    let values = values.iter().copied().skip(joint).step_by(width).collect();
-                    table.columns.push(column(format!("{name}[{joint}]"), values));
-                }
-            }
-            _ if stated_step(&name, &Array { shape: shape.clone(), values }).is_some() => {}
-            _ => passed_over.push(format!("`{name}` (its shape is {shape:?})")),
-        }
-    }
-    table.passed_over = passed_over;
-    Ok(table)
-}
-
-/// The time step \[s\] that an array of one number states.
-fn stated_step(name: &str, array: &Array) -> Option<f64> {
-    let [value] = array.values[..] else { return None };
-    let step = match name.to_lowercase().as_str() {
-        "dt" | "time_step" | "timestep" | "step" | "sampling_time" | "sample_time" => value,
-        "fs" | "rate" | "sample_rate" | "sampling_rate" | "frequency" => 1.0 / value,
-        _ => return None,
-    };
-    (step.is_finite() && step > 0.0).then_some(step)
 }
 
 /// Our own layout.
@@ -256,9 +176,9 @@ fn recording(arrays: Vec<(String, Array)>, manifest: &[u8], truth: Option<Vec<u8
     if start != time.len() {
         return wrong(format!("`{TRAJECTORY}` does not count 0, 1, … in order at sample {start}"));
     }
-    let Manifest { name, joints, provenance, posture, stated_arm, .. } = manifest;
+    let Manifest { name, joints, provenance, posture, stated_arm, chain, .. } = manifest;
     let seal = truth.map(Seal::from_bytes);
-    let recording = Recording { name, joints, trajectories, provenance, posture, stated_arm, seal };
+    let recording = Recording { name, joints, trajectories, provenance, posture, stated_arm, chain, seal };
     recording.verify()?;
     Ok(recording)
 }

@@ -7,6 +7,10 @@ pub enum Format {
     Csv,
     /// A ZIP archive, which we hope holds numpy arrays.
     Npz,
+    /// A MATLAB file of version 5 to 7.2.
+    Mat,
+    /// A ROS 2 bag: an SQLite database.
+    Bag,
 }
 
 /// The file is not one that we read.
@@ -24,7 +28,9 @@ pub enum FormatError {
         remedy: &'static str,
     },
     /// Bytes that look like nothing we know.
-    #[error("it is neither text with columns of numbers nor a numpy archive (NPZ); export the log as CSV or NPZ")]
+    #[error(
+        "it is neither text with columns of numbers nor a numpy archive (NPZ), a MATLAB file or a ROS 2 bag; export the log as CSV or NPZ"
+    )]
     Unknown,
     /// It is readable, but its name promises something else.
     #[error("its name ends in .{ending}, but it holds {is}; rename it if that is what you want to read")]
@@ -40,8 +46,7 @@ const TO_CSV: &str = "export the log as CSV or NPZ";
 const UNPACK: &str = "unpack it and read the file inside";
 const PICKLE: &str = "reading a pickle runs the code that stands in it. Convert it where you trust it, in Python: \
     d = pickle.load(open('log.pickle', 'rb')); numpy.savez('log.npz', time=d['t'], q=d['q'], qd=d['qd'], tau=d['tau'])";
-const FROM_MATLAB: &str = "convert it, in MATLAB: writetable(table(time, q, qd, tau), 'log.csv'); or in Python: \
-    d = scipy.io.loadmat('log.mat'); numpy.savez('log.npz', time=d['t'].ravel(), q=d['q'], qd=d['qd'], tau=d['tau'])";
+const FROM_MATLAB: &str = "save it in MATLAB as version 7: save('log.mat', '-v7')";
 const FROM_HDF5: &str = "convert it, in Python: f = h5py.File('log.h5'); \
     numpy.savez('log.npz', time=f['time'], q=f['q'], qd=f['qd'], tau=f['tau'])";
 const FROM_NPY: &str =
@@ -51,9 +56,7 @@ const FROM_NPY: &str =
 const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"\x93NUMPY", "a single numpy array (NPY)", FROM_NPY),
     (b"MATLAB 7.3", "a MATLAB 7.3 file", FROM_MATLAB),
-    (b"MATLAB 5.0", "a MATLAB file", FROM_MATLAB),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file", FROM_HDF5),
-    (b"SQLite format 3\0", "an SQLite database (perhaps a ROS 2 bag)", TO_CSV),
     (b"\x89MCAP0\r\n", "an MCAP log", TO_CSV),
     (b"#ROSBAG", "a ROS bag", TO_CSV),
     (b"ULog\x01", "a ULog file", TO_CSV),
@@ -81,7 +84,7 @@ const PROMISES: &[(&str, Option<Format>)] = &[
     ("txt", Some(Format::Csv)),
     ("npz", Some(Format::Npz)),
     ("npy", None),
-    ("mat", None),
+    ("mat", Some(Format::Mat)),
     ("h5", None),
     ("hdf5", None),
     ("pickle", None),
@@ -89,7 +92,7 @@ const PROMISES: &[(&str, Option<Format>)] = &[
     ("parquet", None),
     ("mcap", None),
     ("bag", None),
-    ("db3", None),
+    ("db3", Some(Format::Bag)),
     ("xlsx", None),
     ("png", None),
 ];
@@ -106,6 +109,8 @@ pub fn sniff(bytes: &[u8], ending: &str) -> Result<Format, FormatError> {
             let is = match format {
                 Format::Csv => "text",
                 Format::Npz => "a ZIP archive",
+                Format::Mat => "a MATLAB file",
+                Format::Bag => "an SQLite database",
             };
             Err(FormatError::Misnamed { ending, is })
         }
@@ -125,6 +130,12 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
     let unsupported = |is, remedy| Err(FormatError::Unsupported { is, remedy });
     if let Some((_, is, remedy)) = SIGNATURES.iter().find(|(signature, ..)| bytes.starts_with(signature)) {
         return unsupported(is, remedy);
+    }
+    if bytes.starts_with(b"MATLAB 5.0") {
+        return Ok(Format::Mat);
+    }
+    if bytes.starts_with(b"SQLite format 3\0") {
+        return Ok(Format::Bag);
     }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return Ok(Format::Npz);
@@ -156,9 +167,10 @@ mod tests {
             (b" \n\t\r\n", "empty"),
             (b"\x80\x03}q\x00.", "pickle"),
             (b"(dp0\n.", "pickle"),
-            (b"MATLAB 5.0 MAT-file, Platform", "MATLAB"),
+            (b"MATLAB 7.3 MAT-file, Platform", "-v7"),
+            (b"MATLAB 5.0 MAT-file, Platform", "a MATLAB file; rename"),
             (b"\x89HDF\r\n\x1a\n", "HDF5"),
-            (b"SQLite format 3\0", "SQLite"),
+            (b"SQLite format 3\0", "an SQLite database; rename"),
             (b"\x89PNG\r\n\x1a\n", "PNG"),
             (b"\xff\xfet\0i\0", "UTF-16"),
             (b"{\"q\": 1}", "JSON"),

@@ -1,6 +1,9 @@
 //! What every reader makes of its file: columns with names, one number a sample.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
+
+use crate::recording::npy::Array;
 
 /// Columns of equal length, one row a sample.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -12,6 +15,10 @@ pub(super) struct Table {
     pub lines: Option<Vec<u64>>,
     /// Time between rows \[s\], where the file states it apart from a time column.
     pub step: Option<f64>,
+    /// Numbers of the file that hold for all samples, such as gear ratios; a mapping may name them.
+    pub constants: BTreeMap<String, Array>,
+    /// Names of the joints, base first, where the file states them.
+    pub joints: Option<Vec<String>>,
     /// Parts of the file that no column was made of, each with the reason.
     pub passed_over: Vec<String>,
 }

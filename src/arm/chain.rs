@@ -1,0 +1,350 @@
+//! An arm in space whose axes are known and whose masses are not: its torque as a linear function of ten parameters a link.
+//!
+//! Each link has a mass, three first moments and six moments of inertia about its own frame, which is fixed to it and whose
+//! z axis is the axis of its joint. Along a motion the recursive Newton–Euler equations give the force and moment that each
+//! parameter causes, and the axes hand them down to the base. Which combinations a recording can show (the base parameters)
+//! is found by the rank of these columns, as for the planar arm.
+//! Sources: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), ch. 9; Craig, Introduction to
+//! Robotics (2005), ch. 3 (the two conventions for axes).
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::MOST_JOINTS;
+
+/// Where the axes of a serial arm are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Chain {
+    /// How `axes` is to be read.
+    pub convention: Convention,
+    /// One row a joint, base first.
+    pub axes: Vec<Axis>,
+    /// Acceleration of free fall in the frame of the base \[m/s²\]; along −z if absent.
+    #[serde(default = "down")]
+    pub gravity: [f64; 3],
+}
+
+/// The two ways to write Denavit and Hartenberg's parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Convention {
+    /// The row of joint i leads from its axis to the next: Rot_z(q + theta) Trans_z(d) Trans_x(a) Rot_x(alpha).
+    Standard,
+    /// The row of joint i leads from the axis before to its own: Rot_x(alpha) Trans_x(a) Rot_z(q + theta) Trans_z(d).
+    Modified,
+}
+
+/// Four numbers that place one axis against its neighbour; each is 0 if absent.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Axis {
+    /// Distance along x \[m\].
+    pub a: f64,
+    /// Angle about x \[rad\].
+    pub alpha: f64,
+    /// Distance along z \[m\]; a sliding joint adds its q.
+    pub d: f64,
+    /// Angle about z at q = 0 \[rad\]; a turning joint adds its q.
+    pub theta: f64,
+}
+
+/// The axes can't be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ChainError {
+    /// Another number of joints than the data, or than is supported.
+    #[error("they are {axes}, but the recording has {joints} joints (1 to {MOST_JOINTS} are supported)")]
+    Count {
+        /// How many axes.
+        axes: usize,
+        /// How many joints.
+        joints: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("a number of axis {0} is not finite")]
+    NotFinite(usize),
+    /// Gravity is NaN or infinite.
+    #[error("gravity is not finite")]
+    Gravity,
+}
+
+fn down() -> [f64; 3] {
+    [0.0, 0.0, -super::GRAVITY]
+}
+
+/// Parameters of one link.
+pub const PER_LINK: usize = 10;
+const NAMES: [&str; PER_LINK] = ["m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
+
+/// How one frame stands in the one before.
+#[derive(Clone, Copy)]
+struct Step {
+    rotation: Matrix3<f64>,
+    offset: Vector3<f64>,
+}
+
+impl Step {
+    fn then(self, next: Step) -> Step {
+        Step { rotation: self.rotation * next.rotation, offset: self.offset + self.rotation * next.offset }
+    }
+
+    fn about_x(axis: &Axis) -> Step {
+        let rotation = Rotation3::from_axis_angle(&Vector3::x_axis(), axis.alpha).into_inner();
+        Step { rotation, offset: Vector3::x() * axis.a }
+    }
+
+    fn about_z(theta: f64, d: f64) -> Step {
+        let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), theta).into_inner();
+        Step { rotation, offset: Vector3::z() * d }
+    }
+}
+
+impl Chain {
+    /// Checks that all numbers are finite.
+    ///
+    /// # Errors
+    /// [`ChainError`].
+    pub fn check(&self) -> Result<(), ChainError> {
+        self.check_for(self.axes.len())
+    }
+
+    /// Checks it for an arm of so many joints.
+    ///
+    /// # Errors
+    /// [`ChainError`].
+    pub fn check_for(&self, joints: usize) -> Result<(), ChainError> {
+        let axes = self.axes.len();
+        if axes != joints || !(1..=MOST_JOINTS).contains(&axes) {
+            return Err(ChainError::Count { axes, joints });
+        }
+        let finite = |axis: &Axis| [axis.a, axis.alpha, axis.d, axis.theta].iter().all(|value| value.is_finite());
+        if let Some(number) = self.axes.iter().position(|axis| !finite(axis)) {
+            return Err(ChainError::NotFinite(number + 1));
+        }
+        if self.gravity.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(ChainError::Gravity) }
+    }
+
+    /// Names of all parameters, link after link: `m1`, `mx1`, …, `Izz1`, `m2`, …
+    pub fn parameter_names(&self) -> Vec<String> {
+        let names = |link: usize| NAMES.iter().map(move |name| format!("{name}{link}"));
+        (1..=self.axes.len()).flat_map(names).collect()
+    }
+
+    /// Unit of the parameter with this index.
+    pub fn parameter_unit(index: usize) -> &'static str {
+        match index % PER_LINK {
+            0 => "kg",
+            1..=3 => "kg m",
+            _ => "kg m²",
+        }
+    }
+
+    /// This chain with gravity turned by a quarter about the y axis of the base.
+    pub fn turned(&self) -> Chain {
+        let [x, y, z] = self.gravity;
+        Chain { gravity: [-z, y, x], ..self.clone() }
+    }
+
+    /// The steps from frame to frame at q = 0; in each frame the joint's axis is z.
+    fn steps(&self) -> Vec<Step> {
+        let mut before = Step { rotation: Matrix3::identity(), offset: Vector3::zeros() };
+        let step = |axis: &Axis| {
+            let along_z = Step::about_z(axis.theta, axis.d);
+            match self.convention {
+                Convention::Modified => Step::about_x(axis).then(along_z),
+                Convention::Standard => {
+                    let step = before.then(along_z);
+                    before = Step::about_x(axis);
+                    step
+                }
+            }
+        };
+        self.axes.iter().map(step).collect()
+    }
+
+    /// What computes the regressor of one state after another. `sliding[joint]`: whether the joint slides.
+    pub fn regressor(&self, sliding: &[bool]) -> Regressor {
+        Regressor { steps: self.steps(), sliding: sliding.to_vec(), gravity: Vector3::from(self.gravity) }
+    }
+}
+
+/// Computes the regressor of a [`Chain`].
+pub struct Regressor {
+    steps: Vec<Step>,
+    sliding: Vec<bool>,
+    gravity: Vector3<f64>,
+}
+
+impl Regressor {
+    /// Fills the regressor of one state: `rows[joint][parameter]`, n × 10 n, row after row.
+    ///
+    /// # Panics
+    /// If `rows` does not have n · 10 n elements.
+    pub fn fill(&self, q: &[f64], qd: &[f64], qdd: &[f64], rows: &mut [f64]) {
+        let n = self.steps.len();
+        let width = n * PER_LINK;
+        assert_eq!(rows.len(), n * width, "the regressor of {n} joints has {n} × {width} elements");
+        rows.fill(0.0);
+        let z = Vector3::z();
+        let (mut omega, mut alpha, mut acceleration) = (Vector3::zeros(), Vector3::zeros(), -self.gravity);
+        let mut moved: Vec<Step> = Vec::with_capacity(n);
+        for link in 0..n {
+            let slides = self.sliding[link];
+            let step =
+                self.steps[link].then(if slides { Step::about_z(0.0, q[link]) } else { Step::about_z(q[link], 0.0) });
+            moved.push(step);
+            let into = step.rotation.transpose();
+            let carried = acceleration + alpha.cross(&step.offset) + omega.cross(&omega.cross(&step.offset));
+            let (before, turned) = (into * omega, into * alpha);
+            acceleration = into * carried;
+            if slides {
+                acceleration += 2.0 * before.cross(&z) * qd[link] + z * qdd[link];
+                (omega, alpha) = (before, turned);
+            } else {
+                omega = before + z * qd[link];
+                alpha = turned + before.cross(&z) * qd[link] + z * qdd[link];
+            }
+            for (parameter, (force, moment)) in wrenches(&omega, &alpha, &acceleration).into_iter().enumerate() {
+                let column = link * PER_LINK + parameter;
+                let (mut force, mut moment) = (force, moment);
+                for joint in (0..=link).rev() {
+                    rows[joint * width + column] = if self.sliding[joint] { force.z } else { moment.z };
+                    let step = &moved[joint];
+                    force = step.rotation * force;
+                    moment = step.rotation * moment + step.offset.cross(&force);
+                }
+            }
+        }
+    }
+}
+
+/// Force and moment about the origin of the link's frame that one unit of each parameter needs.
+fn wrenches(
+    omega: &Vector3<f64>,
+    alpha: &Vector3<f64>,
+    acceleration: &Vector3<f64>,
+) -> [(Vector3<f64>, Vector3<f64>); PER_LINK] {
+    let none = Vector3::zeros();
+    let mut wrenches = [(none, none); PER_LINK];
+    wrenches[0] = (*acceleration, none);
+    for (axis, unit) in [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().enumerate() {
+        let force = alpha.cross(&unit) + omega.cross(&omega.cross(&unit));
+        wrenches[1 + axis] = (force, unit.cross(acceleration));
+    }
+    let mut parameter = 4;
+    for row in 0..3 {
+        for column in row..3 {
+            let mut inertia = Matrix3::zeros();
+            inertia[(row, column)] = 1.0;
+            inertia[(column, row)] = 1.0;
+            wrenches[parameter] = (none, inertia * alpha + omega.cross(&(inertia * omega)));
+            parameter += 1;
+        }
+    }
+    wrenches
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::{Arm, Link, Posture};
+
+    #[test]
+    fn a_planar_arm_in_space_has_the_torque_of_the_closed_form() {
+        let link = |mass, length, com, inertia| Link { mass, length, com, inertia };
+        let links = vec![link(2.0, 0.8, 0.3, 0.05), link(1.5, 0.5, 0.2, 0.02), link(0.7, 0.3, 0.1, 0.01)];
+        let arm = Arm { links: links.clone(), gravity: 9.81, posture: Posture::RIGHT };
+        let axis = |a| Axis { a, ..Axis::default() };
+        // The arm's plane is x–z and it turns from x to z: with y up, z of the chain is its axis.
+        let gravity = [0.0, -9.81, 0.0];
+        let standard =
+            Chain { convention: Convention::Standard, axes: links.iter().map(|l| axis(l.length)).collect(), gravity };
+        let modified = Chain {
+            convention: Convention::Modified,
+            axes: vec![axis(0.0), axis(links[0].length), axis(links[1].length)],
+            gravity,
+        };
+        let (q, qd, qdd) = ([0.3, -0.7, 1.1], [1.0, -2.0, 0.5], [3.0, 1.0, -4.0]);
+        let signal = |values: [f64; 3]| values.iter().map(|value| vec![*value]).collect::<Vec<_>>();
+        let expected = arm.inverse_dynamics_along(&signal(q), &signal(qd), &signal(qdd));
+        for chain in [standard, modified] {
+            let mut rows = vec![0.0; 3 * 30];
+            chain.regressor(&[false; 3]).fill(&q, &qd, &qdd, &mut rows);
+            for joint in 0..3 {
+                let mut torque = 0.0;
+                for (number, link) in links.iter().enumerate() {
+                    let row = &rows[joint * 30 + number * 10..][..10];
+                    torque += link.mass * row[0]
+                        + link.mass * link.com * row[1]
+                        + (link.inertia + link.mass * link.com.powi(2)) * row[9];
+                }
+                assert!((torque - expected[joint][0]).abs() < 1e-12, "{torque} {}", expected[joint][0]);
+            }
+        }
+    }
+
+    /// Power = change of energy, with all parameters, a sliding joint and axes that point everywhere.
+    #[test]
+    fn work_becomes_energy() {
+        let axes = vec![
+            Axis { a: 0.1, alpha: 0.3, d: 0.4, theta: 0.2 },
+            Axis { a: 0.5, alpha: -1.2, d: -0.1, theta: 0.7 },
+            Axis { a: -0.2, alpha: 1.5, d: 0.3, theta: -0.4 },
+            Axis { a: 0.3, alpha: 0.8, d: 0.2, theta: 1.1 },
+        ];
+        let sliding = [false, false, true, false];
+        let parameters: Vec<f64> = (0..40).map(|index| 1.0 + (index as f64 * 1.7).sin()).collect();
+        for convention in [Convention::Standard, Convention::Modified] {
+            let chain = Chain { convention, axes: axes.clone(), gravity: [1.0, -2.0, -9.0] };
+            let torque = |chain: &Chain, state: [[f64; 4]; 3]| {
+                let mut rows = vec![0.0; 4 * 40];
+                chain.regressor(&sliding).fill(&state[0], &state[1], &state[2], &mut rows);
+                std::array::from_fn::<f64, 4, _>(|joint| {
+                    rows[joint * 40..][..40].iter().zip(&parameters).map(|(row, value)| row * value).sum()
+                })
+            };
+            let weightless = Chain { gravity: [0.0; 3], ..chain.clone() };
+            let motion = |t: f64| {
+                let phase = |joint: usize| t * (1.0 + joint as f64 * 0.3) + joint as f64;
+                let rate = |joint: usize| 1.0 + joint as f64 * 0.3;
+                [
+                    std::array::from_fn(|joint| phase(joint).sin()),
+                    std::array::from_fn(|joint| rate(joint) * phase(joint).cos()),
+                    std::array::from_fn(|joint| -rate(joint).powi(2) * phase(joint).sin()),
+                ]
+            };
+            let dot = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            // Kinetic energy: ½ q̇ᵀ M q̇, where M q̇ is the torque of the acceleration q̇ at rest without weight.
+            let kinetic = |t: f64| {
+                let [q, qd, _] = motion(t);
+                0.5 * dot(qd, torque(&weightless, [q, [0.0; 4], qd]))
+            };
+            let (t, h) = (0.37, 1e-5);
+            let state = motion(t);
+            let inertial = dot(state[1], torque(&weightless, state));
+            let change = (kinetic(t + h) - kinetic(t - h)) / (2.0 * h);
+            assert!((inertial - change).abs() < 1e-6 * change.abs().max(1.0), "{inertial} {change}");
+            // Gravity does no work on a closed path: its torque is the gradient of a potential.
+            let gravity = |q: [f64; 4]| torque(&chain, [q, [0.0; 4], [0.0; 4]]);
+            for (i, j) in [(0, 1), (1, 2), (2, 3), (0, 3)] {
+                let slope = |along: usize, of: usize| {
+                    let shifted = |by: f64| {
+                        let mut q = state[0];
+                        q[along] += by;
+                        gravity(q)[of]
+                    };
+                    (shifted(h) - shifted(-h)) / (2.0 * h)
+                };
+                assert!((slope(i, j) - slope(j, i)).abs() < 1e-6, "{i} {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_axes_are_refused() {
+        let axes = vec![Axis { a: f64::NAN, ..Axis::default() }];
+        let chain = Chain { convention: Convention::Modified, axes, gravity: down() };
+        assert_eq!(chain.check(), Err(ChainError::NotFinite(1)));
+        assert!(chain.check_for(2).unwrap_err().to_string().contains("2 joints"));
+    }
+}
