@@ -8,7 +8,8 @@ use torquescope::arm::Posture;
 use torquescope::diagnosis::Verdict;
 use torquescope::model::Preset;
 use torquescope::progress::Monitor;
-use torquescope::recording::read::ReadOptions;
+use torquescope::recording::mapping::MappingSpec;
+use torquescope::recording::read::{ReadOptions, read};
 use torquescope::session::{Command, Session};
 
 /// The folder of real logs: `TORQUESCOPE_REAL_DATA`, or `../shared/real` beside the repository.
@@ -55,4 +56,78 @@ fn on_the_double_pendulum_friction_of_both_joints_is_the_first_missing_effect() 
     };
     let (before, after) = (r2(&session), r2(&repaired));
     assert!(after[0] > before[0] + 0.3 && after[1] > 0.92, "held-out R² {before:?} -> {after:?}");
+}
+
+fn mapping(name: &str) -> MappingSpec {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets/mappings").join(name);
+    MappingSpec::from_toml(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn open(paths: &[PathBuf], mapping: MappingSpec, held_out: &[&str]) -> Session {
+    let options = ReadOptions { mapping: Some(mapping), ..ReadOptions::default() };
+    let held_out = held_out.iter().map(|name| (*name).to_owned()).collect();
+    run(Command::Open { paths: paths.to_vec(), options, held_out }, &Session::default())
+}
+
+#[test]
+fn the_slide_of_emps_has_the_published_mass_and_friction() {
+    let Some(folder) = real_data("emps") else { return };
+    let session = open(&[folder.join("DATA_EMPS.mat")], mapping("emps.toml"), &[]);
+    let relative = |session: &Session| session.current().unwrap().evaluation.held_out[0].nmse.sqrt();
+    let before = relative(&session);
+    let mut repaired = session;
+    for effect in ["coulomb-friction", "viscous-friction", "torque-offset"] {
+        repaired = run(Command::AddEffect { effect: effect.into(), joints: vec![0] }, &repaired);
+    }
+    let after = relative(&repaired);
+    assert!(before > 0.6 && after < 0.07, "relative error {before} -> {after}");
+    let parameters = &repaired.current().unwrap().fitted.parameters;
+    let published =
+        [("M1", 95.1089, "kg"), ("coulomb_torque", 20.3935, "N"), ("viscous_coefficient", 203.5034, "N s/m")];
+    for (name, value, unit) in published {
+        let found = parameters.iter().find(|parameter| parameter.name == name).unwrap();
+        assert_eq!(found.unit, unit);
+        assert!((found.value / value - 1.0).abs() < 0.07, "{name}: {}, published {value}", found.value);
+    }
+    let offset = parameters.iter().find(|parameter| parameter.name == "offset").unwrap();
+    let [low, high] = offset.interval.unwrap();
+    assert!(low < -3.1648 && -3.1648 < high, "offset {low} … {high}, published -3.1648");
+}
+
+#[test]
+fn structs_and_motor_units_of_the_kr300_become_joint_torques() {
+    let Some(folder) = real_data("kuka-kr300") else { return };
+    let paths = [folder.join("run-a.mat"), folder.join("run-b.mat")];
+    let recording = open(&paths, mapping("kuka-kr300.toml"), &["run-b"]).recording.unwrap();
+    assert_eq!((recording.joint_count(), recording.trajectories.len()), (6, 2));
+    assert!(recording.chain.is_some());
+    let first = &recording.trajectories[0];
+    assert!((first.q[1][0] + std::f64::consts::FRAC_PI_2).abs() < 0.01, "A2 starts at {}", first.q[1][0]);
+    let largest = first.tau[1].iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
+    assert!((4000.0..6000.0).contains(&largest), "{largest} N m");
+}
+
+#[test]
+fn a_bag_keeps_the_names_of_its_joints() {
+    let Some(folder) = real_data("ur10-rosbag") else { return };
+    let path = folder.join("ur10_exciting_trajectory.db3");
+    let import = read(&[path], &ReadOptions::default(), &Monitor::new()).unwrap();
+    assert_eq!(import.recording.joints[0].name, "shoulder_pan_joint");
+    let samples = import.recording.sample_count();
+    assert!((3300..=3441).contains(&samples), "{samples} samples");
+    let panda = folder.join("panda_exciting_trajectory.db3");
+    assert_eq!(read(&[panda], &ReadOptions::default(), &Monitor::new()).unwrap().recording.joint_count(), 7);
+}
+
+#[test]
+fn two_files_of_the_tx40_stand_side_by_side() {
+    let Some(folder) = real_data("tx40") else { return };
+    let both = format!("{0}/pos_read_data.csv+{0}/curr_data.csv", folder.display());
+    let options = ReadOptions { mapping: Some(mapping("tx40.toml")), ..ReadOptions::default() };
+    let recording = read(&[both.into()], &options, &Monitor::new()).unwrap().recording;
+    let run = &recording.trajectories[0];
+    assert_eq!(recording.joint_count(), 6);
+    assert!((1.0 / run.time_step() - 5000.0).abs() < 1e-6);
+    // 50.265 rad of motor 2 are a quarter turn of the joint, where the upper arm stands upright.
+    assert!(run.q[1][0].abs() < 0.01, "{}", run.q[1][0]);
 }
