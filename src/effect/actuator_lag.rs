@@ -1,5 +1,5 @@
+use super::derivative_delay::delayed;
 use super::*;
-use crate::recording::differentiate::central_difference;
 
 /// A torque reading that comes late.
 pub struct ActuatorLag;
@@ -43,11 +43,34 @@ impl Effect for ActuatorLag {
         let rate = central_difference(load, &motion.trajectory.time);
         Ok(vec![Column::on_joint(joint, rate.into_iter().map(|rate| -rate))])
     }
+
+    fn act(
+        &self,
+        motion: &Motion,
+        joint: usize,
+        parameters: &[f64],
+        torque: &mut PerJoint,
+    ) -> Result<(), NotApplicable> {
+        let [linear, _] = SPEC.parted(parameters)?;
+        torque[joint] = delayed(&torque[joint], &motion.trajectory.time, linear[0]);
+        Ok(())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn acts_as_a_delay_of_all_torque() {
+        let sample = testing::Sample::new();
+        let mut torque: PerJoint = vec![sample.trajectory.time.iter().map(|t| 5.0 * t).collect(); 3];
+        ActuatorLag.act(&sample.motion(), 1, &[0.02], &mut torque).unwrap();
+        for (t, time) in sample.trajectory.time.iter().enumerate() {
+            assert!((torque[1][t] - 5.0 * (time - 0.02).max(0.0)).abs() < 1e-12);
+            assert_eq!(torque[0][t], 5.0 * time);
+        }
+    }
 
     /// The load of the sample is a parabola in time, for which central differences are exact.
     #[test]

@@ -1,5 +1,4 @@
 use super::*;
-use crate::recording::differentiate::central_difference;
 
 /// A gear that twists between the motor and the link.
 pub struct JointElasticity;

@@ -24,6 +24,7 @@ mod cogging;
 mod coulomb_friction;
 mod dahl_hysteresis;
 mod dead_zone;
+mod derivative_delay;
 mod end_stop;
 mod friction_coupling;
 mod friction_drift;
@@ -40,13 +41,17 @@ mod position_friction;
 mod quadratic_drag;
 mod rotor_inertia;
 mod stribeck_friction;
+mod stuck_channel;
 mod tip_payload;
 mod torque_coupling;
 mod torque_gain;
 mod torque_offset;
+mod torque_saturation;
 mod viscous_friction;
 
 use crate::arm::{Arm, Posture};
+use crate::recording::differentiate::central_difference;
+use crate::recording::fault::FaultKind;
 use crate::recording::{JointKind, PerJoint, Trajectory};
 
 /// A physical effect that adds to the joint torque.
@@ -66,6 +71,34 @@ pub trait Effect: Send + Sync {
     /// Whether it needs [`Motion::load`], which changes with the rigid body's parameters.
     fn depends_on_load(&self) -> bool {
         false
+    }
+
+    /// What it does in truth, for simulations, to the torque of the arm and of the effects before it in the registry. Most
+    /// add their columns; a formula that is a first order acts as what it stands for.
+    ///
+    /// # Errors
+    /// [`NotApplicable`] as [`Effect::columns`], and if there are too few or too many parameters.
+    fn act(
+        &self,
+        motion: &Motion,
+        joint: usize,
+        parameters: &[f64],
+        torque: &mut PerJoint,
+    ) -> Result<(), NotApplicable> {
+        let [linear, shape] = self.spec().parted(parameters)?;
+        for (column, factor) in self.columns(motion, joint, shape)?.iter().zip(linear) {
+            column.add_to(torque, *factor);
+        }
+        Ok(())
+    }
+
+    /// What it does to the readings of all sensors, noise included. Nothing, for most.
+    fn misread(&self, _reading: &mut Trajectory, _joint: usize, _parameters: &[f64]) {}
+
+    /// The fault of the torque readings that it is, if it is one. The readings show it by themselves, so it is found there
+    /// and has no columns.
+    fn fault(&self) -> Option<FaultKind> {
+        None
     }
 }
 
@@ -92,6 +125,37 @@ pub struct Load {
     pub torque: PerJoint,
     /// Derivative of its gravity torque by the zero angle of the posture \[N m/rad\].
     pub turned_gravity: PerJoint,
+    /// Derivative of its torque by the time by which velocity and acceleration are ahead \[N m/s\].
+    pub advanced: PerJoint,
+}
+
+/// Step of the derivative by time ahead \[s\].
+const AHEAD: f64 = 1e-4;
+
+impl Load {
+    /// The load of a known arm.
+    pub fn of_arm(arm: &Arm, trajectory: &Trajectory) -> Load {
+        let torque =
+            |trajectory: &Trajectory| arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
+        Load::by(torque, arm.turned_gravity_along(&trajectory.q), trajectory)
+    }
+
+    /// The load of a rigid body that gives its torque along any trajectory.
+    pub fn by(torque: impl Fn(&Trajectory) -> PerJoint, turned_gravity: PerJoint, trajectory: &Trajectory) -> Load {
+        let mut ahead = trajectory.clone();
+        for joint in 0..trajectory.joint_count() {
+            let jerk = central_difference(&trajectory.qdd[joint], &trajectory.time);
+            for (sample, jerk) in jerk.iter().enumerate() {
+                ahead.qd[joint][sample] += AHEAD * trajectory.qdd[joint][sample];
+                ahead.qdd[joint][sample] += AHEAD * jerk;
+            }
+        }
+        let (now, mut advanced) = (torque(trajectory), torque(&ahead));
+        for (ahead, now) in advanced.iter_mut().flatten().zip(now.iter().flatten()) {
+            *ahead = (*ahead - now) / AHEAD;
+        }
+        Load { torque: now, turned_gravity, advanced }
+    }
 }
 
 impl Motion<'_> {
@@ -128,6 +192,15 @@ impl Column {
     pub fn on_all(torque: PerJoint) -> Self {
         Column { parts: torque.into_iter().enumerate().collect() }
     }
+
+    /// Adds `factor` times the column to the torque of all joints.
+    fn add_to(&self, torque: &mut PerJoint, factor: f64) {
+        for (joint, values) in &self.parts {
+            for (sum, value) in torque[*joint].iter_mut().zip(values) {
+                *sum += factor * value;
+            }
+        }
+    }
 }
 
 /// An effect can't be computed for this motion.
@@ -138,6 +211,14 @@ pub struct NotApplicable {
     pub effect: &'static str,
     /// What is lacking and how to give it.
     pub reason: String,
+}
+
+impl NotApplicable {
+    /// The effect with this spec is a fault of the readings.
+    fn in_readings(spec: &'static Spec) -> Self {
+        let reason = "readings that show it are left out of every fit and every error, so there is nothing to add";
+        NotApplicable { effect: spec.name, reason: reason.to_owned() }
+    }
 }
 
 /// The data of an effect: its texts, parameters and bounds.
@@ -235,6 +316,8 @@ pub enum Role {
         /// Start values, ascending.
         grid: &'static [f64],
     },
+    /// As a measure of faulty readings, which is read off them.
+    Reading,
 }
 
 /// Physical dimension of a parameter.
@@ -385,8 +468,18 @@ impl Spec {
     pub fn shapes(&self) -> impl Iterator<Item = (&'static ParameterSpec, &'static [f64])> {
         self.parameters.iter().filter_map(|parameter| match parameter.role {
             Role::Shape { grid } => Some((parameter, grid)),
-            Role::Linear => None,
+            Role::Linear | Role::Reading => None,
         })
+    }
+
+    /// Linear and shape parameters among all.
+    fn parted<'a>(&self, parameters: &'a [f64]) -> Result<[&'a [f64]; 2], NotApplicable> {
+        if parameters.len() != self.parameters.len() {
+            let reason = format!("it has {} parameters, {} were given", self.parameters.len(), parameters.len());
+            return Err(NotApplicable { effect: self.name, reason });
+        }
+        let (linear, shape) = parameters.split_at(self.linear().count());
+        Ok([linear, shape])
     }
 }
 
@@ -400,19 +493,10 @@ pub fn torque(
     joint: usize,
     parameters: &[f64],
 ) -> Result<PerJoint, NotApplicable> {
-    let spec = effect.spec();
-    if parameters.len() != spec.parameters.len() {
-        let reason = format!("it has {} parameters, {} were given", spec.parameters.len(), parameters.len());
-        return Err(NotApplicable { effect: spec.name, reason });
-    }
-    let (linear, shape) = parameters.split_at(spec.linear().count());
+    let [linear, shape] = effect.spec().parted(parameters)?;
     let mut torque = vec![vec![0.0; motion.trajectory.len()]; motion.trajectory.joint_count()];
     for (column, factor) in effect.columns(motion, joint, shape)?.iter().zip(linear) {
-        for (on, values) in &column.parts {
-            for (sum, value) in torque[*on].iter_mut().zip(values) {
-                *sum += factor * value;
-            }
-        }
+        column.add_to(&mut torque, *factor);
     }
     Ok(torque)
 }
@@ -447,7 +531,8 @@ pub(crate) mod testing {
             let (q, qd, qdd) = (signal(0.13, 0.4), signal(0.21, 0.0), signal(-0.7, 0.3));
             let arm = Arm::uniform(3);
             let torque = (0..3).map(|joint| time.iter().map(|&time| load(joint, time)).collect()).collect();
-            let load = Load { torque, turned_gravity: arm.turned_gravity_along(&q) };
+            let turned_gravity = arm.turned_gravity_along(&q);
+            let load = Load { torque, turned_gravity, advanced: signal(1.7, 0.2) };
             let trajectory = Trajectory { name: String::new(), time, q, qd, qdd, tau: Vec::new() };
             Sample { arm, trajectory, kinds: vec![JointKind::Revolute; 3], load }
         }

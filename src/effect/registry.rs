@@ -35,13 +35,21 @@ pub static ALL: &[&dyn Effect] = &[
     &torque_gain::TorqueGain,
     &dead_zone::DeadZone,
     &actuator_lag::ActuatorLag,
+    &derivative_delay::DerivativeDelay,
+    &torque_saturation::TorqueSaturation,
+    &stuck_channel::StuckChannel,
 ];
 
-/// The effects that the diagnosis looks for: all but those that data can't tell from a sum of others, which it names
-/// instead.
+/// The effects that the diagnosis looks for by their columns: all but faults of the readings, and those that data can't tell
+/// from a sum of others, which it names instead.
 pub fn sought() -> Vec<&'static dyn Effect> {
-    let is_sum = |effect: &&dyn Effect| effect.spec().look_alikes.iter().any(|others| others.effects.len() > 1);
-    ALL.iter().copied().filter(|effect| !is_sum(effect)).collect()
+    let is_sum = |effect: &dyn Effect| effect.spec().look_alikes.iter().any(|others| others.effects.len() > 1);
+    ALL.iter().copied().filter(|&effect| effect.fault().is_none() && !is_sum(effect)).collect()
+}
+
+/// The effect that stands for a fault of the readings.
+pub fn of_fault(kind: FaultKind) -> Option<&'static dyn Effect> {
+    ALL.iter().copied().find(|effect| effect.fault() == Some(kind))
 }
 
 /// No effect has this id.
@@ -97,7 +105,7 @@ mod tests {
             let texts =
                 [spec.name, spec.formula, spec.typeset, spec.description, spec.fingerprint, spec.absorbed, spec.source];
             assert!(texts.iter().all(|text| !text.trim().is_empty()), "{} lacks a text", spec.id);
-            assert!(spec.linear().count() > 0, "{} has nothing to fit", spec.id);
+            assert_eq!(spec.linear().count() > 0, effect.fault().is_none(), "{} has nothing to fit", spec.id);
             let linear_first = spec.parameters.iter().is_sorted_by_key(|p| matches!(p.role, Role::Shape { .. }));
             assert!(linear_first, "{}: linear parameters come first", spec.id);
             let names: HashSet<_> = spec.parameters.iter().map(|parameter| parameter.name).collect();
@@ -115,7 +123,7 @@ mod tests {
     #[test]
     fn every_linear_parameter_has_its_column_and_the_torque_is_their_sum() {
         let sample = Sample::new();
-        for effect in ALL {
+        for effect in ALL.iter().filter(|effect| effect.fault().is_none()) {
             let spec = effect.spec();
             let columns = effect.columns(&sample.motion(), 1, &shape(spec)).unwrap();
             assert_eq!(columns.len(), spec.linear().count(), "{}", spec.id);
@@ -145,9 +153,19 @@ mod tests {
     #[test]
     fn effects_say_whether_they_depend_on_the_load() {
         let sample = Sample::new();
-        for effect in ALL {
+        for effect in ALL.iter().filter(|effect| effect.fault().is_none()) {
             let without = effect.columns(&Motion { load: None, ..sample.motion() }, 1, &shape(effect.spec()));
             assert_eq!(without.is_err(), effect.depends_on_load(), "{}", effect.spec().id);
+        }
+    }
+
+    #[test]
+    fn faults_of_readings_have_their_effect_and_no_columns() {
+        let sample = Sample::new();
+        for kind in [FaultKind::Stuck, FaultKind::Saturated] {
+            let effect = of_fault(kind).unwrap();
+            assert_eq!(effect.fault(), Some(kind));
+            assert!(effect.columns(&sample.motion(), 1, &[]).unwrap_err().to_string().contains("nothing to add"));
         }
     }
 
@@ -167,14 +185,15 @@ mod tests {
                 }
             }
             let is_sought = sought().iter().any(|sought| sought.spec().id == spec.id);
-            assert_eq!(is_sought, spec.id != "asymmetric-friction", "{}", spec.id);
+            let expected = effect.fault().is_none() && spec.id != "asymmetric-friction";
+            assert_eq!(is_sought, expected, "{}", spec.id);
         }
     }
 
     #[test]
     fn what_an_effect_includes_exists_and_is_among_its_columns() {
         let sample = Sample::new();
-        for effect in ALL {
+        for effect in ALL.iter().filter(|effect| effect.fault().is_none()) {
             let spec = effect.spec();
             let columns = effect.columns(&sample.motion(), 1, &shape(spec)).unwrap();
             for id in spec.includes {

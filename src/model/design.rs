@@ -80,15 +80,20 @@ impl<'a> Design<'a> {
         let mut torque = Vec::new();
         for (trajectory, preparation) in recording.trajectories.iter().zip(&preparations) {
             let moves = |qd: &Vec<f64>| preparation.thin_out(qd).iter().map(|qd| qd.abs() >= STANDSTILL).collect();
-            let moving: Vec<Vec<bool>> = trajectory.qd.iter().map(moves).collect();
-            let mut prepared = preparation.apply_all(&trajectory.tau);
-            for (joint, values) in prepared.iter_mut().enumerate() {
-                blank(values, &moving[joint]);
-            }
-            counts.push(moving);
-            torque.push(prepared);
+            counts.push(trajectory.qd.iter().map(moves).collect::<Vec<Vec<bool>>>());
+            torque.push(preparation.apply_all(&trajectory.tau));
         }
-        let blocks = cut_into_blocks(&split.train, &preparations);
+        for (trajectory, moving) in counts.iter_mut().enumerate() {
+            let stretches = split.train.iter().filter(|segment| segment.trajectory == trajectory);
+            let trains: Vec<_> = stretches.map(|segment| preparations[trajectory].range(&segment.samples)).collect();
+            for (joint, counts) in moving.iter_mut().enumerate() {
+                for (sample, counts) in counts.iter_mut().enumerate() {
+                    *counts &= trains.iter().any(|range| range.contains(&sample));
+                }
+                blank(&mut torque[trajectory][joint], counts);
+            }
+        }
+        let blocks = cut_into_blocks(&joined(split), &preparations);
         let loads = vec![None; recording.trajectories.len()];
         let design = Design { recording, setting, blocks, torque, counts, preparations, loads };
         if (0..recording.joint_count()).all(|joint| design.energy(joint) == 0.0) {
@@ -457,6 +462,28 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     sums.iter().sum::<f64>() + tail
+}
+
+/// The training stretches; those of one trajectory that only faulty readings part are one. What lies between does not count.
+fn joined(split: &Split) -> Vec<Segment> {
+    let mut stretches: Vec<Segment> = Vec::new();
+    for segment in &split.train {
+        let is_held_out = |between: Range<usize>| {
+            let meets = |held: &Segment| held.samples.start < between.end && between.start < held.samples.end;
+            split.held_out.iter().any(|held| held.trajectory == segment.trajectory && meets(held))
+        };
+        match stretches.last_mut() {
+            Some(last)
+                if last.trajectory == segment.trajectory
+                    && last.samples.end <= segment.samples.start
+                    && !is_held_out(last.samples.end..segment.samples.start) =>
+            {
+                last.samples.end = segment.samples.end;
+            }
+            _ => stretches.push(segment.clone()),
+        }
+    }
+    stretches
 }
 
 fn cut_into_blocks(train: &[Segment], preparations: &[Preparation]) -> Vec<Block> {

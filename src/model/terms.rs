@@ -65,8 +65,7 @@ impl Setting {
             return Some(self.load_by(factors, trajectory));
         }
         let arm = Arm { posture: self.posture, ..self.arm.clone()? };
-        let torque = arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
-        Some(Load { torque, turned_gravity: arm.turned_gravity_along(&trajectory.q) })
+        Some(Load::of_arm(&arm, trajectory))
     }
 
     fn load_by(&self, factors: &[f64], trajectory: &Trajectory) -> Load {
@@ -81,7 +80,6 @@ impl Setting {
             }
             torque
         };
-        let torque = sum(self, trajectory);
         let mut still = trajectory.clone();
         for signal in [&mut still.qd, &mut still.qdd] {
             signal.iter_mut().flatten().for_each(|value| *value = 0.0);
@@ -89,7 +87,7 @@ impl Setting {
         let zero_angle = self.posture.zero_angle + std::f64::consts::FRAC_PI_2;
         let chain = self.chain.as_ref().map(Chain::turned);
         let turned = Setting { posture: Posture { zero_angle, ..self.posture }, chain, ..self.clone() };
-        Load { torque, turned_gravity: sum(&turned, &still) }
+        Load::by(|trajectory| sum(self, trajectory), sum(&turned, &still), trajectory)
     }
 }
 

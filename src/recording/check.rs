@@ -10,6 +10,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::differentiate::{central_difference, default_cutoff, low_pass};
+use super::fault::{self, Fault, FaultKind};
 use super::{JointKind, Origin, PerJoint, Provenance, Recording, Trajectory};
 
 /// One thing that the user should know about a recording.
@@ -59,6 +60,10 @@ pub enum FindingKind {
     AccelerationMismatch,
     /// Angles that look like degrees.
     Degrees,
+    /// Torque readings that repeat while the joint moves.
+    Stuck,
+    /// Torque readings that end at a limit.
+    Saturated,
     /// Too little data to learn from.
     FewSamples,
     /// Values were converted to SI units.
@@ -123,7 +128,8 @@ const SHORTEST_STEP: f64 = 1e-5;
 const LONGEST_LAG: usize = 20;
 
 /// All that is odd about a recording that keeps its promises ([`Recording::verify`]); worst first. It looks at gaps,
-/// uneven or unbelievable time steps, constant channels, derivatives that disagree, degrees and too little data.
+/// uneven or unbelievable time steps, constant channels, stuck or cut off torque, derivatives that disagree, degrees and too
+/// little data.
 pub fn check(recording: &Recording) -> Vec<Finding> {
     let mut findings = Vec::new();
     few_samples(recording, &mut findings);
@@ -133,6 +139,7 @@ pub fn check(recording: &Recording) -> Vec<Finding> {
         degrees(recording, joint, &mut findings);
         derivatives(recording, joint, &mut findings);
     }
+    findings.extend(fault::find(recording).iter().map(|fault| faulty(recording, fault)));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
 }
@@ -218,6 +225,36 @@ fn constant(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
         place: Place::joint(joint),
         remedy: "Nothing can be learned from it: check the mapping, or record a motion of this joint.".to_owned(),
     });
+}
+
+fn faulty(recording: &Recording, fault: &Fault) -> Finding {
+    let name = &recording.joints[fault.joint].name;
+    let share = 100.0 * fault.sample_count() as f64 / recording.sample_count() as f64;
+    let (kind, what) = match fault.kind {
+        FaultKind::Stuck => {
+            let count = fault.stretches.len();
+            let times = if count == 1 { "once".to_owned() } else { format!("{count} times") };
+            (FindingKind::Stuck, format!("τ of {name} stands still {times} while the joint moves"))
+        }
+        FaultKind::Saturated => {
+            let limit = fault.parameters(recording)[0];
+            (FindingKind::Saturated, format!("τ of {name} is cut off at {limit:.4}"))
+        }
+    };
+    let first = fault.stretches.first();
+    Finding {
+        severity: Severity::Warning,
+        kind,
+        what: format!("{what}, in {share:.1} % of the samples."),
+        place: Place {
+            trajectory: first.map(|stretch| stretch.trajectory),
+            samples: first.map(|stretch| stretch.samples.clone()),
+            ..Place::joint(fault.joint)
+        },
+        remedy:
+            "These samples and some around them train nothing and count in no error; check the sensor and its range."
+                .to_owned(),
+    }
 }
 
 fn degrees(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {

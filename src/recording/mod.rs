@@ -7,6 +7,7 @@
 
 pub mod check;
 pub mod differentiate;
+pub mod fault;
 mod layout;
 pub mod mapping;
 pub mod npy;

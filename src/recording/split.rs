@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Recording, Trajectory};
+use super::{Recording, Trajectory, fault};
 
 /// A stretch of one trajectory.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct Segment {
     pub samples: Range<usize>,
 }
 
-/// Which stretches train and which are held out. The two never overlap.
+/// Which stretches train and which are held out. The two never overlap; torque readings at [`fault`] are in neither.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, Default)]
 pub struct Split {
     /// Used to estimate parameters.
@@ -56,7 +56,7 @@ impl Split {
         let trajectories = &recording.trajectories;
         if trajectories.len() >= FEWEST_TRAJECTORIES {
             let held_out = |index: usize| index % EVERY == EVERY.min(trajectories.len()) - 1;
-            return Split::by_trajectory(trajectories, held_out);
+            return Split::by_trajectory(trajectories, held_out).clear_of_faults(recording);
         }
         let per_trajectory = BLOCKS.div_ceil(trajectories.len());
         let mut split = Split::default();
@@ -75,7 +75,7 @@ impl Split {
                 }
             }
         }
-        split
+        split.clear_of_faults(recording)
     }
 
     /// Holds out the trajectories with these names.
@@ -92,7 +92,20 @@ impl Split {
         if split.train.is_empty() {
             return Err(SplitError::NothingToTrain(trajectories.len()));
         }
-        Ok(split)
+        Ok(split.clear_of_faults(recording))
+    }
+
+    /// Without the readings that are none, unless nothing would be left to train on.
+    fn clear_of_faults(self, recording: &Recording) -> Split {
+        let faults = fault::find(recording);
+        if faults.is_empty() {
+            return self;
+        }
+        let train = fault::without(recording, &faults, self.train.clone());
+        if train.is_empty() {
+            return self;
+        }
+        Split { train, held_out: fault::without(recording, &faults, self.held_out) }
     }
 
     fn by_trajectory(trajectories: &[Trajectory], held_out: impl Fn(usize) -> bool) -> Split {

@@ -7,7 +7,7 @@
 
 use serde::Serialize;
 
-use super::hidden::{self, Hidden};
+use super::hidden;
 use super::{SimulationError, demand};
 use crate::model::{Fitted, ModelError};
 use crate::progress::{Monitor, Stopped};
@@ -279,8 +279,7 @@ fn stretched(run: &Trajectory, stretch: Stretch, scale: f64) -> Trajectory {
 /// Gives the run the torque that the true arm with its hidden effects needs for it, without noise.
 fn set_exact_torque(run: &mut Trajectory, truth: &Truth) -> Result<(), SimulationError> {
     run.tau = truth.arm.inverse_dynamics_along(&run.q, &run.qd, &run.qdd);
-    let resolve = |hidden| Hidden::resolve(hidden, truth.arm.joint_count());
-    let effects = truth.effects.iter().map(resolve).collect::<Result<Vec<_>, _>>()?;
+    let effects = hidden::resolve(&truth.effects, truth.arm.joint_count())?;
     hidden::add(&effects, &truth.arm, run)
 }
 

@@ -5,10 +5,14 @@ use rand::{Rng, RngExt};
 
 use super::{Draw, Scenario, SimulationError, demand, random};
 use crate::arm::Arm;
-use crate::effect::{self, Effect, Load, Motion, ParameterSpec, Scope, Spec, registry};
+use crate::effect::{self, Effect, Load, Motion, NotApplicable, ParameterSpec, Scope, Spec, registry};
 use crate::progress::Monitor;
+use crate::recording::fault::FaultKind;
 use crate::recording::seal::HiddenEffect;
 use crate::recording::{JointKind, PerJoint, Trajectory};
+
+/// Steps in which the size of a fault is found.
+const BISECTIONS: usize = 30;
 
 /// A hidden effect that was found to make sense for an arm of a number of joints.
 pub(super) struct Hidden<'a> {
@@ -19,7 +23,7 @@ pub(super) struct Hidden<'a> {
 }
 
 impl<'a> Hidden<'a> {
-    pub(super) fn resolve(hidden: &'a HiddenEffect, joints: usize) -> Result<Self, SimulationError> {
+    fn resolve(hidden: &'a HiddenEffect, joints: usize) -> Result<Self, SimulationError> {
         let effect = registry::find(&hidden.effect)?;
         let spec = effect.spec();
         spec.check_parameters(&hidden.parameters)?;
@@ -27,23 +31,63 @@ impl<'a> Hidden<'a> {
         Ok(Hidden { effect, joint, parameters: &hidden.parameters })
     }
 
-    /// Its torque \[N m\] along the true motion of the arm, whose torque is still that of the bare arm.
+    /// Where it stands in the registry, which is the order in which effects act.
+    fn turn(&self) -> usize {
+        registry::ALL.iter().position(|effect| effect.spec().id == self.effect.spec().id).unwrap_or(usize::MAX)
+    }
+
+    /// Its torque \[N m\] by its formula along the true motion of the arm, whose torque is still that of the bare arm; what a
+    /// fault of the readings makes of that.
     pub(super) fn torque(&self, arm: &Arm, trajectory: &Trajectory) -> Result<PerJoint, SimulationError> {
+        if self.effect.fault().is_some() {
+            let mut read = trajectory.clone();
+            self.misread(&mut read);
+            for (read, torque) in read.tau.iter_mut().flatten().zip(trajectory.tau.iter().flatten()) {
+                *read -= torque;
+            }
+            return Ok(read.tau);
+        }
+        self.along(arm, trajectory, |motion| effect::torque(self.effect, motion, self.joint, self.parameters))
+    }
+
+    /// What it does to the `torque` of the arm and the effects before it, along the true motion of the arm.
+    pub(super) fn act(&self, arm: &Arm, trajectory: &Trajectory, torque: &mut PerJoint) -> Result<(), SimulationError> {
+        if self.effect.fault().is_some() {
+            return Ok(());
+        }
+        self.along(arm, trajectory, |motion| self.effect.act(motion, self.joint, self.parameters, torque))
+    }
+
+    /// What it does to the readings.
+    pub(super) fn misread(&self, reading: &mut Trajectory) {
+        self.effect.misread(reading, self.joint, self.parameters);
+    }
+
+    fn along<T>(
+        &self,
+        arm: &Arm,
+        trajectory: &Trajectory,
+        work: impl FnOnce(&Motion) -> Result<T, NotApplicable>,
+    ) -> Result<T, SimulationError> {
         let kinds = vec![JointKind::Revolute; arm.joint_count()];
-        let load = Load { torque: trajectory.tau.clone(), turned_gravity: arm.turned_gravity_along(&trajectory.q) };
-        let motion = Motion { trajectory, kinds: &kinds, posture: arm.posture, arm: Some(arm), load: Some(&load) };
-        Ok(effect::torque(self.effect, &motion, self.joint, self.parameters)?)
+        let load = self.effect.depends_on_load().then(|| Load::of_arm(arm, trajectory));
+        let motion = Motion { trajectory, kinds: &kinds, posture: arm.posture, arm: Some(arm), load: load.as_ref() };
+        Ok(work(&motion)?)
     }
 }
 
-/// Adds the torque of all hidden effects to that of the bare arm.
+/// The hidden effects in the order in which they act, checked against an arm of a number of joints.
+pub(super) fn resolve(hidden: &[HiddenEffect], joints: usize) -> Result<Vec<Hidden<'_>>, SimulationError> {
+    let mut effects = hidden.iter().map(|hidden| Hidden::resolve(hidden, joints)).collect::<Result<Vec<_>, _>>()?;
+    effects.sort_by_key(Hidden::turn);
+    Ok(effects)
+}
+
+/// Lets all hidden effects act on the torque of the bare arm, one after the other.
 pub(super) fn add(effects: &[Hidden], arm: &Arm, run: &mut Trajectory) -> Result<(), SimulationError> {
-    let torques = effects.iter().map(|effect| effect.torque(arm, run)).collect::<Result<Vec<_>, _>>()?;
-    for torque in &torques {
-        for (sum, part) in run.tau.iter_mut().flatten().zip(torque.iter().flatten()) {
-            *sum += part;
-        }
-    }
+    let mut torque = run.tau.clone();
+    effects.iter().try_for_each(|effect| effect.act(arm, run, &mut torque))?;
+    run.tau = torque;
     Ok(())
 }
 
@@ -126,6 +170,9 @@ impl Scenario {
         let effect = registry::find(id)?;
         let spec = effect.spec();
         let place = checked_place(spec, joint, self.arm.joint_count())?;
+        if let Some(kind) = effect.fault() {
+            return self.faulty(effect, kind, place, strength, runs, random);
+        }
         let shape: Vec<f64> = spec.shapes().map(|(_, grid)| draw_shape(grid, random)).collect();
         let with = |linear: Vec<f64>| HiddenEffect {
             effect: id.to_owned(),
@@ -169,6 +216,44 @@ impl Scenario {
         let hidden = with(drawn.into_iter().map(|parameter| factor * parameter).collect());
         spec.check_parameters(&hidden.parameters)?;
         Ok(hidden)
+    }
+
+    /// A fault of the readings that changes them by the wanted share; its first parameter is found by bisection.
+    fn faulty(
+        &self,
+        effect: &'static dyn Effect,
+        kind: FaultKind,
+        joint: usize,
+        strength: f64,
+        runs: &[Trajectory],
+        random: &mut impl Rng,
+    ) -> Result<HiddenEffect, SimulationError> {
+        let largest = runs.iter().flat_map(|run| &run.tau[joint]).fold(0.0, |most: f64, tau| most.max(tau.abs()));
+        let (mut weak, mut strong, others) = match kind {
+            FaultKind::Saturated => (largest, 0.0, Vec::new()),
+            FaultKind::Stuck => {
+                let period = random.random_range(1.5..=3.0);
+                (0.0, 0.8 * period, vec![period])
+            }
+        };
+        let of_arm = norm(runs.iter().flat_map(|run| &run.tau[joint]));
+        let parameters = |first: f64| -> Vec<f64> { std::iter::once(first).chain(others.iter().copied()).collect() };
+        let share = |first: f64| -> Result<f64, SimulationError> {
+            let hidden = Hidden { effect, joint, parameters: &parameters(first) };
+            let change = runs.iter().map(|run| hidden.torque(&self.arm, run)).collect::<Result<Vec<_>, _>>()?;
+            Ok(norm(change.iter().flatten().flatten()) / of_arm)
+        };
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (weak + strong);
+            if share(middle)? < strength { weak = middle } else { strong = middle }
+        }
+        let reached = share(strong)? / strength;
+        if !(0.8..=1.25).contains(&reached) {
+            return Err(SimulationError::NoTorque { effect: effect.spec().name, joint: Some(joint) });
+        }
+        let parameters = parameters(strong);
+        effect.spec().check_parameters(&parameters)?;
+        Ok(HiddenEffect { effect: effect.spec().id.to_owned(), joint: Some(joint), parameters })
     }
 }
 
@@ -224,7 +309,9 @@ mod tests {
             for hidden in scenario.hide_by_strength(spec.id, &[0, 2], 0.07).unwrap() {
                 assert_eq!(hidden.joint.is_none(), spec.scope == Scope::Arm);
                 let ratio = rms_ratio(&scenario, &hidden);
-                assert!((ratio - 0.07).abs() < 1e-9, "{}: {ratio}", spec.id);
+                // Readings are faulty as a whole or not at all.
+                let tolerance = if effect.fault().is_some() { 0.01 } else { 1e-9 };
+                assert!((ratio - 0.07).abs() < tolerance, "{}: {ratio}", spec.id);
                 for (parameter, value) in spec.parameters.iter().zip(&hidden.parameters) {
                     if let Role::Shape { grid } = parameter.role {
                         assert!((grid[0]..=grid[grid.len() - 1]).contains(value), "{} {value}", parameter.name);
@@ -261,7 +348,7 @@ mod tests {
 
     #[test]
     fn mysteries_differ_and_repeat() {
-        let drawn: Vec<Scenario> = (0..150).map(|seed| Scenario::mystery(seed).unwrap()).collect();
+        let drawn: Vec<Scenario> = (0..300).map(|seed| Scenario::mystery(seed).unwrap()).collect();
         for (seed, scenario) in drawn.iter().enumerate().take(30) {
             assert_eq!(scenario, &Scenario::mystery(seed as u64).unwrap());
             assert!((1..=2).contains(&scenario.effects.len()));

@@ -1,7 +1,7 @@
 //! Recordings made from an arm, a motion, hidden effects and sensors, so that the truth is known.
 //!
 //! The motion is given and the torque that it needs is computed, so position, velocity, acceleration and torque are exact
-//! before the sensors read them:
+//! before the sensors read them (and perhaps misread them):
 //!
 //! ```text
 //! τ = H(q) q̈ + c(q, q̇) + g(q) + Σ effects(q, q̇, q̈) + noise
@@ -211,7 +211,7 @@ impl Scenario {
     }
 
     fn resolve_effects(&self) -> Result<Vec<Hidden<'_>>, SimulationError> {
-        self.effects.iter().map(|hidden| Hidden::resolve(hidden, self.arm.joint_count())).collect()
+        hidden::resolve(&self.effects, self.arm.joint_count())
     }
 
     /// All runs with the torque that the bare arm needs, without effects and sensors.
@@ -266,6 +266,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
         if let Some(resolution) = scenario.encoder_resolution {
             cutoffs.push(sensor::read_encoders(run, resolution));
         }
+        effects.iter().for_each(|effect| effect.misread(run));
     }
     Ok(Recording {
         name: scenario.name.clone(),

@@ -1,0 +1,65 @@
+use super::*;
+
+/// A torque reading that is cut off at a limit.
+pub struct TorqueSaturation;
+
+static SPEC: Spec = Spec {
+    id: "torque-saturation",
+    name: "torque saturation",
+    formula: "tau = min(max(tau, -tau_max), tau_max)",
+    typeset: r"\tau = \min(\max(\tau, -\tau_{\max}), \tau_{\max})",
+    description: "The sensor, its converter or the logged command ends at a limit, while the arm is driven by more than \
+                  that.",
+    fingerprint: "Residual against the torque that the model predicts: zero up to the limit, a falling line beyond; the \
+                  torque has flat ends.",
+    absorbed: "Nothing, but it biases masses and friction downwards. Readings at the limit are found when a recording is \
+               opened and left out of every fit and every error, so there is nothing to add to the model.",
+    look_alikes: &[],
+    source: "Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996",
+    scope: Scope::Joint,
+    axis: Axis::Time,
+    parameters: &[ParameterSpec {
+        name: "torque_limit",
+        symbol: "τ_max",
+        dimension: Dimension::Torque,
+        min: 0.0,
+        max: f64::INFINITY,
+        role: Role::Reading,
+    }],
+    includes: &[],
+};
+
+impl Effect for TorqueSaturation {
+    fn spec(&self) -> &'static Spec {
+        &SPEC
+    }
+
+    fn fault(&self) -> Option<FaultKind> {
+        Some(FaultKind::Saturated)
+    }
+
+    fn columns(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        Err(NotApplicable::in_readings(&SPEC))
+    }
+
+    fn misread(&self, reading: &mut Trajectory, joint: usize, parameters: &[f64]) {
+        let &[limit] = parameters else { return };
+        reading.tau[joint].iter_mut().for_each(|tau| *tau = tau.max(-limit).min(limit));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cuts_off_both_ends() {
+        let mut sample = testing::Sample::new();
+        sample.trajectory.tau = vec![(0..21).map(|t| f64::from(t) - 10.0).collect(); 3];
+        TorqueSaturation.misread(&mut sample.trajectory, 1, &[7.5]);
+        for (t, tau) in sample.trajectory.tau[1].iter().enumerate() {
+            assert_eq!(*tau, (t as f64 - 10.0).clamp(-7.5, 7.5));
+        }
+        assert_eq!(sample.trajectory.tau[0][20], 10.0);
+    }
+}

@@ -1,0 +1,324 @@
+//! Torque readings that are none: a channel that stood still while its joint moved, or that was cut off at a limit.
+//!
+//! The readings show it by themselves, sample by sample. Such samples, and what a filter smears around them, belong to no
+//! part of a [`super::split::Split`]: nothing is learned from them and no error is measured on them.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::differentiate::default_cutoff;
+use super::split::Segment;
+use super::{Origin, Recording, Trajectory};
+
+/// What is wrong with the readings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaultKind {
+    /// The same value again and again while the joint moves; at zero the channel is dead.
+    Stuck,
+    /// Cut off at a limit.
+    Saturated,
+}
+
+/// One kind of fault of one joint's torque channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// What is wrong.
+    pub kind: FaultKind,
+    /// The joint, from 0.
+    pub joint: usize,
+    /// Where, in the order of the trajectories.
+    pub stretches: Vec<Segment>,
+}
+
+/// Fewest equal readings that are called stuck, in units of what is usual on the channel: values that are read again
+/// before they are renewed, or coarse steps, repeat too.
+const STUCK_RUN: usize = 8;
+/// The share of all runs of equal readings that are usual.
+const USUAL: f64 = 0.9;
+/// So many of the smallest steps of the channel must it jump when it is loose again: a smooth torque that is read in coarse
+/// steps stays on a step for long at its peaks, but goes on to the next one.
+const JUMP: f64 = 3.0;
+/// Least share of its range that a joint must move while its torque is stuck.
+const MOVED: f64 = 0.002;
+/// Fewest readings at a limit, and fewest of them in a row.
+const AT_LIMIT: [usize; 2] = [20, 4];
+/// So many times as many readings must lie at the limit as just below it: a natural peak has its readings below.
+const PILED_UP: usize = 3;
+/// How far below counts as just below, as a share of the range.
+const JUST_BELOW: f64 = 0.01;
+/// Time on either side of a fault \[s\] that is left out with it where acceleration was measured.
+const MARGIN: f64 = 0.1;
+/// The same in periods of the filter where acceleration was derived.
+const MARGIN_PERIODS: f64 = 1.5;
+
+/// All faults of the torque channels. A channel that never changes at all is not among them: it has no good reading.
+pub fn find(recording: &Recording) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    for joint in 0..recording.joint_count() {
+        let runs = runs_of(recording, joint);
+        let limits = limits(recording, joint, &runs);
+        if limits.low == limits.high {
+            continue;
+        }
+        let (saturated, others): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| limits.are_hit_by(run.value));
+        let stuck = stuck(recording, joint, &others);
+        for (kind, stretches) in [(FaultKind::Stuck, stuck), (FaultKind::Saturated, saturated)] {
+            if !stretches.is_empty() {
+                let stretches = stretches.iter().map(|run| run.place.clone()).collect();
+                faults.push(Fault { kind, joint, stretches });
+            }
+        }
+    }
+    faults
+}
+
+impl Fault {
+    /// How many readings are at fault.
+    pub fn sample_count(&self) -> usize {
+        self.stretches.iter().map(|stretch| stretch.samples.len()).sum()
+    }
+
+    /// The parameters of the effect that stands for it: how long the channel is stuck and how long it is from one time to
+    /// the next \[s\], means of all; or the limit \[N m or N\].
+    pub fn parameters(&self, recording: &Recording) -> Vec<f64> {
+        match self.kind {
+            FaultKind::Saturated => {
+                let reading = |stretch: &Segment| {
+                    recording.trajectories[stretch.trajectory].tau[self.joint][stretch.samples.start].abs()
+                };
+                vec![self.stretches.iter().map(reading).fold(0.0, f64::max)]
+            }
+            FaultKind::Stuck => {
+                let step = |trajectory: usize| recording.trajectories[trajectory].time_step();
+                // The first of the equal readings was still a good one.
+                let stuck = |stretch: &Segment| (stretch.samples.len() - 1) as f64 * step(stretch.trajectory);
+                let length = |trajectory: &Trajectory| trajectory.len() as f64 * trajectory.time_step();
+                let count = self.stretches.len() as f64;
+                let total: f64 = recording.trajectories.iter().map(length).sum();
+                vec![self.stretches.iter().map(stuck).sum::<f64>() / count, total / count]
+            }
+        }
+    }
+}
+
+/// Parts of `segments` that keep clear of all faults.
+pub fn without(recording: &Recording, faults: &[Fault], segments: Vec<Segment>) -> Vec<Segment> {
+    let mut bad: BTreeMap<usize, Vec<Range<usize>>> = BTreeMap::new();
+    for stretch in faults.iter().flat_map(|fault| &fault.stretches) {
+        let margin = margin(recording, stretch.trajectory);
+        let widened = stretch.samples.start.saturating_sub(margin)..stretch.samples.end + margin;
+        bad.entry(stretch.trajectory).or_default().push(widened);
+    }
+    bad.values_mut().for_each(|ranges| ranges.sort_by_key(|range| range.start));
+    let mut clear = Vec::new();
+    for segment in segments {
+        let Some(ranges) = bad.get(&segment.trajectory) else {
+            clear.push(segment);
+            continue;
+        };
+        let least = margin(recording, segment.trajectory);
+        let mut start = segment.samples.start;
+        let ends = ranges.iter().map(|range| (range.start, range.end));
+        for (end, next) in ends.chain([(segment.samples.end, segment.samples.end)]) {
+            let end = end.min(segment.samples.end);
+            // Scraps between two faults are not worth keeping.
+            if end > start + least {
+                clear.push(Segment { trajectory: segment.trajectory, samples: start..end });
+            }
+            start = start.max(next);
+        }
+    }
+    clear
+}
+
+/// How many samples on either side of a fault a filter may have smeared.
+fn margin(recording: &Recording, trajectory: usize) -> usize {
+    let trajectory = &recording.trajectories[trajectory];
+    let step = trajectory.time_step();
+    let seconds = match recording.provenance.acceleration {
+        Origin::Measured => MARGIN,
+        Origin::Derived(_) => MARGIN_PERIODS / default_cutoff(&trajectory.q, &trajectory.qd, step),
+    };
+    if step > 0.0 { (seconds / step).round() as usize } else { 0 }
+}
+
+/// Equal readings in a row.
+struct Run {
+    place: Segment,
+    value: f64,
+}
+
+/// All runs of a joint's torque; a reading unlike its neighbours is a run of one.
+fn runs_of(recording: &Recording, joint: usize) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for (index, trajectory) in recording.trajectories.iter().enumerate() {
+        let tau = &trajectory.tau[joint];
+        let mut start = 0;
+        for end in 1..=tau.len() {
+            if end == tau.len() || tau[end] != tau[start] {
+                runs.push(Run { place: Segment { trajectory: index, samples: start..end }, value: tau[start] });
+                start = end;
+            }
+        }
+    }
+    runs
+}
+
+/// The extreme readings of a channel, and whether it was cut off there.
+struct Limits {
+    low: f64,
+    high: f64,
+    cut_low: bool,
+    cut_high: bool,
+}
+
+impl Limits {
+    fn are_hit_by(&self, value: f64) -> bool {
+        (self.cut_low && value == self.low) || (self.cut_high && value == self.high)
+    }
+}
+
+fn limits(recording: &Recording, joint: usize, runs: &[Run]) -> Limits {
+    let (low, high) = runs
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), run| (low.min(run.value), high.max(run.value)));
+    let readings = || recording.trajectories.iter().flat_map(|trajectory| &trajectory.tau[joint]);
+    let is_cut = |limit: f64| {
+        let next = readings().map(|tau| (tau - limit).abs()).filter(|gap| *gap > 0.0).fold(f64::INFINITY, f64::min);
+        let below = (JUST_BELOW * (high - low)).max(1.5 * next);
+        let (mut at, mut near) = (0, 0);
+        for tau in readings() {
+            at += usize::from(*tau == limit);
+            near += usize::from(*tau != limit && (tau - limit).abs() <= below);
+        }
+        let longest = runs.iter().filter(|run| run.value == limit).map(|run| run.place.samples.len()).max();
+        at >= AT_LIMIT[0] && longest.unwrap_or(0) >= AT_LIMIT[1] && at > PILED_UP * near
+    };
+    // A dead channel that only ever reads zero or above rests at zero; that is no limit.
+    let [cut_low, cut_high] = [low, high].map(|limit| limit != 0.0 && low < high && is_cut(limit));
+    Limits { low, high, cut_low, cut_high }
+}
+
+/// The runs in which the joint moved on while its torque did not change.
+fn stuck<'a>(recording: &Recording, joint: usize, runs: &[&'a Run]) -> Vec<&'a Run> {
+    let mut lengths: Vec<usize> = runs.iter().map(|run| run.place.samples.len()).collect();
+    if lengths.is_empty() {
+        return Vec::new();
+    }
+    let place = (USUAL * (lengths.len() - 1) as f64) as usize;
+    let usual = *lengths.select_nth_unstable(place).1;
+    let jumps = |place: &Segment| {
+        let tau = &recording.trajectories[place.trajectory].tau[joint];
+        tau.get(place.samples.end).map(|next| (next - tau[place.samples.start]).abs())
+    };
+    let smallest = runs.iter().filter_map(|run| jumps(&run.place)).fold(f64::INFINITY, f64::min);
+    let spread = |values: &mut dyn Iterator<Item = &f64>| {
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(*q), high.max(*q)));
+        high - low
+    };
+    let range = spread(&mut recording.trajectories.iter().flat_map(|trajectory| &trajectory.q[joint]));
+    let is_stuck = |run: &&&Run| {
+        let Segment { trajectory, samples } = &run.place;
+        samples.len() >= STUCK_RUN * usual
+            && jumps(&run.place).is_none_or(|jump| jump > JUMP * smallest)
+            && spread(&mut recording.trajectories[*trajectory].q[joint][samples.clone()].iter()) > MOVED * range
+    };
+    runs.iter().filter(is_stuck).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Joint, Provenance};
+
+    /// One joint that swings for 20 s at 100 Hz; its torque is read in steps.
+    fn swinging(step: f64) -> Recording {
+        let time: Vec<f64> = (0..2000).map(|sample| 0.01 * f64::from(sample)).collect();
+        let wave = |scale: f64, shift: f64| -> Vec<f64> {
+            time.iter().map(|t| scale * ((1.3 * t + shift).sin() + 0.4 * (3.1 * t + shift).cos())).collect()
+        };
+        let tau = wave(8.0, 0.7).into_iter().map(|tau| if step > 0.0 { (tau / step).round() * step } else { tau });
+        let tau = vec![tau.collect()];
+        let trajectory = Trajectory {
+            name: "swing".into(),
+            q: vec![wave(1.0, 0.0)],
+            qd: vec![wave(1.0, 1.0)],
+            qdd: vec![wave(1.0, 2.0)],
+            tau,
+            time,
+        };
+        Recording {
+            name: "swing".into(),
+            joints: vec![Joint::numbered(1)],
+            trajectories: vec![trajectory],
+            provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
+            posture: None,
+            stated_arm: None,
+            seal: None,
+        }
+    }
+
+    fn stretches(faults: &[Fault]) -> Vec<(FaultKind, Range<usize>)> {
+        faults.iter().flat_map(|f| f.stretches.iter().map(|s| (f.kind, s.samples.clone()))).collect()
+    }
+
+    #[test]
+    fn good_readings_have_no_faults_be_they_fine_coarse_or_repeated() {
+        for step in [0.0, 0.01, 0.1, 1.0] {
+            assert_eq!(find(&swinging(step)), [], "steps of {step}");
+        }
+        let mut repeated = swinging(0.0);
+        let tau = &mut repeated.trajectories[0].tau[0];
+        for sample in 0..tau.len() {
+            tau[sample] = tau[sample / 10 * 10];
+        }
+        assert_eq!(find(&repeated), []);
+    }
+
+    #[test]
+    fn a_joint_at_rest_may_repeat_its_torque() {
+        let mut resting = swinging(0.0);
+        let Trajectory { q, tau, .. } = &mut resting.trajectories[0];
+        q[0][300..600].fill(0.4);
+        tau[0][300..600].fill(1.5);
+        assert_eq!(find(&resting), []);
+    }
+
+    #[test]
+    fn stuck_and_dead_stretches_are_found() {
+        let mut recording = swinging(0.01);
+        let tau = &mut recording.trajectories[0].tau[0];
+        let held = tau[400];
+        tau[400..440].fill(held);
+        tau[1000..1100].fill(0.0);
+        let found = find(&recording);
+        assert_eq!(stretches(&found), [(FaultKind::Stuck, 400..440), (FaultKind::Stuck, 1000..1100)]);
+        let [duration, period] = found[0].parameters(&recording)[..] else { panic!() };
+        assert!((duration - 0.69).abs() < 1e-9 && (period - 10.0).abs() < 1e-9, "{duration}, {period}");
+    }
+
+    #[test]
+    fn a_cut_off_torque_is_found_with_its_limit() {
+        let mut recording = swinging(0.0);
+        recording.trajectories[0].tau[0].iter_mut().for_each(|tau| *tau = tau.clamp(-9.0, 9.0));
+        let found = find(&recording);
+        assert!(matches!(&found[..], [fault] if fault.kind == FaultKind::Saturated), "{found:?}");
+        assert_eq!(found[0].parameters(&recording), [9.0]);
+        let at_limit = recording.trajectories[0].tau[0].iter().filter(|tau| tau.abs() == 9.0).count();
+        assert_eq!(found[0].sample_count(), at_limit);
+    }
+
+    #[test]
+    fn what_is_left_keeps_clear_of_the_faults() {
+        let recording = swinging(0.0);
+        let stretch = |samples| Segment { trajectory: 0, samples };
+        let faults =
+            [Fault { kind: FaultKind::Stuck, joint: 0, stretches: vec![stretch(100..120), stretch(145..150)] }];
+        let clear = without(&recording, &faults, vec![stretch(0..1000), stretch(1000..2000)]);
+        // Ten samples either side, and the scrap between the two is dropped.
+        assert_eq!(clear, [stretch(0..90), stretch(160..1000), stretch(1000..2000)]);
+    }
+}
