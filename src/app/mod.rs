@@ -103,6 +103,17 @@ impl TorquescopeApp {
         self.state.screen = screen;
     }
 
+    /// Shows a part of the trajectory, from 0 to 1, or all of it, with the cursor at a part of it.
+    fn look_at(&mut self, part: Option<[f64; 2]>, cursor: f64) {
+        let runs = self.history.current().recording.as_ref().map(|recording| &recording.trajectories);
+        let Some(run) = runs.and_then(|runs| runs.get(self.state.trajectory)) else { return };
+        let (from, to) = (run.time.first().copied().unwrap_or(0.0), run.time.last().copied().unwrap_or(1.0));
+        let at = |share: f64| from + share * (to - from);
+        self.state.window.range = part.map(|part| part.map(at));
+        self.state.looking.time.range = self.state.window.range;
+        self.state.cursor = Some(at(cursor));
+    }
+
     /// Whether a job is at work.
     pub fn is_busy(&self) -> bool {
         self.running.is_some() || self.dialog.is_some()
@@ -285,7 +296,10 @@ impl TorquescopeApp {
                 }
                 self.state.recording_changed(self.history.current());
             }
-            Command::Diagnose => self.state.screen = Screen::Diagnose,
+            Command::Diagnose => {
+                self.state.screen = Screen::Diagnose;
+                self.state.bet.guess = None;
+            }
             Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
             Command::ChoosePreset(_)
             | Command::TrainPreset { .. }
@@ -343,9 +357,7 @@ impl TorquescopeApp {
 
 /// What was done, with the change of the error where there is one.
 fn done_text(before: &Session, after: &Session, command: &Command) -> String {
-    let title = command.title();
-    let mut letters = title.chars();
-    let title: String = letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect());
+    let title = widgets::sentence_case(&command.title());
     let error = |session: &Session| {
         let errors = session.current()?.evaluation.held_out_nmse();
         let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;

@@ -23,7 +23,8 @@ pub struct Action {
 pub fn all(desk: &Desk) -> Vec<Action> {
     let mut actions = Vec::new();
     let mut add = |name: String, keys: &'static str, order: Order| actions.push(Action { name, keys, order });
-    if let Some(next) = flow::next(desk.session, desk.state.screen) {
+    let betting = desk.state.is_betting(desk.session);
+    if let Some(next) = flow::next(desk.session, desk.state.screen).filter(|_| !betting) {
         add(format!("Next: {}", next.label), "Ctrl+Enter", next.order);
     }
     for screen in Screen::ALL {

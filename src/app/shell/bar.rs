@@ -76,7 +76,9 @@ fn view(ui: &mut Ui, desk: &mut Desk) {
 /// The screens, left to right, and the next step.
 pub fn way(ui: &mut Ui, desk: &mut Desk) {
     let palette = Palette::in_ui(ui);
-    let next = flow::next(desk.session, desk.state.screen);
+    let betting = desk.state.is_betting(desk.session);
+    // The next step would tell the answer.
+    let next = flow::next(desk.session, desk.state.screen).filter(|_| !betting);
     let leads_to =
         next.as_ref().and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
     let narrow = is_narrow(ui);
@@ -113,7 +115,9 @@ pub fn way(ui: &mut Ui, desk: &mut Desk) {
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let Some(next) = next else {
-                ui.label(RichText::new("✔ the way is done").color(palette.good));
+                let (text, color) =
+                    if betting { ("place your bet", palette.accent) } else { ("✔ the way is done", palette.good) };
+                ui.label(RichText::new(text).color(color));
                 return;
             };
             let text = if narrow { "Next →".to_owned() } else { format!("Next: {} →", next.label) };

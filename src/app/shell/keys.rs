@@ -58,7 +58,7 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
                 orders.push(order);
             }
         }
-        if input.consume_shortcut(&NEXT) {
+        if input.consume_shortcut(&NEXT) && !state.is_betting(session) {
             orders.extend(flow::next(session, state.screen).map(|next| next.order));
         }
         for (key, screen) in NUMBERS.into_iter().zip(Screen::ALL) {
