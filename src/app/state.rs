@@ -13,7 +13,7 @@ use crate::model::Preset;
 use crate::progress::Progress;
 use crate::recording::read::ReadOptions;
 use crate::recording::{PerJoint, Recording, spectrum};
-use crate::session::{Command, Session, Step};
+use crate::session::{Command, Session, Step, file};
 use crate::simulation::Scenario;
 use crate::simulation::extrapolation::{Replay, Stretch};
 use crate::training::Epoch;
@@ -40,6 +40,12 @@ pub enum Order {
     ToggleTheme,
     /// Simulate an arm whose hidden effect is drawn by the next seed.
     DrawMystery,
+    /// Save the session into this file.
+    Save(PathBuf),
+    /// Let the user choose where to save.
+    SaveDialog,
+    /// Open the copy that another run left behind, or leave it.
+    Recover(bool),
     /// Let the user choose files.
     OpenDialog,
     /// More contrast, or as usual.
@@ -62,8 +68,11 @@ impl Order {
         Order::Run(Box::new(command))
     }
 
-    /// Open these files as one recording.
-    pub fn open(paths: Vec<PathBuf>) -> Self {
+    /// Open these files as one recording, or a saved session.
+    pub fn open(mut paths: Vec<PathBuf>) -> Self {
+        if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == file::ENDING) {
+            return Order::run(Command::Restore { path: paths.remove(0) });
+        }
         Order::run(Command::Open { paths, options: ReadOptions::default(), held_out: Vec::new() })
     }
 }
@@ -207,6 +216,7 @@ pub struct State {
     pub(super) held_out_only: bool,
     pub(super) chosen_effect: usize,
     pub(super) path: String,
+    pub(super) save_path: String,
     /// How recordings were opened, to open them again in another way.
     opened: Vec<(Weak<Recording>, Command)>,
     pub(super) wish: Wish,
@@ -250,6 +260,7 @@ impl Default for State {
             held_out_only: true,
             chosen_effect: 0,
             path: String::new(),
+            save_path: String::new(),
             opened: Vec::new(),
             wish: Wish {
                 seed: 7,
@@ -490,6 +501,8 @@ pub struct Desk<'a> {
     pub(super) models: Vec<Arc<Step>>,
     pub(super) undo: Option<&'a str>,
     pub(super) redo: Option<&'a str>,
+    /// Whether a copy of another run's session waits for a decision.
+    pub(super) left_behind: bool,
 }
 
 impl Desk<'_> {

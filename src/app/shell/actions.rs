@@ -36,6 +36,9 @@ pub fn all(desk: &Desk) -> Vec<Action> {
     if desk.redo.is_some() {
         add("Redo".into(), "Ctrl+Y", Order::Redo);
     }
+    if desk.session.recording.is_some() {
+        add("Save the session…".into(), "Ctrl+S", Order::SaveDialog);
+    }
     if desk.busy.is_some() {
         add("Stop".into(), "Esc", Order::Stop);
     }

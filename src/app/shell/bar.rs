@@ -20,6 +20,11 @@ pub fn tools(ui: &mut Ui, desk: &mut Desk) {
         if ui.button("Open…").on_hover_text(open).clicked() {
             desk.orders.push(Order::OpenDialog);
         }
+        let save = format!("Save the session ({})", keys::text(ui, &keys::SAVE));
+        let full = desk.session.recording.is_some();
+        if ui.add_enabled(full, Button::new("Save…")).on_hover_text(save).clicked() {
+            desk.orders.push(Order::SaveDialog);
+        }
         let undo = desk.undo.map_or("Nothing to undo".to_owned(), |change| format!("Undo: {change}"));
         step_button(ui, desk, "Undo", &undo, &keys::UNDO, Order::Undo);
         let redo = desk.redo.map_or("Nothing to redo".to_owned(), |change| format!("Redo: {change}"));

@@ -64,54 +64,46 @@ pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: 
                 order.reverse();
             }
         }
-        ScrollArea::horizontal().id_salt("errors by trajectory").show(
-            ui,
-            |ui| {
-                egui::Grid::new("errors by trajectory").striped(true).spacing([GROUP, 4.0]).show(ui, |ui| {
-                    if ui
-                        .add(Button::new("trajectory").small())
-                        .on_hover_text("In the order of the recording")
-                        .clicked()
-                    {
-                        desk.state.error_order = None;
-                    }
-                    for (joint, info) in recording.joints.iter().enumerate() {
-                        let mark = match desk.state.error_order {
-                            Some((own, down)) if own == joint => {
-                                if down {
-                                    " ↓"
-                                } else {
-                                    " ↑"
-                                }
+        ScrollArea::horizontal().id_salt("errors by trajectory").show(ui, |ui| {
+            egui::Grid::new("errors by trajectory").striped(true).spacing([GROUP, 4.0]).show(ui, |ui| {
+                if ui.add(Button::new("trajectory").small()).on_hover_text("In the order of the recording").clicked() {
+                    desk.state.error_order = None;
+                }
+                for (joint, info) in recording.joints.iter().enumerate() {
+                    let mark = match desk.state.error_order {
+                        Some((own, down)) if own == joint => {
+                            if down {
+                                " ↓"
+                            } else {
+                                " ↑"
                             }
-                            _ => "",
-                        };
-                        let head = ui.add(Button::new(format!("{}{mark}", info.name)).small());
-                        let spoken = format!("sort by the error of {}", info.name);
-                        head.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &spoken));
-                        if head.on_hover_text(&spoken).clicked() {
-                            let down = desk.state.error_order.is_none_or(|(own, down)| own != joint || !down);
-                            desk.state.error_order = Some((joint, down));
                         }
+                        _ => "",
+                    };
+                    let head = ui.add(Button::new(format!("{}{mark}", info.name)).small());
+                    let spoken = format!("sort by the error of {}", info.name);
+                    head.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &spoken));
+                    if head.on_hover_text(&spoken).clicked() {
+                        let down = desk.state.error_order.is_none_or(|(own, down)| own != joint || !down);
+                        desk.state.error_order = Some((joint, down));
                     }
-                    ui.label(RichText::new("part").size(SMALL).color(palette.weak));
+                }
+                ui.label(RichText::new("part").size(SMALL).color(palette.weak));
+                ui.end_row();
+                for run in order {
+                    let name = &recording.trajectories[run].name;
+                    if ui.selectable_label(desk.state.trajectory == run, name).clicked() {
+                        desk.state.trajectory = run;
+                        (desk.state.window, desk.state.cursor) = (Window::default(), None);
+                    }
+                    for error in &errors[run] {
+                        ui.label(ticks::percent(*error));
+                    }
+                    let part = if crate::app::screens::is_held_out(desk.session, run) { "held out" } else { "train" };
+                    ui.label(RichText::new(part).size(SMALL).color(palette.weak));
                     ui.end_row();
-                    for run in order {
-                        let name = &recording.trajectories[run].name;
-                        if ui.selectable_label(desk.state.trajectory == run, name).clicked() {
-                            desk.state.trajectory = run;
-                            (desk.state.window, desk.state.cursor) = (Window::default(), None);
-                        }
-                        for error in &errors[run] {
-                            ui.label(ticks::percent(*error));
-                        }
-                        let part =
-                            if crate::app::screens::is_held_out(desk.session, run) { "held out" } else { "train" };
-                        ui.label(RichText::new(part).size(SMALL).color(palette.weak));
-                        ui.end_row();
-                    }
-                });
-            },
-        );
+                }
+            });
+        });
     });
 }

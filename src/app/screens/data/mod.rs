@@ -247,6 +247,16 @@ fn sources(ui: &mut Ui, desk: &mut Desk) {
         });
     });
     if let Some(recording) = desk.session.recording.clone() {
+        widgets::card(ui, "Save the session", |ui| {
+            let label = ui.label("File to save into");
+            let hint = "path/to/mine.torquescope";
+            let edit = TextEdit::singleline(&mut desk.state.save_path).hint_text(hint).desired_width(f32::INFINITY);
+            ui.add(edit).labelled_by(label.id);
+            let path = desk.state.save_path.trim().to_owned();
+            if ui.add_enabled(!path.is_empty(), Button::new("Save into this file")).clicked() {
+                desk.orders.push(Order::Save(path.into()));
+            }
+        });
         widgets::card(ui, "Model to start from", |ui| {
             // Learned models take a training, which is not a choice of a moment.
             let at_once = |preset: &Preset| !matches!(preset, Preset::Learned(_));
