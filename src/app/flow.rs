@@ -37,11 +37,10 @@ pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
         let demonstration = Command::Simulate(Box::new(Scenario::embedded()));
         return Some(NextStep::run("Demonstration arm", "Simulate an arm with a hidden effect", demonstration));
     }
-    let Some(step) = session.current() else {
+    if session.current().is_none() {
         let why = "Identify the arm's base parameters from the data";
         return Some(NextStep::run("Fit a rigid body", why, Command::ChoosePreset(Preset::RigidBody)));
-    };
-    let learned = step.fitted.model.is_learned();
+    }
     Some(match screen {
         Screen::Data => NextStep::show(Screen::Model),
         // A rigid body is solved for at once, so the way leads past the training.
@@ -49,10 +48,6 @@ pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
         Screen::Compare => NextStep::show(Screen::Residuals),
         Screen::Residuals => NextStep::show(Screen::Diagnose),
         Screen::Diagnose => match &session.report {
-            None if learned => {
-                let why = "What networks absorb of an effect is not known; a rigid body can be diagnosed";
-                NextStep::run("Start from the rigid body", why, Command::ChoosePreset(Preset::RigidBody))
-            }
             None => NextStep::run("Diagnose", "Lay every known effect beside the model", Command::Diagnose),
             Some(report) => match report.effects.first() {
                 Some(effect) => {
@@ -63,7 +58,7 @@ pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
                 None => NextStep::show(Screen::Ladder),
             },
         },
-        Screen::Ladder => after_the_ladder(session, learned),
+        Screen::Ladder => after_the_ladder(session),
         Screen::Extrapolation => {
             if session.sweep.is_some() {
                 return None;
@@ -75,14 +70,14 @@ pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
     })
 }
 
-fn after_the_ladder(session: &Session, learned: bool) -> NextStep {
+fn after_the_ladder(session: &Session) -> NextStep {
     let sealed =
         session.truth.is_none() && session.recording.as_ref().is_some_and(|recording| recording.seal.is_some());
     match &session.report {
-        None if session.ladder.len() > 1 && !learned => {
+        None if session.ladder.len() > 1 => {
             NextStep::run("Diagnose again", "Ask what the current model still lacks", Command::Diagnose)
         }
-        None if session.ladder.len() == 1 && !learned => NextStep::show(Screen::Diagnose),
+        None if session.ladder.len() == 1 => NextStep::show(Screen::Diagnose),
         Some(report) if sealed && report.verdict == Verdict::NothingMissing => {
             NextStep::run("Open the seal", "Compare what was found with what was hidden", Command::OpenSeal)
         }

@@ -7,6 +7,7 @@
 mod flow;
 mod fonts;
 pub mod headless;
+mod keeper;
 pub mod plot;
 pub mod raster;
 pub mod screens;
@@ -23,10 +24,11 @@ pub use headless::{ScreenshotOptions, screenshot};
 pub use screens::Screen;
 pub use state::{Order, State};
 
-use crate::session::{Command, Curve, History, Session};
+use crate::session::{Command, Curve, History, Session, file};
 use crate::simulation::Scenario;
 use crate::training::Ending;
 use crate::work::{Job, Outcome};
+use keeper::{Keeper, Kept};
 use state::{Busy, Notice, Toast, Tone};
 
 /// How long a toast is shown \[s\].
@@ -41,8 +43,16 @@ pub struct TorquescopeApp {
     history: History,
     state: State,
     running: Option<Running>,
-    dialog: Option<(Job<Option<Vec<PathBuf>>>, Instant)>,
+    dialog: Option<Dialog>,
+    keeper: Keeper,
     orders: Vec<Order>,
+}
+
+/// A file dialog that is open.
+struct Dialog {
+    job: Job<Option<Vec<PathBuf>>>,
+    begin: Instant,
+    saves: bool,
 }
 
 /// A command at work.
@@ -71,6 +81,9 @@ pub fn run_window(session: Session, first: Option<Command>) -> anyhow::Result<()
     let create: eframe::AppCreator = Box::new(move |context| {
         theme::install(&context.egui_ctx);
         let mut app = TorquescopeApp::new(session);
+        if let Some(copy) = Keeper::usual_place() {
+            app.keep_copy(copy);
+        }
         app.orders.extend(first.map(Order::run));
         Ok(Box::new(app))
     });
@@ -85,7 +98,20 @@ impl TorquescopeApp {
         let mut state = State::default();
         state.follow(&Session::default(), &session);
         state.recording_changed(&session);
-        TorquescopeApp { history: History::new(session), state, running: None, dialog: None, orders: Vec::new() }
+        TorquescopeApp {
+            history: History::new(session),
+            state,
+            running: None,
+            dialog: None,
+            keeper: Keeper::default(),
+            orders: Vec::new(),
+        }
+    }
+
+    /// Keeps a copy of the session in this file after every change, so that a crash costs nothing; a copy that is there
+    /// already is offered to the user.
+    pub fn keep_copy(&mut self, path: PathBuf) {
+        self.keeper = Keeper::with_copy(path);
     }
 
     /// The document as it is.
@@ -103,9 +129,20 @@ impl TorquescopeApp {
         self.state.screen = screen;
     }
 
+    /// Shows a part of the trajectory, from 0 to 1, or all of it, with the cursor at a part of it.
+    fn look_at(&mut self, part: Option<[f64; 2]>, cursor: f64) {
+        let runs = self.history.current().recording.as_ref().map(|recording| &recording.trajectories);
+        let Some(run) = runs.and_then(|runs| runs.get(self.state.trajectory)) else { return };
+        let (from, to) = (run.time.first().copied().unwrap_or(0.0), run.time.last().copied().unwrap_or(1.0));
+        let at = |share: f64| from + share * (to - from);
+        self.state.window.range = part.map(|part| part.map(at));
+        self.state.looking.time.range = self.state.window.range;
+        self.state.cursor = Some(at(cursor));
+    }
+
     /// Whether a job is at work.
     pub fn is_busy(&self) -> bool {
-        self.running.is_some() || self.dialog.is_some()
+        self.running.is_some() || self.dialog.is_some() || self.keeper.is_busy()
     }
 
     /// Gives an order, as a click would.
@@ -117,6 +154,7 @@ impl TorquescopeApp {
     pub fn receive(&mut self, ctx: &egui::Context) {
         self.poll_job(ctx);
         self.poll_dialog();
+        self.poll_keeper(ctx);
         let dropped: Vec<PathBuf> =
             ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
         if !dropped.is_empty() {
@@ -150,6 +188,7 @@ impl TorquescopeApp {
             undo: self.history.undo_text(),
             redo: self.history.redo_text(),
             models: self.history.models(),
+            left_behind: self.keeper.left_behind().is_some(),
         };
         shell::show(ui, &mut desk);
         if !self.orders.is_empty() {
@@ -200,7 +239,24 @@ impl TorquescopeApp {
                     }
                 }
             }
-            Order::OpenDialog => self.open_dialog(ctx),
+            Order::Save(path) => {
+                if self.history.current().recording.is_none() {
+                    let text = "There is no recording yet, so there is nothing to save.";
+                    self.state.notices.push(Notice::new(Tone::Warning, text, ""));
+                } else {
+                    self.keeper.save(path, self.history.current());
+                }
+            }
+            Order::Recover(wanted) => {
+                let path = self.keeper.left_behind().map(std::path::Path::to_owned);
+                if let Some(path) = path.filter(|_| wanted) {
+                    self.run(Command::Restore { path }, ctx);
+                } else {
+                    self.keeper.decided();
+                }
+            }
+            Order::SaveDialog => self.open_dialog(ctx, true),
+            Order::OpenDialog => self.open_dialog(ctx, false),
             Order::Dismiss(notice) => {
                 if notice < self.state.notices.len() {
                     self.state.notices.remove(notice);
@@ -215,6 +271,7 @@ impl TorquescopeApp {
         step(&mut self.history);
         self.state.data_changed();
         self.state.follow(&before, self.history.current());
+        self.keeper.copy(self.history.current());
         if !same_recording(&before, self.history.current()) {
             self.state.recording_changed(self.history.current());
         }
@@ -278,14 +335,21 @@ impl TorquescopeApp {
         }
         self.history.push(session, &command.title());
         self.state.data_changed();
+        self.keeper.copy(self.history.current());
         match command {
-            Command::Open { .. } | Command::Simulate(_) => {
+            Command::Open { .. } | Command::Simulate(_) | Command::Restore { .. } => {
+                if matches!(command, Command::Restore { .. }) {
+                    self.keeper.decided();
+                }
                 if matches!(command, Command::Open { .. }) {
                     self.state.remember(self.history.current(), command);
                 }
                 self.state.recording_changed(self.history.current());
             }
-            Command::Diagnose => self.state.screen = Screen::Diagnose,
+            Command::Diagnose => {
+                self.state.screen = Screen::Diagnose;
+                self.state.bet.guess = None;
+            }
             Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
             Command::ChoosePreset(_)
             | Command::TrainPreset { .. }
@@ -308,28 +372,57 @@ impl TorquescopeApp {
         self.state.notices.push(Notice::new(Tone::Error, text, "Nothing was changed."));
     }
 
-    fn open_dialog(&mut self, ctx: &egui::Context) {
+    fn poll_keeper(&mut self, ctx: &egui::Context) {
+        if self.keeper.is_busy() {
+            ctx.request_repaint_after(Duration::from_millis(50));
+        }
+        match self.keeper.poll() {
+            Some(Kept::Saved(path)) => {
+                let until = ctx.input(|input| input.time) + TOAST;
+                self.state.toasts.push(Toast { text: format!("Saved: {}.", path.display()), until });
+            }
+            Some(Kept::Failed(message)) => {
+                let text = format!("The session was not saved: {message}.");
+                self.state.notices.push(Notice::new(
+                    Tone::Error,
+                    text,
+                    "Your session is as it was; save it elsewhere.",
+                ));
+            }
+            None => (),
+        }
+    }
+
+    fn open_dialog(&mut self, ctx: &egui::Context, saves: bool) {
         if self.dialog.is_some() {
             return;
         }
         let context = ctx.clone();
         let wake = move || context.request_repaint();
-        let job = Job::spawn("choose files", wake, |_| {
-            let dialog = rfd::FileDialog::new()
-                .set_title("Open recordings")
-                .add_filter("recordings", &["csv", "npz", "npy", "txt"]);
-            Ok::<_, String>(dialog.pick_files())
+        let name = self.history.current().recording.as_ref().map_or("session", |recording| &recording.name);
+        let name = format!("{name}.{}", file::ENDING);
+        let job = Job::spawn("choose files", wake, move |_| {
+            let dialog = rfd::FileDialog::new();
+            Ok::<_, String>(if saves {
+                let dialog = dialog.set_title("Save the session").set_file_name(name);
+                dialog.add_filter("sessions", &[file::ENDING]).save_file().map(|path| vec![path])
+            } else {
+                let endings = ["csv", "npz", "npy", "txt", file::ENDING];
+                dialog.set_title("Open recordings or a session").add_filter("recordings", &endings).pick_files()
+            })
         });
-        self.dialog = Some((job, Instant::now()));
+        self.dialog = Some(Dialog { job, begin: Instant::now(), saves });
     }
 
     fn poll_dialog(&mut self) {
-        let Some((job, begin)) = &mut self.dialog else { return };
-        let Some(outcome) = job.poll() else { return };
-        let at_once = begin.elapsed() < FASTEST_CANCEL;
+        let Some(dialog) = &mut self.dialog else { return };
+        let Some(outcome) = dialog.job.poll() else { return };
+        let (at_once, saves) = (dialog.begin.elapsed() < FASTEST_CANCEL, dialog.saves);
         self.dialog = None;
         match outcome {
-            Outcome::Done(Some(paths)) if !paths.is_empty() => self.orders.push(Order::open(paths)),
+            Outcome::Done(Some(mut paths)) if !paths.is_empty() => {
+                self.orders.push(if saves { Order::Save(paths.remove(0)) } else { Order::open(paths) });
+            }
             Outcome::Done(_) if !at_once => (),
             _ => {
                 let text = "This system shows no file dialog.";
@@ -343,9 +436,7 @@ impl TorquescopeApp {
 
 /// What was done, with the change of the error where there is one.
 fn done_text(before: &Session, after: &Session, command: &Command) -> String {
-    let title = command.title();
-    let mut letters = title.chars();
-    let title: String = letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect());
+    let title = widgets::sentence_case(&command.title());
     let error = |session: &Session| {
         let errors = session.current()?.evaluation.held_out_nmse();
         let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
@@ -375,6 +466,10 @@ impl eframe::App for TorquescopeApp {
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         self.draw(ui);
+    }
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        self.keeper.close();
     }
 
     fn persist_egui_memory(&self) -> bool {

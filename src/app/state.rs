@@ -4,15 +4,17 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
-use super::plot::{Decimator, Window};
-use super::screens::{Screen, residuals::Scatter};
+use super::plot::{Cells, Decimator, Window};
+use super::screens::Screen;
+use super::screens::residuals::{Brush, Looking, Quantity, Table};
 use super::shell::CommandPalette;
-use crate::effect::Axis;
+use crate::arm::Arm;
 use crate::model::Preset;
 use crate::progress::Progress;
 use crate::recording::read::ReadOptions;
-use crate::recording::{PerJoint, Recording};
-use crate::session::{Command, Session, Step};
+use crate::recording::{PerJoint, Recording, spectrum};
+use crate::session::{Command, Session, Step, file};
+use crate::simulation::Scenario;
 use crate::simulation::extrapolation::{Replay, Stretch};
 use crate::training::Epoch;
 use crate::training::fit::Plan;
@@ -38,6 +40,12 @@ pub enum Order {
     ToggleTheme,
     /// Simulate an arm whose hidden effect is drawn by the next seed.
     DrawMystery,
+    /// Save the session into this file.
+    Save(PathBuf),
+    /// Let the user choose where to save.
+    SaveDialog,
+    /// Open the copy that another run left behind, or leave it.
+    Recover(bool),
     /// Let the user choose files.
     OpenDialog,
     /// More contrast, or as usual.
@@ -60,8 +68,11 @@ impl Order {
         Order::Run(Box::new(command))
     }
 
-    /// Open these files as one recording.
-    pub fn open(paths: Vec<PathBuf>) -> Self {
+    /// Open these files as one recording, or a saved session.
+    pub fn open(mut paths: Vec<PathBuf>) -> Self {
+        if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == file::ENDING) {
+            return Order::run(Command::Restore { path: paths.remove(0) });
+        }
         Order::run(Command::Open { paths, options: ReadOptions::default(), held_out: Vec::new() })
     }
 }
@@ -139,7 +150,10 @@ pub(super) struct Wish {
     pub seed: u64,
     /// Index into the registry; `None` hides nothing.
     pub effect: Option<usize>,
-    pub joints: [bool; 3],
+    pub joints: Vec<bool>,
+    pub arm: Arm,
+    /// Steps of the encoders in a turn; 0 for exact positions.
+    pub encoder_steps: u32,
     pub strength_percent: f64,
     pub noise_percent: f64,
 }
@@ -156,8 +170,30 @@ pub(super) struct Training {
     pub unseen: HashSet<usize>,
 }
 
-/// Key of a scatter plot: joint, state, held out or not.
-pub(super) type ScatterKey = (usize, Axis, bool);
+/// What the views of the residual are drawn from, for one joint in the held-out part or not.
+type TableKey = (usize, bool);
+
+/// The rows that a brush lights, and in which table.
+type Lit = (TableKey, Brush, Arc<Vec<usize>>);
+
+/// Points of the way of the arm's tip.
+const TIP_POINTS: usize = 400;
+
+/// A guess before the answer is shown.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Bet {
+    /// Whether the answer is hidden until one has guessed.
+    pub first: bool,
+    /// What was guessed: the id of an effect, or [`Bet::NOTHING`] or [`Bet::UNKNOWN`].
+    pub guess: Option<String>,
+}
+
+impl Bet {
+    /// "Nothing is missing".
+    pub const NOTHING: &'static str = "nothing";
+    /// "None of these".
+    pub const UNKNOWN: &'static str = "unknown";
+}
 
 /// What drawing asks of a trajectory in every frame, computed once.
 pub(super) struct Facts {
@@ -165,6 +201,8 @@ pub(super) struct Facts {
     pub largest: Vec<f64>,
     /// Whether a term of the model acts on a joint at all: `acts[term][joint]`.
     pub acts: Vec<Vec<bool>>,
+    /// Where the tip of the arm goes \[m\].
+    pub tip: Vec<[f64; 2]>,
 }
 
 /// Where one looks.
@@ -178,6 +216,7 @@ pub struct State {
     pub(super) held_out_only: bool,
     pub(super) chosen_effect: usize,
     pub(super) path: String,
+    pub(super) save_path: String,
     /// How recordings were opened, to open them again in another way.
     opened: Vec<(Weak<Recording>, Command)>,
     pub(super) wish: Wish,
@@ -189,11 +228,24 @@ pub struct State {
     pub(super) palette: Option<CommandPalette>,
     pub(super) key_list: bool,
     shares: Option<Arc<Vec<Vec<Share>>>>,
+    /// Addresses of the models that are drawn over the current one.
+    pub(super) overlaid: Vec<usize>,
+    /// The joint by whose error trajectories are sorted, and whether the largest comes first.
+    pub(super) error_order: Option<(usize, bool)>,
+    run_errors: Option<Arc<PerJoint>>,
+    coverage: HashMap<usize, Arc<Cells>>,
+    spectra: HashMap<(usize, usize), Arc<Vec<[f64; 2]>>>,
+    pub(super) bet: Bet,
+    /// Whether evidence is shown with the effect in the model.
+    pub(super) evidence_after: bool,
     pub(super) decimator: Decimator,
     residuals: HashMap<usize, Arc<PerJoint>>,
     facts: HashMap<usize, Arc<Facts>>,
     time_steps: Option<Arc<Vec<f64>>>,
-    pub(super) scatters: HashMap<ScatterKey, Arc<Scatter>>,
+    pub(super) looking: Looking,
+    tables: HashMap<TableKey, Arc<Table>>,
+    lit: Option<Lit>,
+    maps: HashMap<(TableKey, [Quantity; 2]), Arc<Cells>>,
 }
 
 impl Default for State {
@@ -208,11 +260,14 @@ impl Default for State {
             held_out_only: true,
             chosen_effect: 0,
             path: String::new(),
+            save_path: String::new(),
             opened: Vec::new(),
             wish: Wish {
                 seed: 7,
                 effect: Some(1),
-                joints: [true, false, false],
+                joints: vec![true, false, false],
+                arm: Scenario::embedded().arm,
+                encoder_steps: 0,
                 strength_percent: 10.0,
                 noise_percent: 2.0,
             },
@@ -224,11 +279,21 @@ impl Default for State {
             palette: None,
             key_list: false,
             shares: None,
+            overlaid: Vec::new(),
+            error_order: None,
+            run_errors: None,
+            coverage: HashMap::new(),
+            spectra: HashMap::new(),
+            bet: Bet::default(),
+            evidence_after: false,
             decimator: Decimator::default(),
             residuals: HashMap::new(),
             facts: HashMap::new(),
             time_steps: None,
-            scatters: HashMap::new(),
+            looking: Looking::default(),
+            tables: HashMap::new(),
+            lit: None,
+            maps: HashMap::new(),
         }
     }
 }
@@ -240,8 +305,13 @@ impl State {
         self.residuals.clear();
         self.facts.clear();
         self.time_steps = None;
-        self.scatters.clear();
+        self.tables.clear();
+        self.maps.clear();
+        self.lit = None;
         self.shares = None;
+        self.run_errors = None;
+        self.coverage.clear();
+        self.spectra.clear();
         self.chosen_effect = 0;
     }
 
@@ -275,6 +345,7 @@ impl State {
         (self.trajectory, self.joint) = (session.split.held_out.first().map_or(0, |segment| segment.trajectory), 0);
         self.window = Window::default();
         self.cursor = None;
+        self.looking = Looking { map: self.looking.map, ..Looking::default() };
         self.outside = Outside { stretch: self.outside.stretch, ..Outside::default() };
     }
 
@@ -295,12 +366,88 @@ impl State {
         let compute = || {
             let largest = |torque: &Vec<f64>| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
             let acts = |torque: &Vec<f64>| torque.iter().any(|value| *value != 0.0);
+            let mut arm = recording.stated_arm.clone().unwrap_or_else(|| Arm::uniform(recording.joint_count()));
+            arm.posture = recording.posture.unwrap_or(arm.posture);
+            let tip = |sample: usize| {
+                let q: Vec<f64> = run.q.iter().map(|joint| joint[sample]).collect();
+                arm.points(&q).last().copied()
+            };
             Arc::new(Facts {
+                tip: (0..run.len()).step_by(run.len().div_ceil(TIP_POINTS).max(1)).filter_map(tip).collect(),
                 largest: run.tau.iter().map(largest).collect(),
                 acts: prediction.terms.iter().map(|term| term.iter().map(acts).collect()).collect(),
             })
         };
         Some(Arc::clone(self.facts.entry(trajectory).or_insert_with(compute)))
+    }
+
+    /// What the views of the residual are drawn from, for the chosen joint and part.
+    pub(super) fn table(&mut self, session: &Session) -> Arc<Table> {
+        let key = (self.joint, self.held_out_only);
+        Arc::clone(self.tables.entry(key).or_insert_with(|| Arc::new(Table::new(session, key.0, key.1))))
+    }
+
+    /// The rows of the table that the brush lights.
+    pub(super) fn lit(&mut self, table: &Table) -> Arc<Vec<usize>> {
+        let (key, brush) = ((self.joint, self.held_out_only), self.looking.brush);
+        let Some(brush) = brush else { return Arc::default() };
+        match &self.lit {
+            Some((known, same, rows)) if *known == key && *same == brush => Arc::clone(rows),
+            _ => {
+                let rows = Arc::new(table.lit(&brush));
+                self.lit = Some((key, brush, Arc::clone(&rows)));
+                rows
+            }
+        }
+    }
+
+    /// The mean residual over two states.
+    pub(super) fn map(&mut self, table: &Table, x: Quantity, y: Quantity) -> Arc<Cells> {
+        let key = ((self.joint, self.held_out_only), [x, y]);
+        Arc::clone(self.maps.entry(key).or_insert_with(|| Arc::new(table.map(x, y))))
+    }
+
+    /// nMSE of each trajectory and joint: `errors[trajectory][joint]`.
+    pub(super) fn errors_by_run(&mut self, recording: &Recording, step: &Step) -> Arc<PerJoint> {
+        let compute = || {
+            let error = |run: usize, joint: usize| {
+                let (tau, model) =
+                    (&recording.trajectories[run].tau[joint], &step.evaluation.predictions[run].total[joint]);
+                let squares: f64 = tau.iter().zip(model).map(|(tau, model)| (tau - model).powi(2)).sum();
+                squares / tau.iter().map(|tau| tau * tau).sum::<f64>()
+            };
+            let joints = recording.joint_count();
+            let runs = 0..recording.trajectories.len();
+            Arc::new(runs.map(|run| (0..joints).map(|joint| error(run, joint)).collect()).collect())
+        };
+        Arc::clone(self.run_errors.get_or_insert_with(compute))
+    }
+
+    /// How many training samples each place of position and velocity of a joint has.
+    pub(super) fn coverage(&mut self, session: &Session, joint: usize) -> Option<Arc<Cells>> {
+        let recording = session.recording.as_deref()?;
+        let compute = || Arc::new(super::screens::covered(recording, &session.split, joint));
+        Some(Arc::clone(self.coverage.entry(joint).or_insert_with(compute)))
+    }
+
+    /// Frequency and decimal logarithm of the power of the measured torque.
+    pub(super) fn spectrum(
+        &mut self,
+        session: &Session,
+        trajectory: usize,
+        joint: usize,
+    ) -> Option<Arc<Vec<[f64; 2]>>> {
+        let run = session.recording.as_deref()?.trajectories.get(trajectory)?;
+        let compute = || {
+            let power = spectrum::power(&[&run.tau[joint]], run.time_step());
+            Arc::new(power.into_iter().map(|[frequency, power]| [frequency, power.max(1e-300).log10()]).collect())
+        };
+        Some(Arc::clone(self.spectra.entry((trajectory, joint)).or_insert_with(compute)))
+    }
+
+    /// Whether the report is hidden until a guess is made.
+    pub(super) fn is_betting(&self, session: &Session) -> bool {
+        self.bet.first && self.bet.guess.is_none() && session.report.is_some()
     }
 
     /// How much each term carries on each joint, over all of the recording: `shares[term][joint]`; `None` without a model.
@@ -354,6 +501,8 @@ pub struct Desk<'a> {
     pub(super) models: Vec<Arc<Step>>,
     pub(super) undo: Option<&'a str>,
     pub(super) redo: Option<&'a str>,
+    /// Whether a copy of another run's session waits for a decision.
+    pub(super) left_behind: bool,
 }
 
 impl Desk<'_> {

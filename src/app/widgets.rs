@@ -56,6 +56,12 @@ pub fn formula(plain: &str) -> String {
     text
 }
 
+/// With a capital at its beginning.
+pub fn sentence_case(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// A word in a coloured frame; the word tells the same as the colour.
 pub fn chip(ui: &mut Ui, text: &str, color: Color32) -> Response {
     let frame = Frame::new()

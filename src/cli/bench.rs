@@ -4,6 +4,7 @@ mod diagnosis;
 mod models;
 mod speed;
 mod train;
+mod ui;
 
 use clap::Subcommand;
 
@@ -13,6 +14,7 @@ pub enum Bench {
     Diagnosis(diagnosis::Diagnosis),
     Models(models::Models),
     Train(train::Train),
+    Ui(ui::Ui),
 }
 
 impl Bench {
@@ -22,6 +24,7 @@ impl Bench {
             Bench::Diagnosis(bench) => bench.run(),
             Bench::Models(bench) => bench.run(),
             Bench::Train(bench) => bench.run(),
+            Bench::Ui(bench) => bench.run(),
         }
     }
 }

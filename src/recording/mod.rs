@@ -13,6 +13,7 @@ pub mod mapping;
 pub mod npy;
 pub mod read;
 pub mod seal;
+pub mod spectrum;
 pub mod split;
 pub mod table;
 pub mod transform;

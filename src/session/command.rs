@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::file::{self, SessionFileError};
 use super::runs::{Keeper, RunFileError};
 use super::terms::{self, TermEdit};
 use super::{Session, Step};
@@ -32,6 +33,11 @@ pub enum Command {
         options: ReadOptions,
         /// Names of trajectories to hold out; with none, the split is automatic.
         held_out: Vec<String>,
+    },
+    /// Opens a session that was saved.
+    Restore {
+        /// The file.
+        path: PathBuf,
     },
     /// Simulates a recording and fits the preset.
     Simulate(Box<Scenario>),
@@ -173,6 +179,9 @@ pub enum SessionError {
     /// A checkpoint can't be kept.
     #[error(transparent)]
     RunFile(#[from] RunFileError),
+    /// The session can't be opened.
+    #[error(transparent)]
+    File(#[from] SessionFileError),
     /// The seal is damaged.
     #[error(transparent)]
     Seal(#[from] SealError),
@@ -210,6 +219,7 @@ impl Command {
                 };
                 fitted_if_possible(loaded, monitor)
             }
+            Command::Restore { path } => Ok(file::open(path, monitor)?),
             Command::Simulate(scenario) => {
                 let recording = simulation::simulate(scenario, monitor)?;
                 let split = Split::automatic(&recording);
@@ -322,6 +332,9 @@ impl Command {
                 } else {
                     format!("open {name}")
                 }
+            }
+            Command::Restore { path } => {
+                format!("open the session {}", path.file_name().unwrap_or_default().to_string_lossy())
             }
             Command::Simulate(_) => "simulate a recording".to_owned(),
             Command::ChoosePreset(preset) => format!("start from {}", preset.id()),

@@ -4,6 +4,7 @@
 //! parts are shared, so a session costs little to keep. The window and the command line run the same commands.
 
 mod command;
+pub mod file;
 mod history;
 pub mod runs;
 mod terms;

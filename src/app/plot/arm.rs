@@ -20,6 +20,8 @@ pub struct Pose<'a> {
     pub predicted: &'a [f64],
     /// Largest torque of each joint, which fixes the scale of its arcs \[N m\].
     pub largest: &'a [f64],
+    /// Where the tip goes \[m\].
+    pub path: &'a [[f64; 2]],
 }
 
 /// Draws the arm into a square of this height over the full width.
@@ -37,6 +39,8 @@ pub fn show(ui: &mut Ui, pose: &Pose, height: f32) {
     let base = Rect::from_center_size(rect.center() + vec2(0.0, 9.0), vec2(30.0, 8.0));
     painter.rect_filled(base, 2, palette.border);
 
+    let path: Vec<Pos2> = pose.path.iter().copied().map(to_screen).collect();
+    painter.add(Shape::line(path, Stroke::new(1.0, palette.weak.gamma_multiply(0.5))));
     let points: Vec<Pos2> = pose.arm.points(pose.q).into_iter().map(to_screen).collect();
     for (link, ends) in points.windows(2).enumerate() {
         let (color, _) = palette.nth(link);

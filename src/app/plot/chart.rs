@@ -79,7 +79,9 @@ pub struct Chart<'a> {
     extent: [f64; 2],
     lines: Vec<Line<'a>>,
     clouds: Vec<Cloud<'a>>,
+    paths: Vec<(&'a [[f64; 2]], Color32)>,
     shades: Vec<[f64; 2]>,
+    lit: Vec<[f64; 2]>,
     bands: Vec<(&'a [[f64; 3]], Color32)>,
     ticks_shown: bool,
     logarithmic: bool,
@@ -101,7 +103,9 @@ impl<'a> Chart<'a> {
             extent,
             lines: Vec::new(),
             clouds: Vec::new(),
+            paths: Vec::new(),
             shades: Vec::new(),
+            lit: Vec::new(),
             bands: Vec::new(),
             ticks_shown: true,
             logarithmic: false,
@@ -165,6 +169,18 @@ impl<'a> Chart<'a> {
         self
     }
 
+    /// Adds points that are joined in their order.
+    pub fn path(mut self, points: &'a [[f64; 2]], color: Color32) -> Self {
+        self.paths.push((points, color));
+        self
+    }
+
+    /// Marks stretches of the horizontal axis as lit by a brush.
+    pub fn lit(mut self, stretches: Vec<[f64; 2]>) -> Self {
+        self.lit = stretches;
+        self
+    }
+
     /// Adds a band: x, lower, upper.
     pub fn band(mut self, band: &'a [[f64; 3]], color: Color32) -> Self {
         self.bands.push((band, color));
@@ -218,11 +234,13 @@ impl<'a> Chart<'a> {
 
         let painter = ui.painter();
         painter.rect_filled(plot, 0, palette.canvas);
-        for [from, to] in &self.shades {
+        let lit = palette.accent.gamma_multiply(0.45);
+        let marked = self.shades.iter().map(|stretch| (stretch, palette.held_out, 0.0));
+        for ([from, to], color, least) in marked.chain(self.lit.iter().map(|stretch| (stretch, lit, 1.0))) {
             let (from, to) = (place.x(*from).max(plot.left()), place.x(*to).min(plot.right()));
             if from < to {
-                let stretch = Rect::from_x_y_ranges(from..=to, plot.y_range());
-                painter.rect_filled(stretch, 0, palette.held_out);
+                let stretch = Rect::from_x_y_ranges(from..=to.max(from + least), plot.y_range());
+                painter.rect_filled(stretch, 0, color);
             }
         }
         self.draw_grid(ui, &place, outer);
@@ -232,6 +250,10 @@ impl<'a> Chart<'a> {
         }
         for (band, color) in &self.bands {
             clipped.add(band_shape(band, &place, *color));
+        }
+        for (points, color) in &self.paths {
+            let points: Vec<Pos2> = points.iter().map(|point| place.point(*point)).collect();
+            clipped.add(Shape::line(points, Stroke::new(1.4, *color)));
         }
         for cloud in &self.clouds {
             clipped.add(cloud_shape(cloud, &place));
@@ -369,6 +391,7 @@ impl<'a> Chart<'a> {
             .flat_map(|[_, low, high]| [*low, *high])
             .for_each(&mut take);
         let clouds = self.clouds.iter().flat_map(|cloud| cloud.points);
+        let clouds = clouds.chain(self.paths.iter().flat_map(|(points, _)| points.iter()));
         clouds.filter(|point| (x_range[0]..=x_range[1]).contains(&point[0])).for_each(|point| take(point[1]));
         if low > high {
             return [-1.0, 1.0];

@@ -189,10 +189,7 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 .on_hover_text("Ask what the current model still lacks")
                 .clicked()
             {
-                // A model with networks can't be diagnosed; that screen says what to do instead.
-                let learned = desk.session.current().is_some_and(|step| step.fitted.model.is_learned());
-                let order = if learned { Order::Show(Screen::Diagnose) } else { Order::run(Command::Diagnose) };
-                desk.orders.push(order);
+                desk.run(Command::Diagnose);
             }
             if ui.add_enabled(count > 1 && ready, egui::Button::new("Remove the last step")).clicked() {
                 desk.run(Command::GoTo { step: count.saturating_sub(2) });

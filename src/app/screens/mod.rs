@@ -6,8 +6,10 @@ mod diagnose;
 mod extrapolation;
 mod ladder;
 mod model;
-pub mod residuals;
+pub(super) mod residuals;
 mod train;
+
+pub(super) use data::covered;
 
 use std::str::FromStr;
 
@@ -165,7 +167,7 @@ fn trajectory_chooser(ui: &mut Ui, desk: &mut Desk) {
 }
 
 /// Whether any of a trajectory is held out and nothing of it trains.
-fn is_held_out(session: &Session, trajectory: usize) -> bool {
+pub(super) fn is_held_out(session: &Session, trajectory: usize) -> bool {
     session.split.held_out.iter().any(|segment| segment.trajectory == trajectory)
         && session.split.train.iter().all(|segment| segment.trajectory != trajectory)
 }

@@ -23,7 +23,8 @@ pub struct Action {
 pub fn all(desk: &Desk) -> Vec<Action> {
     let mut actions = Vec::new();
     let mut add = |name: String, keys: &'static str, order: Order| actions.push(Action { name, keys, order });
-    if let Some(next) = flow::next(desk.session, desk.state.screen) {
+    let betting = desk.state.is_betting(desk.session);
+    if let Some(next) = flow::next(desk.session, desk.state.screen).filter(|_| !betting) {
         add(format!("Next: {}", next.label), "Ctrl+Enter", next.order);
     }
     for screen in Screen::ALL {
@@ -34,6 +35,9 @@ pub fn all(desk: &Desk) -> Vec<Action> {
     }
     if desk.redo.is_some() {
         add("Redo".into(), "Ctrl+Y", Order::Redo);
+    }
+    if desk.session.recording.is_some() {
+        add("Save the session…".into(), "Ctrl+S", Order::SaveDialog);
     }
     if desk.busy.is_some() {
         add("Stop".into(), "Esc", Order::Stop);

@@ -20,6 +20,11 @@ pub fn tools(ui: &mut Ui, desk: &mut Desk) {
         if ui.button("Open…").on_hover_text(open).clicked() {
             desk.orders.push(Order::OpenDialog);
         }
+        let save = format!("Save the session ({})", keys::text(ui, &keys::SAVE));
+        let full = desk.session.recording.is_some();
+        if ui.add_enabled(full, Button::new("Save…")).on_hover_text(save).clicked() {
+            desk.orders.push(Order::SaveDialog);
+        }
         let undo = desk.undo.map_or("Nothing to undo".to_owned(), |change| format!("Undo: {change}"));
         step_button(ui, desk, "Undo", &undo, &keys::UNDO, Order::Undo);
         let redo = desk.redo.map_or("Nothing to redo".to_owned(), |change| format!("Redo: {change}"));
@@ -76,7 +81,9 @@ fn view(ui: &mut Ui, desk: &mut Desk) {
 /// The screens, left to right, and the next step.
 pub fn way(ui: &mut Ui, desk: &mut Desk) {
     let palette = Palette::in_ui(ui);
-    let next = flow::next(desk.session, desk.state.screen);
+    let betting = desk.state.is_betting(desk.session);
+    // The next step would tell the answer.
+    let next = flow::next(desk.session, desk.state.screen).filter(|_| !betting);
     let leads_to =
         next.as_ref().and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
     let narrow = is_narrow(ui);
@@ -113,7 +120,9 @@ pub fn way(ui: &mut Ui, desk: &mut Desk) {
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let Some(next) = next else {
-                ui.label(RichText::new("✔ the way is done").color(palette.good));
+                let (text, color) =
+                    if betting { ("place your bet", palette.accent) } else { ("✔ the way is done", palette.good) };
+                ui.label(RichText::new(text).color(color));
                 return;
             };
             let text = if narrow { "Next →".to_owned() } else { format!("Next: {} →", next.label) };

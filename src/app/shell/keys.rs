@@ -11,6 +11,7 @@ use crate::session::Session;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 pub const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
+pub const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
 pub const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
 pub const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Y);
 pub const NEXT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Enter);
@@ -50,6 +51,7 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
             (REDO, Order::Redo),
             (UNDO, Order::Undo),
             (OPEN, Order::OpenDialog),
+            (SAVE, Order::SaveDialog),
             (STOP, Order::Stop),
             (THEME, Order::ToggleTheme),
         ];
@@ -58,7 +60,7 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
                 orders.push(order);
             }
         }
-        if input.consume_shortcut(&NEXT) {
+        if input.consume_shortcut(&NEXT) && !state.is_betting(session) {
             orders.extend(flow::next(session, state.screen).map(|next| next.order));
         }
         for (key, screen) in NUMBERS.into_iter().zip(Screen::ALL) {
@@ -86,7 +88,8 @@ pub fn list(ui: &mut Ui, desk: &mut Desk) {
         (text(&NEXT), "the next step"),
         ("Ctrl+1 … Ctrl+8".to_owned(), "the screens, left to right"),
         (format!("{} or {}", text(&PALETTE), text(&PALETTE_TOO)), "find any command"),
-        (text(&OPEN), "open recordings"),
+        (text(&OPEN), "open recordings or a session"),
+        (text(&SAVE), "save the session"),
         (text(&UNDO), "undo"),
         (format!("{} or {}", text(&REDO), text(&REDO_TOO)), "redo"),
         (text(&STOP), "stop what is at work; close a list"),

@@ -9,6 +9,25 @@ use crate::app::widgets;
 /// Notices stand above the screen until they are dismissed.
 pub fn notices(ui: &mut Ui, desk: &mut Desk) {
     let palette = Palette::in_ui(ui);
+    if desk.left_behind {
+        let frame = Frame::new()
+            .fill(palette.card)
+            .stroke(Stroke::new(1.0, palette.accent))
+            .corner_radius(6)
+            .inner_margin(Margin::symmetric(12, 8));
+        frame.show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                ui.label("The program ended unexpectedly the last time. Its session was kept.");
+                if widgets::primary(ui, desk.busy.is_none(), "Restore it").clicked() {
+                    desk.orders.push(Order::Recover(true));
+                }
+                if ui.button("Leave it").clicked() {
+                    desk.orders.push(Order::Recover(false));
+                }
+            });
+        });
+        ui.add_space(GAP);
+    }
     for (number, notice) in desk.state.notices.iter().enumerate() {
         let (word, color) = match notice.tone {
             Tone::Info => ("Note", palette.accent),

@@ -306,6 +306,18 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Resu
     merge.ok_or(ReadError::NoFile)?.finish(paths, options)
 }
 
+/// A recording in our own layout, from its bytes.
+///
+/// # Errors
+/// [`ReadError`] as for [`read`].
+pub fn own_recording(bytes: &[u8], monitor: &Monitor) -> Result<Recording, ReadError> {
+    let file = "the recording of the session".to_owned();
+    match decode(bytes, &file, "npz", ReadOptions::default().largest, monitor)? {
+        Content::Recording(recording) => Ok(*recording),
+        Content::Table(_) => Err(ReadError::NotAlone { file }),
+    }
+}
+
 /// The names of the columns of a file, for a mapping to be made by hand; those of a recording of our own are empty.
 ///
 /// # Errors

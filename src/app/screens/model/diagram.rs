@@ -95,14 +95,17 @@ fn lanes(term: &Term, place: usize, joints: usize) -> Vec<Lane> {
 fn node(painter: &Painter, palette: &Palette, rect: Rect, title: &str, size: &str, color: egui::Color32) {
     painter.rect_filled(rect, 4, palette.canvas);
     painter.rect_stroke(rect, 4, Stroke::new(1.2, color), StrokeKind::Inside);
-    let text = if size.is_empty() { title.to_owned() } else { format!("{title}\n{size}") };
     // A box too narrow for its title has a smaller one.
-    for points in [SMALL, SMALL - 2.0, SMALL - 4.0] {
-        let galley = painter.layout(text.clone(), FontId::proportional(points), palette.text, f32::INFINITY);
-        if galley.size().x <= rect.width() - 4.0 || points < SMALL - 3.0 {
-            painter.galley(rect.center() - galley.size() / 2.0, galley, palette.text);
-            return;
-        }
+    let fits = |points: &f32| {
+        let galley = painter.layout_no_wrap(title.to_owned(), FontId::proportional(*points), palette.text);
+        galley.size().x <= rect.width() - 4.0
+    };
+    let points = [SMALL, SMALL - 2.0].into_iter().find(fits).unwrap_or(SMALL - 4.0);
+    let font = || FontId::proportional(points);
+    let line = if size.is_empty() { 0.0 } else { 7.0 };
+    painter.text(rect.center() - vec2(0.0, line), Align2::CENTER_CENTER, title, font(), palette.text);
+    if !size.is_empty() {
+        painter.text(rect.center() + vec2(0.0, line), Align2::CENTER_CENTER, size, font(), palette.weak);
     }
 }
 

@@ -1,6 +1,11 @@
 //! Data: what was measured, where it came from, what is odd about it; and the panel that simulates.
 
-use egui::{Button, DragValue, RichText, Slider, TextEdit, Ui};
+mod coverage;
+mod simulate;
+
+use egui::{Button, DragValue, RichText, TextEdit, Ui};
+
+pub(in crate::app) use coverage::covered;
 
 use super::{held_out_times, time_extent, trajectory_chooser};
 use crate::app::plot::{Chart, ticks};
@@ -9,13 +14,12 @@ use crate::app::state::{Desk, Order};
 use crate::app::theme::{GAP, GROUP, Palette, SIDE, SMALL};
 use crate::app::widgets;
 use crate::arm::Posture;
-use crate::effect::{Scope, registry};
 use crate::model::Preset;
 use crate::recording::check::Severity;
 use crate::recording::read::ReadOptions;
 use crate::recording::{JointKind, Origin, Recording};
 use crate::session::Command;
-use crate::simulation::{Scenario, SimulationError};
+use crate::simulation::Scenario;
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let [main, side] = widgets::beside(ui, SIDE);
@@ -47,6 +51,8 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
     posture(ui, desk, &recording);
     signals(ui, desk, &recording);
     trajectories(ui, desk, &recording);
+    coverage::show(ui, desk, &recording);
+    coverage::spectrum(ui, desk, &recording);
 }
 
 fn findings(ui: &mut Ui, desk: &Desk, recording: &Recording) {
@@ -241,6 +247,16 @@ fn sources(ui: &mut Ui, desk: &mut Desk) {
         });
     });
     if let Some(recording) = desk.session.recording.clone() {
+        widgets::card(ui, "Save the session", |ui| {
+            let label = ui.label("File to save into");
+            let hint = "path/to/mine.torquescope";
+            let edit = TextEdit::singleline(&mut desk.state.save_path).hint_text(hint).desired_width(f32::INFINITY);
+            ui.add(edit).labelled_by(label.id);
+            let path = desk.state.save_path.trim().to_owned();
+            if ui.add_enabled(!path.is_empty(), Button::new("Save into this file")).clicked() {
+                desk.orders.push(Order::Save(path.into()));
+            }
+        });
         widgets::card(ui, "Model to start from", |ui| {
             // Learned models take a training, which is not a choice of a moment.
             let at_once = |preset: &Preset| !matches!(preset, Preset::Learned(_));
@@ -264,61 +280,5 @@ fn sources(ui: &mut Ui, desk: &mut Desk) {
             }
         });
     });
-    widgets::card(ui, "Simulate your own", |ui| simulate(ui, desk));
-}
-
-fn simulate(ui: &mut Ui, desk: &mut Desk) {
-    let wish = &mut desk.state.wish;
-    let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].spec().name);
-    ui.horizontal(|ui| {
-        let label = ui.label("Hidden effect");
-        let chooser = egui::ComboBox::from_id_salt("hidden effect").selected_text(name(wish.effect)).width(170.0);
-        let chooser = chooser.show_ui(ui, |ui| {
-            ui.selectable_value(&mut wish.effect, None, name(None));
-            for index in 0..registry::ALL.len() {
-                ui.selectable_value(&mut wish.effect, Some(index), name(Some(index)));
-            }
-        });
-        chooser.response.labelled_by(label.id);
-    });
-    let spec = wish.effect.map(|index| registry::ALL[index].spec());
-    if spec.is_some_and(|spec| spec.scope != Scope::Arm) {
-        ui.horizontal(|ui| {
-            for (joint, on) in wish.joints.iter_mut().enumerate() {
-                ui.checkbox(on, format!("joint {}", joint + 1));
-            }
-        });
-    }
-    let slider =
-        |value, range, text: &str| Slider::new(value, range).suffix(" %").max_decimals(1).text(text.to_owned());
-    ui.add_enabled(spec.is_some(), slider(&mut wish.strength_percent, 1.0..=40.0, "of the torque"));
-    ui.add(slider(&mut wish.noise_percent, 0.0..=20.0, "torque noise"));
-    if let Some(spec) = spec {
-        widgets::weak(ui, spec.description);
-    }
-    if ui.button("Simulate").clicked() {
-        match scenario(wish) {
-            Ok(scenario) => desk.run(Command::Simulate(Box::new(scenario))),
-            Err(error) => report(desk, &error),
-        }
-    }
-}
-
-fn scenario(wish: &crate::app::state::Wish) -> Result<Scenario, SimulationError> {
-    let bare = Scenario {
-        name: "simulated arm".to_owned(),
-        torque_noise: wish.noise_percent / 100.0,
-        seed: wish.seed,
-        effects: Vec::new(),
-        ..Scenario::embedded()
-    };
-    let Some(index) = wish.effect else { return Ok(bare) };
-    let joints: Vec<usize> = (0..wish.joints.len()).filter(|&joint| wish.joints[joint]).collect();
-    let effects = bare.hide_by_strength(registry::ALL[index].spec().id, &joints, wish.strength_percent / 100.0)?;
-    Ok(Scenario { effects, ..bare })
-}
-
-fn report(desk: &mut Desk, error: &SimulationError) {
-    use crate::app::state::{Notice, Tone};
-    desk.state.notices.push(Notice::new(Tone::Error, format!("Nothing was simulated: {error}."), ""));
+    widgets::card(ui, "Simulate your own", |ui| simulate::show(ui, desk));
 }

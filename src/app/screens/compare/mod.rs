@@ -1,5 +1,8 @@
 //! Compare: measured against predicted torque of every joint, the residual under it, and the arm at the cursor.
 
+mod errors;
+mod overlay;
+
 use egui::{RichText, Slider, Ui, WidgetText};
 
 use super::{data::units, held_out_times, time_extent, trajectory_chooser};
@@ -28,6 +31,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         trajectory_chooser(ui, desk);
         ui.add_space(GAP);
         ui.checkbox(&mut desk.state.show_terms, "Show each term of the model");
+        overlay::chooser(ui, desk, &step);
         if ui.button("Show all of the time").clicked() {
             desk.state.window = Default::default();
         }
@@ -37,11 +41,15 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let extent = time_extent(&recording.trajectories[desk.state.trajectory].time);
     desk.state.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
     let [main, side] = widgets::beside(ui, SIDE + GAP);
-    widgets::scrolling(ui, "torques", main, |ui| torques(ui, desk, &recording, &step));
+    widgets::scrolling(ui, "torques", main, |ui| {
+        torques(ui, desk, &recording, &step);
+        errors::scatter(ui, desk, &recording, &step);
+        errors::by_trajectory(ui, desk, &recording, &step);
+    });
     widgets::scrolling(ui, "at the cursor", side, |ui| at_cursor(ui, desk, &recording, &step));
 }
 
-fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::session::Step) {
+fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &std::sync::Arc<crate::session::Step>) {
     let palette = Palette::in_ui(ui);
     let index = desk.state.trajectory;
     let (Some(residual), Some(facts)) =
@@ -54,6 +62,7 @@ fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::se
     let extent = time_extent(&run.time);
     let shades = held_out_times(desk.session, index);
     let joints = recording.joint_count();
+    let overlaid = overlay::chosen(desk, step);
     let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
     let last_extra = 31.0;
     let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(170.0, 380.0);
@@ -73,6 +82,10 @@ fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::se
                     chart = chart.line(label, &run.time, torque, palette.nth(term));
                 }
             }
+        }
+        for (number, other) in overlaid.iter().enumerate() {
+            let torque = &other.evaluation.predictions[index].total[joint];
+            chart = chart.line(&other.title, &run.time, torque, palette.nth(number + 3));
         }
         chart
             .line("predicted τ̂", &run.time, &prediction.total[joint], (palette.predicted, PREDICTED_DASH))
@@ -124,8 +137,14 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
             if let Some(posture) = recording.posture {
                 shown.posture = posture;
             }
-            let pose =
-                arm::Pose { arm: &shown, q: &q, measured: &measured, predicted: &predicted, largest: &facts.largest };
+            let pose = arm::Pose {
+                arm: &shown,
+                q: &q,
+                measured: &measured,
+                predicted: &predicted,
+                largest: &facts.largest,
+                path: &facts.tip,
+            };
             arm::show(ui, &pose, 250.0);
             let legend = "Arcs: torque, counter-clockwise positive, full line measured, dashed predicted.";
             ui.label(RichText::new(legend).size(SMALL).color(palette.weak));

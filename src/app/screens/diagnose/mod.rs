@@ -1,10 +1,12 @@
 //! What is missing: the verdict in plain words, the evidence for each effect, and the button that adds it.
 
+mod bet;
+
 use egui::{Align, Layout, RichText, Ui, WidgetText};
 
 use super::Screen;
 use super::data::units;
-use super::residuals::{axis_text, point_color};
+use super::residuals::Quantity;
 use crate::app::plot::{Chart, Decimator, Window, ticks};
 use crate::app::state::{Busy, Desk, Order};
 use crate::app::theme::{GAP, Palette, SMALL};
@@ -29,12 +31,19 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         };
         if let Some(Busy { name, progress, .. }) = desk.busy {
             widgets::empty(ui, "Looking for what is missing…", &format!("{name}: {}", progress.activity), "");
-        } else if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
-            desk.run(Command::Diagnose);
+        } else {
+            if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
+                desk.run(Command::Diagnose);
+            }
+            bet::offer(ui, desk);
         }
         return;
     };
+    if desk.state.is_betting(desk.session) {
+        return bet::place(ui, desk, &report);
+    }
     headline(ui, &report, &recording);
+    bet::outcome(ui, desk, &report);
     let [main, side] = widgets::beside(ui, LIST);
     widgets::scrolling(ui, "verdict", main, |ui| {
         if report.effects.is_empty() {
@@ -148,12 +157,18 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
             let text = format!("These data can hardly tell it from {}.", effect.alternatives.join(", "));
             ui.label(RichText::new(text).color(palette.warning));
         }
+        ui.horizontal_wrapped(|ui| {
+            ui.label("Torque left");
+            ui.radio_value(&mut desk.state.evidence_after, false, "without it");
+            ui.radio_value(&mut desk.state.evidence_after, true, "with it");
+        });
+        let after = desk.state.evidence_after;
         let height = if effect.evidence.len() > 2 { 190.0 } else { 250.0 };
         let columns = effect.evidence.len().clamp(1, 2);
         for row in effect.evidence.chunks(columns) {
             ui.columns(columns, |columns| {
                 for (ui, evidence) in columns.iter_mut().zip(row) {
-                    evidence_plot(ui, evidence, recording, height);
+                    evidence_plot(ui, evidence, after, recording, height);
                 }
             });
         }
@@ -188,25 +203,41 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
     }
 }
 
-fn evidence_plot(ui: &mut Ui, evidence: &Evidence, recording: &Recording, height: f32) {
+fn evidence_plot(ui: &mut Ui, evidence: &Evidence, after: bool, recording: &Recording, height: f32) {
     let palette = Palette::in_ui(ui);
     let unit = units(recording.joints[evidence.joint].kind);
-    let (name, label, x_unit) = axis_text(evidence.axis, unit);
+    let (name, label, x_unit) = Quantity::from(evidence.axis).text(unit);
     let (x, y): (Vec<f64>, Vec<f64>) = evidence.explained.iter().map(|point| (point[0], point[1])).unzip();
     let extent = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0)];
     let title = format!("{}: torque left against {name}", recording.joints[evidence.joint].name);
+    let left = if after { left_after(evidence) } else { evidence.residual.clone() };
     let chart = Chart::new(title, unit[3], extent).x_axis(label, x_unit).height(height).points(
-        &evidence.residual,
-        point_color(palette.residual),
+        &left,
+        palette.residual.gamma_multiply(0.5),
         1.3,
     );
     // The line lives for this frame only, so its decimation is not to be kept.
     let mut decimator = Decimator::default();
+    if after {
+        let zero = [0.0, 0.0];
+        chart.curve("", &extent, &zero, (palette.text, &[])).show(ui, &mut Window::default(), &mut decimator);
+        return;
+    }
     let explained = match is_curve(&y) {
         true => chart.curve("explained", &x, &y, (palette.predicted, &[])),
         false => chart.points(&evidence.explained, palette.predicted, 1.3),
     };
     explained.show(ui, &mut Window::default(), &mut decimator);
+}
+
+/// What is left once the effect is in the model: both lists are of the same samples, the explained one sorted by state.
+fn left_after(evidence: &Evidence) -> Vec<[f64; 2]> {
+    let mut left = evidence.residual.clone();
+    left.sort_by(|one, other| one[0].total_cmp(&other[0]));
+    for (left, explained) in left.iter_mut().zip(&evidence.explained) {
+        left[1] -= explained[1];
+    }
+    left
 }
 
 /// Whether the values, sorted along the axis, are a function of it. A payload's torque, say, is none of one state: as a line

@@ -1,0 +1,91 @@
+//! Where there are data, and how fast they change: what a model can't have a say about, and what it can't follow.
+
+use egui::{RichText, Ui};
+
+use super::units;
+use crate::app::plot::{Cells, Chart, Decimator, Window};
+use crate::app::state::Desk;
+use crate::app::theme::{Palette, SMALL};
+use crate::app::widgets;
+use crate::recording::Recording;
+use crate::recording::split::Split;
+
+/// Columns and rows.
+const SIZE: [usize; 2] = [40, 30];
+
+/// How many training samples each place of position and velocity of a joint has; NaN where there is none.
+pub fn covered(recording: &Recording, split: &Split, joint: usize) -> Cells {
+    let runs =
+        || split.train.iter().map(|segment| (&recording.trajectories[segment.trajectory], segment.samples.clone()));
+    let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+    for run in &recording.trajectories {
+        for (ends, signal) in ends.iter_mut().zip([&run.q[joint], &run.qd[joint]]) {
+            for value in signal {
+                *ends = [ends[0].min(*value), ends[1].max(*value)];
+            }
+        }
+    }
+    for ends in &mut ends {
+        if ends[0] >= ends[1] {
+            *ends = [ends[0] - 0.5, ends[0] + 0.5];
+        }
+    }
+    let cell = |value: f64, axis: usize| {
+        let share = (value - ends[axis][0]) / (ends[axis][1] - ends[axis][0]);
+        ((share * SIZE[axis] as f64) as usize).min(SIZE[axis] - 1)
+    };
+    let mut values = vec![f64::NAN; SIZE[0] * SIZE[1]];
+    for (run, samples) in runs() {
+        for (q, qd) in run.q[joint][samples.clone()].iter().zip(&run.qd[joint][samples]) {
+            let value = &mut values[cell(*qd, 1) * SIZE[0] + cell(*q, 0)];
+            *value = if value.is_nan() { 1.0 } else { *value + 1.0 };
+        }
+    }
+    Cells { size: SIZE, extent: ends, values, signed: false }
+}
+
+pub fn show(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "Coverage of the training data", |ui| {
+        let joints: Vec<usize> = (0..recording.joint_count()).collect();
+        let columns = if ui.available_width() > 560.0 { joints.len().clamp(1, 3) } else { 1 };
+        for row in joints.chunks(columns) {
+            ui.columns(columns, |columns| {
+                for (ui, &joint) in columns.iter_mut().zip(row) {
+                    let Some(cells) = desk.state.coverage(desk.session, joint) else { continue };
+                    let unit = units(recording.joints[joint].kind);
+                    Chart::new(format!("{}: q̇", recording.joints[joint].name), unit[1], [0.0, 1.0])
+                        .x_axis("position q", unit[0])
+                        .height(190.0)
+                        .cells(&cells)
+                        .show(ui, &mut Window::default(), &mut Decimator::default());
+                }
+            });
+        }
+        let text = "How often each position and velocity was recorded. Where it is empty, the model has no say: it extrapolates.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+    });
+}
+
+/// The power of the chosen trajectory's torque.
+pub fn spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let palette = Palette::in_ui(ui);
+    let (trajectory, joint) = (desk.state.trajectory, desk.state.joint);
+    let Some(spectrum) = desk.state.spectrum(desk.session, trajectory, joint) else { return };
+    widgets::card(ui, "Power spectrum of the torque", |ui| {
+        if spectrum.is_empty() {
+            widgets::weak(ui, "The trajectory is too short for a spectrum.");
+            return;
+        }
+        let (x, y): (Vec<f64>, Vec<f64>) = spectrum.iter().map(|[x, y]| (*x, *y)).unzip();
+        let name = &recording.joints[joint].name;
+        Chart::new(format!("{name}: power of τ, logarithmic"), "", [x[0], x[x.len() - 1]])
+            .logarithmic()
+            .x_axis("frequency", "Hz")
+            .height(170.0)
+            .curve("", &x, &y, (palette.measured, &[]))
+            .show(ui, &mut Window::default(), &mut Decimator::default());
+        let text = "Motion is at the left, noise is the flat part at the right; a peak between them is a vibration.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+    });
+}

@@ -1,0 +1,122 @@
+//! The panel that simulates: arm, hidden effect, noise, encoders.
+
+use egui::{Button, CollapsingHeader, ComboBox, DragValue, Grid, RichText, Slider, Ui};
+
+use crate::app::state::{Desk, Notice, Order, Tone, Wish};
+use crate::app::theme::{Palette, SMALL};
+use crate::app::widgets;
+use crate::arm::{Link, MOST_JOINTS};
+use crate::effect::{Scope, registry};
+use crate::session::Command;
+use crate::simulation::{Scenario, SimulationError};
+
+/// A link that is added.
+const NEW_LINK: Link = Link { mass: 1.0, length: 0.3, com: 0.15, inertia: 0.0075 };
+
+pub fn show(ui: &mut Ui, desk: &mut Desk) {
+    let wish = &mut desk.state.wish;
+    arm(ui, wish);
+    let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].spec().name);
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label("Hidden effect");
+        let chooser = ComboBox::from_id_salt("hidden effect").selected_text(name(wish.effect)).width(170.0);
+        let chooser = chooser.show_ui(ui, |ui| {
+            ui.selectable_value(&mut wish.effect, None, name(None));
+            for index in 0..registry::ALL.len() {
+                ui.selectable_value(&mut wish.effect, Some(index), name(Some(index)));
+            }
+        });
+        chooser.response.labelled_by(label.id);
+    });
+    let spec = wish.effect.map(|index| registry::ALL[index].spec());
+    if let Some(spec) = spec.filter(|spec| spec.scope != Scope::Arm) {
+        // The later joint of a pair names it.
+        let first = usize::from(spec.scope == Scope::Pair);
+        ui.horizontal_wrapped(|ui| {
+            for (joint, on) in wish.joints.iter_mut().enumerate().skip(first) {
+                ui.checkbox(on, format!("joint {}", joint + 1));
+            }
+        });
+    }
+    let slider =
+        |value, range, text: &str| Slider::new(value, range).suffix(" %").max_decimals(1).text(text.to_owned());
+    ui.add_enabled(spec.is_some(), slider(&mut wish.strength_percent, 1.0..=40.0, "of the torque"));
+    ui.add(slider(&mut wish.noise_percent, 0.0..=20.0, "torque noise"));
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label("Encoder steps in a turn");
+        ui.add(DragValue::new(&mut wish.encoder_steps).speed(64).range(0..=10_000_000)).labelled_by(label.id);
+        if wish.encoder_steps == 0 {
+            ui.label(RichText::new("0: exact").size(SMALL).color(Palette::in_ui(ui).weak));
+        }
+    });
+    if let Some(spec) = spec {
+        widgets::weak(ui, spec.description);
+    }
+    if ui.button("Simulate").clicked() {
+        match scenario(wish) {
+            Ok(scenario) => desk.orders.push(Order::run(Command::Simulate(Box::new(scenario)))),
+            Err(error) => {
+                desk.state.notices.push(Notice::new(Tone::Error, format!("Nothing was simulated: {error}."), ""));
+            }
+        }
+    }
+}
+
+/// Masses and lengths of the links, and how many there are.
+fn arm(ui: &mut Ui, wish: &mut Wish) {
+    let count = wish.arm.joint_count();
+    let header = CollapsingHeader::new(format!("The arm: {count} link{}", if count == 1 { "" } else { "s" }));
+    header.id_salt("arm editor").show(ui, |ui| {
+        Grid::new("arm editor").spacing([8.0, 4.0]).show(ui, |ui| {
+            for title in ["", "mass kg", "length m", "centre m", "inertia kg m²"] {
+                ui.label(RichText::new(title).size(SMALL).color(Palette::in_ui(ui).weak));
+            }
+            ui.end_row();
+            for (number, link) in wish.arm.links.iter_mut().enumerate() {
+                ui.label((number + 1).to_string());
+                let fields = [
+                    ("mass", &mut link.mass, 0.01..=1000.0),
+                    ("length", &mut link.length, 0.01..=100.0),
+                    ("centre of mass", &mut link.com, -100.0..=100.0),
+                    ("inertia", &mut link.inertia, 0.0..=1000.0),
+                ];
+                for (name, value, range) in fields {
+                    let now = *value;
+                    let field =
+                        ui.add(DragValue::new(value).speed(0.01 * now.abs().max(0.01)).range(range).max_decimals(4));
+                    let spoken = format!("{name} of link {}", number + 1);
+                    field.widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, true, &spoken));
+                }
+                ui.end_row();
+            }
+        });
+        ui.horizontal(|ui| {
+            if ui.add_enabled(count < MOST_JOINTS, Button::new("Add a link").small()).clicked() {
+                wish.arm.links.push(NEW_LINK);
+            }
+            if ui.add_enabled(count > 1, Button::new("Remove the last link").small()).clicked() {
+                wish.arm.links.pop();
+            }
+        });
+    });
+    wish.joints.resize(wish.arm.joint_count(), false);
+}
+
+fn scenario(wish: &Wish) -> Result<Scenario, SimulationError> {
+    let encoder_resolution = (wish.encoder_steps > 0).then(|| std::f64::consts::TAU / f64::from(wish.encoder_steps));
+    let bare = Scenario {
+        name: "simulated arm".to_owned(),
+        arm: wish.arm.clone(),
+        torque_noise: wish.noise_percent / 100.0,
+        seed: wish.seed,
+        encoder_resolution,
+        effects: Vec::new(),
+        ..Scenario::embedded()
+    };
+    let Some(index) = wish.effect else { return Ok(bare) };
+    let spec = registry::ALL[index].spec();
+    let first = usize::from(spec.scope == Scope::Pair);
+    let joints: Vec<usize> = (first..wish.joints.len()).filter(|&joint| wish.joints[joint]).collect();
+    let effects = bare.hide_by_strength(spec.id, &joints, wish.strength_percent / 100.0)?;
+    Ok(Scenario { effects, ..bare })
+}

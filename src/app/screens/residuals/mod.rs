@@ -1,0 +1,134 @@
+//! Where it fails: the residual of one joint over every state, in frequency and in its own past, and its worst moments.
+//!
+//! A region that is marked in one view is lit in all others and on the time line.
+
+mod moments;
+mod table;
+mod views;
+
+use std::sync::Arc;
+
+use egui::{Align, Layout, RichText, Ui, vec2};
+
+pub use table::{Brush, Quantity, Table};
+
+use super::data::units;
+use crate::app::plot::{Chart, Decimator, Window};
+use crate::app::shell::{is_narrow, thousands};
+use crate::app::state::Desk;
+use crate::app::theme::{GAP, GROUP, Palette, SMALL};
+use crate::app::widgets;
+
+/// Width of the list of moments \[points\].
+const LIST: f32 = 236.0;
+/// Height of the time line \[points\].
+const TIME_LINE: f32 = 118.0;
+
+/// What is marked, and how each view is zoomed.
+#[derive(Debug)]
+pub struct Looking {
+    pub brush: Option<Brush>,
+    /// The states of the map.
+    pub map: [Quantity; 2],
+    pub time: Window,
+}
+
+impl Default for Looking {
+    fn default() -> Self {
+        Looking { brush: None, map: [Quantity::Position, Quantity::Velocity], time: Window::default() }
+    }
+}
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    desk.state.joint = desk.state.joint.min(recording.joint_count().saturating_sub(1));
+    let narrow = is_narrow(ui);
+    let sentence = "Measured minus predicted torque. Noise looks the same everywhere; a missing effect has a shape.";
+    widgets::headline(ui, "Where the model fails", if narrow { "" } else { sentence });
+    let (joint, held_out) = (desk.state.joint, desk.state.held_out_only);
+    ui.horizontal_wrapped(|ui| {
+        for (joint, info) in recording.joints.iter().enumerate() {
+            ui.selectable_value(&mut desk.state.joint, joint, &info.name);
+        }
+        ui.add_space(GROUP);
+        ui.selectable_value(&mut desk.state.held_out_only, true, "Held-out data");
+        ui.selectable_value(&mut desk.state.held_out_only, false, "Training data");
+        ui.add_space(GROUP);
+        if desk.state.looking.brush.is_some() && ui.button("Unmark").clicked() {
+            desk.state.looking.brush = None;
+        }
+        if !narrow {
+            let text = "Drag in a view to mark a region: it is lit in all others. Line: mean, band: ± one deviation.";
+            ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
+        }
+    });
+    if (joint, held_out) != (desk.state.joint, desk.state.held_out_only) {
+        // A region of one joint's states means nothing to another.
+        desk.state.looking = Looking { map: desk.state.looking.map, ..Looking::default() };
+    }
+    ui.add_space(4.0);
+    let table = desk.state.table(desk.session);
+    if table.len() == 0 {
+        widgets::card(ui, "", |ui| widgets::weak(ui, "No samples in this part of the data: look at the other part."));
+        return;
+    }
+    let lit = desk.state.lit(&table);
+    let unit = units(recording.joints[desk.state.joint].kind);
+    let whole = ui.available_rect_before_wrap();
+    let line = if narrow { 0.0 } else { TIME_LINE };
+    let upper = egui::Rect::from_min_max(whole.min, whole.max - vec2(0.0, line));
+    ui.scope_builder(egui::UiBuilder::new().max_rect(upper), |ui| {
+        let [main, side] = widgets::beside(ui, LIST);
+        widgets::scrolling(ui, "views", main, |ui| grid(ui, desk, &table, &lit, unit));
+        widgets::scrolling(ui, "moments", side, |ui| moments::show(ui, desk, &recording, &table, unit[3]));
+    });
+    if line > 0.0 {
+        let lower = egui::Rect::from_min_max(egui::pos2(whole.left(), upper.bottom() + 4.0), whole.max);
+        ui.scope_builder(egui::UiBuilder::new().max_rect(lower), |ui| time_line(ui, desk, &table, &lit, unit[3]));
+    }
+}
+
+/// All views, two beside each other where there is room.
+fn grid(ui: &mut Ui, desk: &mut Desk, table: &Arc<Table>, lit: &Arc<Vec<usize>>, unit: [&'static str; 4]) {
+    let columns = if ui.available_width() > 640.0 { 2 } else { 1 };
+    let width = (ui.available_width() - GAP * (columns as f32 - 1.0)) / columns as f32;
+    let size = vec2(width, (ui.available_height() / 2.0 - GAP).clamp(250.0, 400.0));
+    for row in views::ALL.chunks(columns) {
+        ui.horizontal_top(|ui| {
+            ui.spacing_mut().item_spacing.x = GAP;
+            for view in row {
+                ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
+                    ui.set_width(size.x);
+                    views::show(ui, desk, *view, table, lit, unit, size.y);
+                });
+            }
+        });
+    }
+}
+
+/// The residual over the time of all segments, with what is marked and where the cursor is.
+fn time_line(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: &'static str) {
+    let palette = Palette::in_ui(ui);
+    let (time, residual) = (table.column(Quantity::Time), table.column(Quantity::Residual));
+    let extent = [time[0], time[time.len() - 1].max(time[0] + 1e-9)];
+    let mut cursor = moments::row_at_cursor(desk, table).map(|row| time[row]);
+    let before = cursor;
+    let marked = if lit.is_empty() { String::new() } else { format!(": {} samples marked", thousands(lit.len())) };
+    let chart = Chart::new(format!("time line{marked}"), unit, extent)
+        .x_axis("time t, all trajectories end to end", "s")
+        .height(TIME_LINE - 8.0)
+        .lit(table.stretches(lit))
+        .line("τ − τ̂", time, residual, (palette.residual, &[]))
+        .cursor(&mut cursor);
+    chart.show(ui, &mut desk.state.looking.time, &mut desk.state.decimator);
+    if cursor != before
+        && let Some(at) = cursor
+    {
+        moments::jump(desk, table, crate::app::plot::chart::nearest(time, at));
+    }
+}
+
+/// The decimation of lines that live for one frame only.
+fn fleeting() -> Decimator {
+    Decimator::default()
+}

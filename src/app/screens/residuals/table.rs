@@ -1,0 +1,329 @@
+//! The residual of one joint beside every state, as one table of samples; every view is drawn from it.
+
+use std::ops::Range;
+use std::sync::OnceLock;
+
+use crate::app::plot::{Cells, Region};
+use crate::effect::Axis;
+use crate::recording::spectrum;
+use crate::session::Session;
+
+/// Most points that one plot draws.
+const MOST_POINTS: usize = 4000;
+/// Columns in which mean and spread are computed.
+const COLUMNS: usize = 48;
+/// Columns with fewer samples than this show no mean.
+const FEWEST: f64 = 4.0;
+/// Columns and rows of the map.
+const MAP: [usize; 2] = [44, 30];
+/// Highest order of the spectrum over position.
+const HIGHEST_ORDER: usize = 64;
+/// Most samples of which the autocorrelation is computed, so that it takes no longer than a frame.
+const MOST_CORRELATED: usize = 40_000;
+/// How many lags are drawn, up to this time \[s\].
+const LAGS: usize = 120;
+const LONGEST_LAG: f64 = 2.0;
+/// How many moments are listed, and how far they are apart at least \[s\].
+const WORST: usize = 20;
+const APART: f64 = 0.25;
+
+/// What can stand on an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// t, from one trajectory on to the next.
+    Time,
+    /// q
+    Position,
+    /// q̇
+    Velocity,
+    /// q̈
+    Acceleration,
+    /// τ
+    Load,
+    /// τ − τ̂
+    Residual,
+}
+
+impl Quantity {
+    /// All states, without the residual itself.
+    pub const STATES: [Quantity; 5] =
+        [Quantity::Velocity, Quantity::Position, Quantity::Acceleration, Quantity::Load, Quantity::Time];
+
+    /// Name, label and unit, of a joint with these units of q, q̇, q̈ and τ.
+    pub fn text(self, unit: [&'static str; 4]) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Quantity::Time => ("time", "time t, all trajectories end to end", "s"),
+            Quantity::Position => ("position", "position q", unit[0]),
+            Quantity::Velocity => ("velocity", "velocity q̇", unit[1]),
+            Quantity::Acceleration => ("acceleration", "acceleration q̈", unit[2]),
+            Quantity::Load => ("load", "load: measured torque τ", unit[3]),
+            Quantity::Residual => ("residual", "residual τ − τ̂", unit[3]),
+        }
+    }
+}
+
+impl From<Axis> for Quantity {
+    fn from(axis: Axis) -> Self {
+        match axis {
+            Axis::Time => Quantity::Time,
+            Axis::Position => Quantity::Position,
+            Axis::Velocity => Quantity::Velocity,
+            Axis::Acceleration => Quantity::Acceleration,
+        }
+    }
+}
+
+/// A region that was marked in one view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Brush {
+    pub x: Quantity,
+    pub y: Quantity,
+    pub region: Region,
+}
+
+/// Where a sample of the table comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    pub trajectory: usize,
+    pub sample: usize,
+}
+
+/// The residual over one state, ready to be drawn.
+pub struct Scatter {
+    pub points: Vec<[f64; 2]>,
+    pub extent: [f64; 2],
+    pub mean_at: Vec<f64>,
+    pub mean: Vec<f64>,
+    pub band: Vec<[f64; 3]>,
+}
+
+/// All finite samples of one joint in the training or the held-out part.
+pub struct Table {
+    columns: [Vec<f64>; 6],
+    places: Vec<Place>,
+    /// Samples that follow each other in time.
+    pieces: Vec<Range<usize>>,
+    step: f64,
+    scatters: [OnceLock<Scatter>; 5],
+    power: OnceLock<Vec<[f64; 2]>>,
+    orders: OnceLock<Vec<[f64; 2]>>,
+    correlation: OnceLock<Vec<[f64; 2]>>,
+    worst: OnceLock<Vec<usize>>,
+}
+
+impl Table {
+    pub fn new(session: &Session, joint: usize, held_out: bool) -> Self {
+        let segments = if held_out { &session.split.held_out } else { &session.split.train };
+        let mut table = Table {
+            columns: Default::default(),
+            places: Vec::new(),
+            pieces: Vec::new(),
+            step: 0.0,
+            scatters: Default::default(),
+            power: OnceLock::new(),
+            orders: OnceLock::new(),
+            correlation: OnceLock::new(),
+            worst: OnceLock::new(),
+        };
+        let (Some(recording), Some(step)) = (session.recording.as_deref(), session.current()) else { return table };
+        let mut elapsed = 0.0;
+        for segment in segments {
+            let (Some(run), Some(prediction)) =
+                (recording.trajectories.get(segment.trajectory), step.evaluation.predictions.get(segment.trajectory))
+            else {
+                continue;
+            };
+            let start = run.time.get(segment.samples.start).copied().unwrap_or(0.0);
+            let first = table.places.len();
+            for sample in segment.samples.clone() {
+                let (load, model) = (run.tau[joint][sample], prediction.total[joint][sample]);
+                let time = elapsed + run.time[sample] - start;
+                let row =
+                    [time, run.q[joint][sample], run.qd[joint][sample], run.qdd[joint][sample], load, load - model];
+                if row.iter().all(|value| value.is_finite()) {
+                    table.columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+                    table.places.push(Place { trajectory: segment.trajectory, sample });
+                }
+            }
+            table.pieces.push(first..table.places.len());
+            let last = segment.samples.end.saturating_sub(1);
+            table.step = run.time_step();
+            elapsed += run.time.get(last).map_or(0.0, |time| time - start) + table.step;
+        }
+        table
+    }
+
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    pub fn column(&self, quantity: Quantity) -> &[f64] {
+        &self.columns[quantity as usize]
+    }
+
+    pub fn place(&self, row: usize) -> Place {
+        self.places[row]
+    }
+
+    /// The row of a sample of a trajectory, or of the nearest one in the table.
+    pub fn row(&self, place: Place) -> Option<usize> {
+        let rows = self
+            .pieces
+            .iter()
+            .filter(|piece| self.places.get(piece.start).is_some_and(|first| first.trajectory == place.trajectory));
+        let distance = |row: &usize| self.places[*row].sample.abs_diff(place.sample);
+        let nearest = |piece: &Range<usize>| {
+            let after = self.places[piece.clone()].partition_point(|other| other.sample < place.sample) + piece.start;
+            [after.saturating_sub(1).max(piece.start), after.min(piece.end - 1)].into_iter().min_by_key(distance)
+        };
+        rows.filter_map(nearest).min_by_key(distance)
+    }
+
+    /// The rows around one, at most so many seconds before and after, without a jump between them.
+    pub fn around(&self, row: usize, seconds: f64) -> Range<usize> {
+        let Some(piece) = self.pieces.iter().find(|piece| piece.contains(&row)) else { return 0..0 };
+        let reach = (seconds / self.step.max(1e-9)) as usize;
+        row.saturating_sub(reach).max(piece.start)..(row + reach).min(piece.end)
+    }
+
+    /// Every n-th row, so that a plot of them is not too full.
+    pub fn thinned(&self) -> impl Iterator<Item = usize> {
+        (0..self.len()).step_by(self.len().div_ceil(MOST_POINTS).max(1))
+    }
+
+    pub fn scatter(&self, x: Quantity) -> &Scatter {
+        self.scatters[x as usize].get_or_init(|| {
+            let (x, residual) = (self.column(x), self.column(Quantity::Residual));
+            let extent = extent(x);
+            let width = (extent[1] - extent[0]) / COLUMNS as f64;
+            let mut sums = vec![[0.0; 3]; COLUMNS];
+            for (x, residual) in x.iter().zip(residual) {
+                let sum = &mut sums[(((x - extent[0]) / width.max(1e-300)) as usize).min(COLUMNS - 1)];
+                *sum = [sum[0] + 1.0, sum[1] + residual, sum[2] + residual * residual];
+            }
+            let mut scatter = Scatter {
+                points: self.thinned().map(|row| [x[row], residual[row]]).collect(),
+                extent,
+                mean_at: Vec::new(),
+                mean: Vec::new(),
+                band: Vec::new(),
+            };
+            for (column, [count, sum, squares]) in sums.into_iter().enumerate().filter(|(_, sum)| sum[0] >= FEWEST) {
+                let (x, mean) = (extent[0] + (column as f64 + 0.5) * width, sum / count);
+                let spread = (squares / count - mean * mean).max(0.0).sqrt();
+                scatter.mean_at.push(x);
+                scatter.mean.push(mean);
+                scatter.band.push([x, mean - spread, mean + spread]);
+            }
+            scatter
+        })
+    }
+
+    /// Mean residual over two states.
+    pub fn map(&self, x: Quantity, y: Quantity) -> Cells {
+        let [x, y] = [x, y].map(|quantity| self.column(quantity));
+        let ends = [extent(x), extent(y)];
+        let mut sums = vec![[0.0; 2]; MAP[0] * MAP[1]];
+        let cell = |value: f64, axis: usize| {
+            let share = (value - ends[axis][0]) / (ends[axis][1] - ends[axis][0]).max(1e-300);
+            ((share * MAP[axis] as f64) as usize).min(MAP[axis] - 1)
+        };
+        for ((x, y), residual) in x.iter().zip(y).zip(self.column(Quantity::Residual)) {
+            let sum = &mut sums[cell(*y, 1) * MAP[0] + cell(*x, 0)];
+            *sum = [sum[0] + 1.0, sum[1] + residual];
+        }
+        let mean = |[count, sum]: [f64; 2]| if count > 0.0 { sum / count } else { f64::NAN };
+        Cells { size: MAP, extent: ends, values: sums.into_iter().map(mean).collect(), signed: true }
+    }
+
+    fn residual_pieces(&self) -> Vec<&[f64]> {
+        self.pieces.iter().map(|piece| &self.column(Quantity::Residual)[piece.clone()]).collect()
+    }
+
+    /// Frequency and decimal logarithm of the power of the residual.
+    pub fn power(&self) -> &[[f64; 2]] {
+        self.power.get_or_init(|| {
+            let spectrum = spectrum::power(&self.residual_pieces(), self.step);
+            spectrum.into_iter().map(|[frequency, power]| [frequency, power.max(1e-300).log10()]).collect()
+        })
+    }
+
+    /// Order and amplitude of what repeats with the position.
+    pub fn orders(&self) -> &[[f64; 2]] {
+        self.orders.get_or_init(|| {
+            spectrum::orders(self.column(Quantity::Position), self.column(Quantity::Residual), HIGHEST_ORDER)
+        })
+    }
+
+    /// Lag \[s\] and autocorrelation.
+    pub fn correlation(&self) -> &[[f64; 2]] {
+        self.correlation.get_or_init(|| {
+            let every = ((LONGEST_LAG / LAGS as f64 / self.step.max(1e-9)) as usize).max(1);
+            let mut left = MOST_CORRELATED;
+            let mut pieces = self.residual_pieces();
+            for piece in &mut pieces {
+                *piece = &piece[..piece.len().min(left)];
+                left -= piece.len();
+            }
+            let lags = || (0..=LAGS).map(|lag| lag * every);
+            let correlation = spectrum::autocorrelation(&pieces, lags());
+            lags().zip(correlation).map(|(lag, value)| [lag as f64 * self.step, value]).collect()
+        })
+    }
+
+    /// Rows of the largest residuals, each some time from the others, worst first.
+    pub fn worst(&self) -> &[usize] {
+        self.worst.get_or_init(|| {
+            let (time, residual) = (self.column(Quantity::Time), self.column(Quantity::Residual));
+            let size = |row: &usize| residual[*row].abs();
+            let mut rows: Vec<usize> = (0..self.len()).collect();
+            // Only the largest have to be sorted; each may keep its neighbours of a quarter of a second out.
+            let near = (2.0 * APART / self.step.max(1e-9)) as usize + 1;
+            let most = (WORST * near).min(rows.len());
+            if most < rows.len() {
+                rows.select_nth_unstable_by(most, |one, other| size(other).total_cmp(&size(one)));
+                rows.truncate(most);
+            }
+            rows.sort_by(|one, other| size(other).total_cmp(&size(one)));
+            let mut worst: Vec<usize> = Vec::new();
+            for row in rows {
+                if worst.len() < WORST && worst.iter().all(|other| (time[row] - time[*other]).abs() > APART) {
+                    worst.push(row);
+                }
+            }
+            worst
+        })
+    }
+
+    /// The rows inside a marked region.
+    pub fn lit(&self, brush: &Brush) -> Vec<usize> {
+        let [x, y] = [brush.x, brush.y].map(|quantity| self.column(quantity));
+        let inside = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
+        let [across, along] = brush.region;
+        (0..self.len()).filter(|row| inside(x[*row], across) && inside(y[*row], along)).collect()
+    }
+
+    /// Rows as stretches of time; rows next to each other are one stretch.
+    pub fn stretches(&self, rows: &[usize]) -> Vec<[f64; 2]> {
+        let time = self.column(Quantity::Time);
+        let whole = time.last().copied().unwrap_or(0.0);
+        // What no eye can part is one.
+        let apart = (whole / 800.0).max(3.0 * self.step);
+        let mut stretches: Vec<[f64; 2]> = Vec::new();
+        for row in rows {
+            let at = time[*row];
+            match stretches.last_mut() {
+                Some(last) if at - last[1] <= apart => last[1] = at,
+                _ => stretches.push([at, at + self.step]),
+            }
+        }
+        stretches
+    }
+}
+
+/// Smallest and largest; 0 and 1 if there is nothing.
+fn extent(values: &[f64]) -> [f64; 2] {
+    let ends = |[low, high]: [f64; 2], value: &f64| [low.min(*value), high.max(*value)];
+    let [low, high] = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    if low < high { [low, high] } else { [0.0, 1.0] }
+}

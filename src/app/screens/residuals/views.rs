@@ -1,0 +1,239 @@
+//! The views: each draws the table in one way, and says in a sentence what it would show for which effect.
+
+use egui::{ComboBox, RichText, Ui};
+
+use super::table::{Brush, Quantity, Table};
+use super::{fleeting, moments};
+use crate::app::plot::{Chart, Region, Window};
+use crate::app::state::Desk;
+use crate::app::theme::{Palette, SMALL};
+use crate::app::widgets;
+use crate::effect::{Spec, registry};
+
+/// Seconds before and after the cursor that the loop shows.
+const LOOP: f64 = 1.5;
+/// Most effects that a sentence names.
+const MOST_NAMED: usize = 2;
+
+/// One way to look at the residual.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum View {
+    /// Over a state.
+    Over(Quantity),
+    /// Its mean over two states, in colours.
+    Map,
+    /// Against velocity, along time.
+    Loop,
+    /// Power over frequency.
+    Power,
+    /// Amplitude over the order of what repeats with position.
+    Orders,
+    /// With itself some time later.
+    Correlation,
+}
+
+/// All views, in the order in which they stand.
+pub const ALL: [View; 10] = [
+    View::Over(Quantity::Velocity),
+    View::Over(Quantity::Position),
+    View::Over(Quantity::Acceleration),
+    View::Map,
+    View::Over(Quantity::Load),
+    View::Loop,
+    View::Orders,
+    View::Power,
+    View::Correlation,
+    View::Over(Quantity::Time),
+];
+
+pub fn show(
+    ui: &mut Ui,
+    desk: &mut Desk,
+    view: View,
+    table: &Table,
+    lit: &[usize],
+    unit: [&'static str; 4],
+    height: f32,
+) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "", |ui| {
+        let height = (height - 100.0).max(140.0);
+        match view {
+            View::Over(x) => over(ui, desk, x, table, lit, unit, height),
+            View::Map => map(ui, desk, table, lit, unit, height),
+            View::Loop => circle(ui, desk, table, unit, height),
+            View::Power => {
+                let line = table.power();
+                let title = "power of the residual over frequency, logarithmic";
+                curve(ui, title, ["", "Hz"], "frequency", line, height, true);
+            }
+            View::Orders => {
+                let line = table.orders();
+                curve(
+                    ui,
+                    "amplitude by order of position",
+                    [unit[3], ""],
+                    "times per turn of the joint",
+                    line,
+                    height,
+                    false,
+                );
+            }
+            View::Correlation => {
+                let line = table.correlation();
+                curve(ui, "autocorrelation of the residual", ["", "s"], "lag", line, height, false);
+            }
+        }
+        ui.label(RichText::new(sentence(view)).size(SMALL).color(palette.weak));
+    });
+}
+
+/// What the view would show, and for which effects.
+fn sentence(view: View) -> String {
+    match view {
+        View::Over(Quantity::Load) => {
+            "A cone that opens with the load is friction that grows with it; a tilted line is a wrong torque constant."
+        }
+        View::Over(Quantity::Time) => {
+            "A slope or a step is something that changed while recording, such as temperature."
+        }
+        View::Over(x) => return fingerprints(x),
+        View::Map => "Stripes along one axis: an effect of that state alone. Patches: one that needs both.",
+        View::Loop => {
+            "A line is an effect of velocity alone; an open loop is a lag, a hysteresis, or an elastic drive."
+        }
+        View::Power => "A peak is a vibration or a resonance; a fall from the left is slow drift; flat is noise.",
+        View::Orders => "A peak at a whole order is ripple: cogging of the motor, teeth of the gear.",
+        View::Correlation => "Noise falls to 0 at once; a slow fall means that something systematic is left.",
+    }
+    .to_owned()
+}
+
+/// What the effects that show best over a state look like, from their own files.
+fn fingerprints(x: Quantity) -> String {
+    let here: Vec<&Spec> =
+        registry::ALL.iter().map(|effect| effect.spec()).filter(|spec| Quantity::from(spec.axis) == x).collect();
+    let texts: Vec<String> = here
+        .iter()
+        .take(MOST_NAMED)
+        .map(|spec| format!("{}: {}", widgets::sentence_case(spec.name), look(spec.fingerprint)))
+        .collect();
+    texts.join(" ")
+}
+
+/// The part of a fingerprint after the name of the view, which is this view.
+fn look(fingerprint: &str) -> &str {
+    match fingerprint.split_once(": ") {
+        Some((view, look)) if view.starts_with("Residual against") => look,
+        _ => fingerprint,
+    }
+}
+
+/// The region of this view, if the brush is in it; and the brush after the view changed the region.
+fn with_brush(desk: &mut Desk, x: Quantity, y: Quantity, draw: impl FnOnce(&mut Desk, &mut Option<Region>)) {
+    let own = desk.state.looking.brush.filter(|brush| brush.x == x && brush.y == y);
+    let before = own.map(|brush| brush.region);
+    let mut region = before;
+    draw(desk, &mut region);
+    if region != before {
+        desk.state.looking.brush = region.map(|region| Brush { x, y, region });
+    }
+}
+
+fn over(ui: &mut Ui, desk: &mut Desk, x: Quantity, table: &Table, lit: &[usize], unit: [&'static str; 4], height: f32) {
+    let palette = Palette::in_ui(ui);
+    let (name, label, x_unit) = x.text(unit);
+    let scatter = table.scatter(x);
+    let lit = points(table, lit, x, Quantity::Residual);
+    with_brush(desk, x, Quantity::Residual, |desk, region| {
+        let color = palette.residual;
+        Chart::new(format!("residual against {name}"), unit[3], scatter.extent)
+            .x_axis(label, x_unit)
+            .height(height)
+            .band(&scatter.band, color.gamma_multiply(0.22))
+            .points(&scatter.points, color.gamma_multiply(0.42), 1.1)
+            .points(&lit, palette.accent, 1.6)
+            .strong_line("mean", &scatter.mean_at, &scatter.mean, (palette.text, &[]))
+            .brush(region)
+            .show(ui, &mut Window::default(), &mut desk.state.decimator);
+    });
+}
+
+/// Lit rows as points, not more than can be seen.
+fn points(table: &Table, lit: &[usize], x: Quantity, y: Quantity) -> Vec<[f64; 2]> {
+    let (x, y) = (table.column(x), table.column(y));
+    lit.iter().step_by(lit.len().div_ceil(3000).max(1)).map(|row| [x[*row], y[*row]]).collect()
+}
+
+fn map(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: [&'static str; 4], height: f32) {
+    let palette = Palette::in_ui(ui);
+    let mut states = desk.state.looking.map;
+    ui.horizontal_wrapped(|ui| {
+        for (state, name) in states.iter_mut().zip(["→", "↑"]) {
+            let label = ui.label(name);
+            let chooser = ComboBox::from_id_salt(name).selected_text(state.text(unit).0).width(104.0);
+            let chooser = chooser.show_ui(ui, |ui| {
+                for quantity in Quantity::STATES {
+                    ui.selectable_value(state, quantity, quantity.text(unit).0);
+                }
+            });
+            chooser.response.labelled_by(label.id);
+        }
+    });
+    desk.state.looking.map = states;
+    let [x, y] = states;
+    let cells = desk.state.map(table, x, y);
+    let (_, label, x_unit) = x.text(unit);
+    let (_, _, y_unit) = y.text(unit);
+    let lit = points(table, lit, x, y);
+    with_brush(desk, x, y, |_, region| {
+        Chart::new(format!("mean residual, ↑ {}", y.text(unit).0), y_unit, [0.0, 1.0])
+            .x_axis(label, x_unit)
+            .height(height - 30.0)
+            .cells(&cells)
+            .points(&lit, palette.accent, 1.2)
+            .brush(region)
+            .show(ui, &mut Window::default(), &mut fleeting());
+    });
+}
+
+/// The residual against velocity, in the order of time, around the cursor.
+fn circle(ui: &mut Ui, desk: &mut Desk, table: &Table, unit: [&'static str; 4], height: f32) {
+    let palette = Palette::in_ui(ui);
+    let row = moments::row_at_cursor(desk, table).unwrap_or(0);
+    let rows = table.around(row, LOOP);
+    let (x, y) = (table.column(Quantity::Velocity), table.column(Quantity::Residual));
+    let path: Vec<[f64; 2]> =
+        rows.clone().step_by(rows.len().div_ceil(1500).max(1)).map(|row| [x[row], y[row]]).collect();
+    let ends = |[low, high]: [f64; 2], point: &[f64; 2]| [low.min(point[0]), high.max(point[0])];
+    let extent = path.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    let (_, label, x_unit) = Quantity::Velocity.text(unit);
+    let here = [[x[row], y[row]]];
+    with_brush(desk, Quantity::Velocity, Quantity::Residual, |_, region| {
+        Chart::new("residual–velocity loop around the cursor", unit[3], extent)
+            .x_axis(label, x_unit)
+            .height(height)
+            .path(&path, palette.residual)
+            .points(&here, palette.cursor, 4.0)
+            .brush(region)
+            .show(ui, &mut Window::default(), &mut fleeting());
+    });
+}
+
+fn curve(ui: &mut Ui, title: &str, units: [&str; 2], label: &str, line: &[[f64; 2]], height: f32, logarithmic: bool) {
+    let palette = Palette::in_ui(ui);
+    if line.is_empty() {
+        widgets::weak(
+            ui,
+            format!("{}: the data are too short, or the joint hardly moves.", widgets::sentence_case(title)),
+        );
+        return;
+    }
+    let (x, y): (Vec<f64>, Vec<f64>) = line.iter().map(|[x, y]| (*x, *y)).unzip();
+    let extent = [x[0], x[x.len() - 1]];
+    let mut chart = Chart::new(title, units[0], extent).x_axis(label, units[1]).height(height);
+    if logarithmic {
+        chart = chart.logarithmic();
+    }
+    chart.curve("", &x, &y, (palette.residual, &[])).show(ui, &mut Window::default(), &mut fleeting());
+}
