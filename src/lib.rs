@@ -12,7 +12,7 @@
 //! | 3 | [`model`] | a model is a sum of torque terms; identification by least squares |
 //! | 2 | [`effect`] | one file per physical effect |
 //! | 1 | [`recording`] | what was measured: read, map, check, derive, split, write |
-//! | 0 | [`arm`], [`network`], [`progress`] | the planar arm in closed form; networks with derivatives; progress and stop |
+//! | 0 | [`arm`], [`network`], [`progress`], [`figure`] | the planar arm in closed form; networks with derivatives; progress and stop; figures as data and as files |
 //!
 //! The way of the data: bytes → [`recording::Recording`] → split → [`model::Model`] → torques by term → screen, file or
 //! [`diagnosis`], which names what the model lacks; adding it is one undoable [`session`] command.
@@ -23,6 +23,7 @@ pub mod cli;
 pub mod diagnosis;
 pub mod effect;
 pub mod experiment;
+pub mod figure;
 pub mod model;
 pub mod network;
 pub mod progress;

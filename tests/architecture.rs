@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// Rooms by floor; a room may import only from floors below its own.
 const FLOORS: &[&[&str]] = &[
-    &["arm", "network", "progress"],
+    &["arm", "network", "progress", "figure"],
     &["recording"],
     &["effect"],
     &["model"],

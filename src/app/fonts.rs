@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use egui::{FontData, FontDefinitions, FontFamily};
 
-static DEJAVU_SANS: &[u8] = include_bytes!("../../assets/fonts/DejaVuSans.ttf");
+use crate::figure::font::DEJAVU_SANS;
 
 /// DejaVu Sans before egui's fonts, for all text: its digits have one width, so that numbers line up.
 pub fn definitions() -> FontDefinitions {

@@ -5,11 +5,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 use cpu_time::ThreadTime;
-use egui::{Pos2, RawInput, Rect, ViewportId, vec2};
+use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 
+use super::plot::export;
 use super::raster::{Picture, Raster};
 use super::theme::{self, Palette};
 use super::{Order, Screen, TorquescopeApp};
+use crate::figure::Panel;
 use crate::session::{Command, Session};
 
 /// Frames that are drawn at least, since egui measures in one what it uses in the next.
@@ -88,12 +90,26 @@ pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Resu
     picture.png().context("the picture can't be written as PNG")
 }
 
+/// The plots of one screen as they stand in the light window, with all samples in view.
+///
+/// # Errors
+/// If there is no such screen, or the window does not settle.
+pub fn plots(session: Session, screen: Screen) -> anyhow::Result<Vec<Panel>> {
+    let mut app = TorquescopeApp::new(session);
+    app.show_screen(screen);
+    let ctx = egui::Context::default();
+    export::begin(&ctx);
+    // Its colours are inks of the figure, which has a theme of its own.
+    settle(&ctx, &mut app, &ScreenshotOptions { theme: Look::Light, ..ScreenshotOptions::default() }, |_| ())?;
+    Ok(export::panels(&ctx))
+}
+
 /// Runs an app until nothing moves any more and draws its last frame.
 ///
 /// # Errors
 /// If the size can't be, or the window does not settle.
 pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::Result<Picture> {
-    let ScreenshotOptions { theme, size: [width, height], scale, text_scale, .. } = *options;
+    let ScreenshotOptions { theme, size: [width, height], scale, .. } = *options;
     let fits = |side: f32| (64.0..=LARGEST_SIDE).contains(&(side * scale));
     if !(fits(width) && fits(height) && scale > 0.0) {
         bail!(
@@ -101,11 +117,26 @@ pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::
         );
     }
     let ctx = egui::Context::default();
-    theme::install(&ctx);
+    let mut raster = Raster::default();
+    let output = settle(&ctx, app, options, |output| raster.update_textures(&mut output.textures_delta))?;
+    let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
+    let pixels = [width, height].map(|side| (side * scale).round() as usize);
+    let ground = Palette::of(egui::Theme::from(theme)).background;
+    Ok(raster.paint(&primitives, pixels, output.pixels_per_point, ground))
+}
+
+/// Frames until nothing moves any more; of each the output is seen, the last is given.
+fn settle(
+    ctx: &egui::Context,
+    app: &mut TorquescopeApp,
+    options: &ScreenshotOptions,
+    mut see: impl FnMut(&mut FullOutput),
+) -> anyhow::Result<FullOutput> {
+    let ScreenshotOptions { theme, size: [width, height], scale, text_scale, .. } = *options;
+    theme::install(ctx);
     ctx.set_theme(egui::Theme::from(theme));
     ctx.set_zoom_factor(text_scale);
     ctx.all_styles_mut(|style| style.animation_time = 0.0);
-    let mut raster = Raster::default();
     let begin = Instant::now();
     for frame in 0.. {
         let mut input = RawInput {
@@ -120,16 +151,9 @@ pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::
             app.receive(ui.ctx());
             app.draw(ui);
         });
-        raster.update_textures(&mut output.textures_delta);
+        see(&mut output);
         if frame + 1 >= FEWEST_FRAMES && !app.is_busy() && app.orders.is_empty() {
-            let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
-            let pixels = [width, height].map(|side| (side * scale).round() as usize);
-            return Ok(raster.paint(
-                &primitives,
-                pixels,
-                output.pixels_per_point,
-                Palette::of(egui::Theme::from(theme)).background,
-            ));
+            return Ok(output);
         }
         if begin.elapsed() > PATIENCE {
             bail!("the window did not settle within {} s", PATIENCE.as_secs());

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-pub use headless::{ScreenshotOptions, screenshot};
+pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use screens::Screen;
 pub use state::{Order, State};
 

@@ -6,6 +6,10 @@
 use egui::style::{Selection, WidgetVisuals, Widgets};
 use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, TextStyle, Theme, Visuals, vec2};
 
+use crate::figure::Ink;
+use crate::figure::colours::{self, DASHES, Rgb};
+pub use crate::figure::colours::{Dash, MEASURED_DASH, PREDICTED_DASH};
+
 /// Distance between things that belong together \[points\].
 pub const GAP: f32 = 8.0;
 /// Distance between groups \[points\].
@@ -66,75 +70,57 @@ pub struct Palette {
     series: [Color32; 7],
 }
 
-/// How a line is broken: lengths of ink and gap \[points\]. Empty for an unbroken line.
-pub type Dash = &'static [f32];
+const fn ink([red, green, blue]: Rgb) -> Color32 {
+    Color32::from_rgb(red, green, blue)
+}
 
-const DASHES: [Dash; 7] =
-    [&[], &[7.0, 3.0], &[2.0, 2.5], &[9.0, 3.0, 2.0, 3.0], &[4.0, 2.0], &[12.0, 3.0], &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0]];
-
-/// Dash of measured signals.
-pub const MEASURED_DASH: Dash = &[];
-/// Dash of predicted signals.
-pub const PREDICTED_DASH: Dash = &[7.0, 4.0];
+const fn inks(series: [Rgb; 7]) -> [Color32; 7] {
+    let [a, b, c, d, e, f, g] = series;
+    [ink(a), ink(b), ink(c), ink(d), ink(e), ink(f), ink(g)]
+}
 
 const DARK: Palette = Palette {
     background: Color32::from_rgb(0x10, 0x12, 0x16),
     card: Color32::from_rgb(0x17, 0x1a, 0x20),
-    canvas: Color32::from_rgb(0x12, 0x15, 0x1a),
-    border: Color32::from_rgb(0x2a, 0x2f, 0x39),
-    grid: Color32::from_rgb(0x22, 0x26, 0x2f),
-    text: Color32::from_rgb(0xe4, 0xe7, 0xec),
-    weak: Color32::from_rgb(0x9b, 0xa4, 0xb2),
+    canvas: ink(colours::DARK.canvas),
+    border: ink(colours::DARK.border),
+    grid: ink(colours::DARK.grid),
+    text: ink(colours::DARK.text),
+    weak: ink(colours::DARK.weak),
     accent: Color32::from_rgb(0x6c, 0xb0, 0xff),
     accent_soft: Color32::from_rgb(0x1d, 0x30, 0x48),
     on_accent: Color32::from_rgb(0x0a, 0x14, 0x20),
     good: Color32::from_rgb(0x3f, 0xcf, 0xa0),
     warning: Color32::from_rgb(0xf0, 0xb4, 0x3c),
     error: Color32::from_rgb(0xff, 0x7b, 0x6b),
-    measured: Color32::from_rgb(0xa4, 0xad, 0xbb),
-    predicted: Color32::from_rgb(0xf5, 0xa6, 0x23),
-    residual: Color32::from_rgb(0xdd, 0x8f, 0xbb),
-    held_out: Color32::from_rgb(0x1a, 0x2a, 0x34),
+    measured: ink(colours::DARK.measured),
+    predicted: ink(colours::DARK.predicted),
+    residual: ink(colours::DARK.residual),
+    held_out: ink(colours::DARK.held_out),
     cursor: Color32::from_rgb(0xf0, 0xe4, 0x42),
-    series: [
-        Color32::from_rgb(0x56, 0xb4, 0xe9),
-        Color32::from_rgb(0x2f, 0xc0, 0x92),
-        Color32::from_rgb(0xe6, 0x9f, 0x00),
-        Color32::from_rgb(0xcc, 0x79, 0xa7),
-        Color32::from_rgb(0x6f, 0x8f, 0xff),
-        Color32::from_rgb(0xf0, 0x74, 0x3a),
-        Color32::from_rgb(0xe8, 0xdf, 0x5e),
-    ],
+    series: inks(colours::DARK.series),
 };
 
 const LIGHT: Palette = Palette {
     background: Color32::from_rgb(0xf4, 0xf5, 0xf7),
     card: Color32::from_rgb(0xff, 0xff, 0xff),
-    canvas: Color32::from_rgb(0xfc, 0xfc, 0xfd),
-    border: Color32::from_rgb(0xda, 0xde, 0xe5),
-    grid: Color32::from_rgb(0xeb, 0xed, 0xf1),
-    text: Color32::from_rgb(0x1a, 0x1e, 0x26),
-    weak: Color32::from_rgb(0x5a, 0x63, 0x72),
+    canvas: ink(colours::LIGHT.canvas),
+    border: ink(colours::LIGHT.border),
+    grid: ink(colours::LIGHT.grid),
+    text: ink(colours::LIGHT.text),
+    weak: ink(colours::LIGHT.weak),
     accent: Color32::from_rgb(0x1a, 0x66, 0xc8),
     accent_soft: Color32::from_rgb(0xdf, 0xeb, 0xfa),
     on_accent: Color32::from_rgb(0xff, 0xff, 0xff),
     good: Color32::from_rgb(0x0b, 0x7a, 0x58),
     warning: Color32::from_rgb(0x9a, 0x62, 0x00),
     error: Color32::from_rgb(0xb8, 0x2c, 0x1c),
-    measured: Color32::from_rgb(0x3a, 0x42, 0x50),
-    predicted: Color32::from_rgb(0xd5, 0x5e, 0x00),
-    residual: Color32::from_rgb(0xa8, 0x3f, 0x7d),
-    held_out: Color32::from_rgb(0xe2, 0xf0, 0xf6),
+    measured: ink(colours::LIGHT.measured),
+    predicted: ink(colours::LIGHT.predicted),
+    residual: ink(colours::LIGHT.residual),
+    held_out: ink(colours::LIGHT.held_out),
     cursor: Color32::from_rgb(0x7a, 0x5c, 0x00),
-    series: [
-        Color32::from_rgb(0x00, 0x72, 0xb2),
-        Color32::from_rgb(0x00, 0x86, 0x62),
-        Color32::from_rgb(0xc8, 0x7a, 0x00),
-        Color32::from_rgb(0xb0, 0x4c, 0x86),
-        Color32::from_rgb(0x4a, 0x55, 0xc8),
-        Color32::from_rgb(0xd5, 0x5e, 0x00),
-        Color32::from_rgb(0x75, 0x6c, 0x00),
-    ],
+    series: inks(colours::LIGHT.series),
 };
 
 /// Dark, with more contrast.
@@ -199,6 +185,25 @@ impl Palette {
     /// Colour of an amount between 0 and 1.
     pub fn amount(&self, share: f32) -> Color32 {
         self.grid.lerp_to_gamma(self.series[0], share.clamp(0.0, 1.0).sqrt())
+    }
+
+    /// What a colour of a plot stands for in a figure; a paler shade is the same ink.
+    pub fn ink(&self, color: Color32) -> Ink {
+        let named = [Ink::Measured, Ink::Predicted, Ink::Residual, Ink::Text];
+        let inks = named.into_iter().chain((0..self.series.len()).map(Ink::Series));
+        let [red, green, blue, _] = color.to_srgba_unmultiplied().map(i32::from);
+        let distance = |ink: &Ink| {
+            let own = match *ink {
+                Ink::Measured => self.measured,
+                Ink::Predicted => self.predicted,
+                Ink::Residual => self.residual,
+                Ink::Text => self.text,
+                Ink::Series(n) => self.series[n],
+            };
+            let [r, g, b, _] = own.to_array().map(i32::from);
+            (r - red).pow(2) + (g - green).pow(2) + (b - blue).pow(2)
+        };
+        inks.min_by_key(distance).unwrap_or(Ink::Text)
     }
 
     /// Colour and dash of the n-th joint, effect or term.

@@ -10,6 +10,7 @@ mod diagnose;
 mod evaluate;
 mod experiment;
 mod extrapolate;
+mod figure;
 mod inspect;
 mod predict;
 mod progress;
@@ -52,6 +53,7 @@ enum Command {
     Experiment(experiment::ExperimentCommand),
     Demo(demo::Demo),
     Screenshot(screenshot::Screenshot),
+    Figure(figure::FigureCommand),
     #[command(subcommand)]
     Bench(bench::Bench),
 }
@@ -78,6 +80,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Experiment(command)) => command.run(),
         Some(Command::Demo(command)) => command.run(),
         Some(Command::Screenshot(command)) => command.run(),
+        Some(Command::Figure(command)) => command.run(),
         Some(Command::Bench(command)) => command.run(),
     };
     match result {

@@ -257,6 +257,7 @@ mod tests {
             provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
             posture: None,
             stated_arm: None,
+            chain: None,
             seal: None,
         }
     }

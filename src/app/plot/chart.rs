@@ -14,6 +14,7 @@ use egui::{
 use super::decimate::Decimator;
 use super::ticks;
 use crate::app::theme::{Dash, Palette, RADIUS, SMALL};
+use crate::figure::{Axis, Course, Mark, Panel};
 
 /// Room for the labels left of the plot \[points\]; the same in all charts, so that stacked charts are aligned.
 const LEFT: f32 = 54.0;
@@ -221,6 +222,7 @@ impl<'a> Chart<'a> {
         response.widget_info(|| WidgetInfo::labeled(egui::Role::GraphicsObject, true, &spoken));
         let bottom = if self.ticks_shown { TICKS } else { 4.0 } + if self.x_label.is_empty() { 0.0 } else { LABEL };
         let plot = Rect::from_min_max(outer.min + vec2(LEFT, TOP), outer.max - vec2(8.0, bottom));
+        super::export::offer(ui, || self.panel(palette, window));
         if !ui.is_rect_visible(outer) || plot.width() < 10.0 || plot.height() < 10.0 {
             return response;
         }
@@ -306,6 +308,44 @@ impl<'a> Chart<'a> {
             response.hover_pos().filter(|_| self.cursor.is_none()).map(|at| place.value(at)),
         );
         response
+    }
+
+    /// The same as data: all samples of what is shown.
+    fn panel(&self, palette: &Palette, window: &Window) -> Panel {
+        let value = |y: f64| if self.logarithmic { 10f64.powf(y) } else { y };
+        let mut x = Axis::new(self.x_label, self.x_unit).range(window.range.unwrap_or(self.extent));
+        if x.label.is_empty() {
+            x.unit.clear();
+        }
+        let mut y = Axis::new("", self.unit);
+        if self.logarithmic {
+            y = y.logarithmic();
+        }
+        let mut panel = Panel::new(self.title.clone(), [x, y]);
+        panel.marks.extend(self.shades.iter().map(|stretch| Mark::Shade(*stretch)));
+        if let Some(cells) = self.cells {
+            panel.y.range = Some(cells.extent[1]);
+            let Cells { size, extent, values, signed } = cells;
+            let (size, extent, values, signed) = (*size, *extent, values.clone(), *signed);
+            panel.marks.push(Mark::Cells { size, extent, values, signed, written: false });
+        }
+        for (band, color) in &self.bands {
+            let points = band.iter().map(|[x, low, high]| [*x, value(*low), value(*high)]).collect();
+            panel.marks.push(Mark::Band { name: String::new(), points, ink: palette.ink(*color) });
+        }
+        for Cloud { points, color, radius } in &self.clouds {
+            let points = points.iter().map(|[x, y]| [*x, value(*y)]).collect();
+            let opacity = f64::from(color.a()) / 255.0;
+            let (ink, radius) = (palette.ink(*color), f64::from(*radius) / 2.2);
+            panel.marks.push(Mark::Points { name: String::new(), points, ink, radius, opacity });
+        }
+        for line in &self.lines {
+            let points = line.x.iter().zip(line.y).map(|(x, y)| [*x, value(*y)]).collect();
+            let course = if line.gaps { Course::Sampled } else { Course::Ascending };
+            let (name, width) = (line.name.to_owned(), f64::from(line.width) / 1.4);
+            panel.marks.push(Mark::Line { name, points, ink: palette.ink(line.color), width, course });
+        }
+        panel
     }
 
     /// Wheel, drag, double click and keys.

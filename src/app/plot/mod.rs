@@ -2,8 +2,8 @@
 
 pub mod arm;
 pub mod chart;
-pub mod decimate;
-pub mod ticks;
+pub mod export;
 
+pub use crate::figure::{decimate, ticks};
 pub use chart::{Cells, Chart, Region, Window};
 pub use decimate::Decimator;

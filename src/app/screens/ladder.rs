@@ -7,11 +7,12 @@ use egui::{
 
 use super::Screen;
 use super::diagnose::parameter_row;
-use crate::app::plot::ticks;
+use crate::app::plot::{export, ticks};
 use crate::app::state::{Desk, Order};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::effect::registry;
+use crate::figure::{Axis, Ink, Mark, Panel};
 use crate::model::Term;
 use crate::recording::Recording;
 use crate::recording::seal::{HiddenEffect, Truth};
@@ -68,6 +69,27 @@ fn verdict(session: &Session) -> String {
     format!("; hidden effect found: {}", names.join(", "))
 }
 
+/// The same as data.
+fn panel(session: &Session, errors: &[Vec<f64>], floor: Option<&[f64]>, recording: &Recording) -> Panel {
+    let titles = session.ladder.iter().map(|step| step.title.clone()).collect();
+    let y = Axis::new("held-out nMSE", "").logarithmic();
+    let mut panel = Panel::new("held-out error by step", [Axis::names("", titles), y]);
+    let joints = recording.joint_count();
+    let width = 0.7 / joints.max(1) as f64;
+    for (joint, info) in recording.joints.iter().enumerate() {
+        let at = |step: usize| step as f64 + (joint as f64 - (joints as f64 - 1.0) / 2.0) * width;
+        let bars = errors.iter().enumerate();
+        let bars = bars.map(|(step, errors)| [at(step), errors[joint], f64::NAN, f64::NAN]).collect();
+        let bars = Mark::Bars { name: info.name.clone(), bars, width: 0.9 * width, ink: Ink::Series(joint) };
+        panel.marks.push(bars);
+        for (step, noise) in floor.iter().flat_map(|floor| (0..errors.len()).map(|step| (step, floor[joint]))) {
+            let ends = [at(step) - width / 2.0, at(step) + width / 2.0].map(|x| [x, noise]);
+            panel.marks.push(Mark::line("noise floor", ends.to_vec(), Ink::Text));
+        }
+    }
+    panel
+}
+
 /// For every step a group of bars, one for each joint, down from 100 % on a logarithmic axis; a line marks the noise floor.
 fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
     let palette = Palette::in_ui(ui);
@@ -89,6 +111,7 @@ fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
         widgets::weak(ui, "There are no held-out samples, so there is no error to show.");
         return;
     }
+    export::offer(ui, || panel(session, &errors, floor.as_deref(), recording));
     let (bottom, top) = ((0.7 * low).log10().floor(), (1.05 * high).log10().ceil());
     let plot = Rect::from_min_max(rect.min + vec2(62.0, 26.0), rect.max - vec2(8.0, 26.0));
     let painter = ui.painter();

@@ -114,7 +114,11 @@ fn longest_step(x: &[f64], len: usize) -> f64 {
     GAP_STEPS * step.max(1e-12)
 }
 
-/// The pieces of the line within `range`, and one sample more on either side.
+/// The pieces of the line within `range`, and one sample more on either side, without a cache.
+pub fn pieces(x: &[f64], y: &[f64], range: [f64; 2], columns: usize, gaps: bool) -> Vec<Vec<[f64; 2]>> {
+    decimate(x, y, range, columns, gaps, None)
+}
+
 fn decimate(
     x: &[f64],
     y: &[f64],

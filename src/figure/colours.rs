@@ -1,0 +1,188 @@
+//! Colours and dashes by quantity, the same on the screen and on paper.
+//!
+//! They are those of Okabe and Ito, which people with a colour vision deficiency can tell apart; the dash tells the same
+//! without colour.
+
+use std::str::FromStr;
+
+/// Red, green, blue.
+pub type Rgb = [u8; 3];
+/// How a line is broken: lengths of ink and gap \[points\]. Empty for an unbroken line.
+pub type Dash = &'static [f32];
+
+/// Dashes of series.
+pub const DASHES: [Dash; 7] =
+    [&[], &[7.0, 3.0], &[2.0, 2.5], &[9.0, 3.0, 2.0, 3.0], &[4.0, 2.0], &[12.0, 3.0], &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0]];
+/// Dash of measured signals.
+pub const MEASURED_DASH: Dash = &[];
+/// Dash of predicted signals.
+pub const PREDICTED_DASH: Dash = &[7.0, 4.0];
+
+/// What a mark shows, which sets its colour and dash.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ink {
+    /// Measured signals.
+    Measured,
+    /// Predicted signals.
+    Predicted,
+    /// Measured minus predicted.
+    Residual,
+    /// The n-th joint, effect, term or model.
+    Series(usize),
+    /// As text: references, diagonals, floors.
+    Text,
+}
+
+impl Ink {
+    /// How its lines are broken.
+    pub fn dash(self) -> Dash {
+        match self {
+            Ink::Measured | Ink::Residual => MEASURED_DASH,
+            Ink::Predicted => PREDICTED_DASH,
+            Ink::Series(n) => DASHES[n % DASHES.len()],
+            Ink::Text => &[2.0, 2.0],
+        }
+    }
+}
+
+/// The colours of a plot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Colours {
+    /// Behind the figure.
+    pub ground: Rgb,
+    /// Behind plots.
+    pub canvas: Rgb,
+    /// Frames of plots.
+    pub border: Rgb,
+    /// Lines of the grid.
+    pub grid: Rgb,
+    /// Titles.
+    pub text: Rgb,
+    /// Numbers and legends.
+    pub weak: Rgb,
+    /// Measured signals.
+    pub measured: Rgb,
+    /// Predicted signals.
+    pub predicted: Rgb,
+    /// Measured minus predicted.
+    pub residual: Rgb,
+    /// Behind stretches that are held out.
+    pub held_out: Rgb,
+    /// Joints, effects, terms, models.
+    pub series: [Rgb; 7],
+}
+
+/// On light ground.
+pub const LIGHT: Colours = Colours {
+    ground: [0xff, 0xff, 0xff],
+    canvas: [0xfc, 0xfc, 0xfd],
+    border: [0xda, 0xde, 0xe5],
+    grid: [0xeb, 0xed, 0xf1],
+    text: [0x1a, 0x1e, 0x26],
+    weak: [0x5a, 0x63, 0x72],
+    measured: [0x3a, 0x42, 0x50],
+    predicted: [0xd5, 0x5e, 0x00],
+    residual: [0xa8, 0x3f, 0x7d],
+    held_out: [0xe2, 0xf0, 0xf6],
+    series: [
+        [0x00, 0x72, 0xb2],
+        [0x00, 0x86, 0x62],
+        [0xc8, 0x7a, 0x00],
+        [0xb0, 0x4c, 0x86],
+        [0x4a, 0x55, 0xc8],
+        [0xd5, 0x5e, 0x00],
+        [0x75, 0x6c, 0x00],
+    ],
+};
+
+/// On dark ground.
+pub const DARK: Colours = Colours {
+    ground: [0x17, 0x1a, 0x20],
+    canvas: [0x12, 0x15, 0x1a],
+    border: [0x2a, 0x2f, 0x39],
+    grid: [0x22, 0x26, 0x2f],
+    text: [0xe4, 0xe7, 0xec],
+    weak: [0x9b, 0xa4, 0xb2],
+    measured: [0xa4, 0xad, 0xbb],
+    predicted: [0xf5, 0xa6, 0x23],
+    residual: [0xdd, 0x8f, 0xbb],
+    held_out: [0x1a, 0x2a, 0x34],
+    series: [
+        [0x56, 0xb4, 0xe9],
+        [0x2f, 0xc0, 0x92],
+        [0xe6, 0x9f, 0x00],
+        [0xcc, 0x79, 0xa7],
+        [0x6f, 0x8f, 0xff],
+        [0xf0, 0x74, 0x3a],
+        [0xe8, 0xdf, 0x5e],
+    ],
+};
+
+/// On paper: white ground, black letters.
+const PRINT: Colours = Colours {
+    canvas: [0xff, 0xff, 0xff],
+    border: [0x60, 0x60, 0x60],
+    grid: [0xe4, 0xe4, 0xe4],
+    text: [0x00, 0x00, 0x00],
+    weak: [0x20, 0x20, 0x20],
+    measured: [0x00, 0x00, 0x00],
+    held_out: [0xe8, 0xf2, 0xf8],
+    ..LIGHT
+};
+
+/// A set of colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Theme {
+    /// For paper.
+    #[default]
+    Print,
+    /// As the light window.
+    Light,
+    /// As the dark window.
+    Dark,
+}
+
+impl FromStr for Theme {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "print" => Ok(Theme::Print),
+            "light" => Ok(Theme::Light),
+            "dark" => Ok(Theme::Dark),
+            other => Err(format!("there is no theme `{other}`: choose print, light or dark")),
+        }
+    }
+}
+
+impl Theme {
+    /// Its colours.
+    pub fn colours(self) -> &'static Colours {
+        match self {
+            Theme::Print => &PRINT,
+            Theme::Light => &LIGHT,
+            Theme::Dark => &DARK,
+        }
+    }
+}
+
+impl Colours {
+    /// The colour of an ink.
+    pub fn of(&self, ink: Ink) -> Rgb {
+        match ink {
+            Ink::Measured => self.measured,
+            Ink::Predicted => self.predicted,
+            Ink::Residual => self.residual,
+            Ink::Series(n) => self.series[n % self.series.len()],
+            Ink::Text => self.text,
+        }
+    }
+
+    /// Colour of a value between −1 and 1, or of an amount between 0 and 1: two hues that people with a colour vision
+    /// deficiency can tell apart, nothing at 0.
+    pub fn share(&self, share: f64) -> Rgb {
+        let end = if share < 0.0 { self.series[2] } else { self.series[0] };
+        let part = share.abs().clamp(0.0, 1.0).sqrt();
+        std::array::from_fn(|n| (f64::from(self.canvas[n]) * (1.0 - part) + f64::from(end[n]) * part).round() as u8)
+    }
+}

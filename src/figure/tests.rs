@@ -1,0 +1,117 @@
+use super::*;
+
+fn everything() -> Figure {
+    let wave = |phase: f64| (0..2000).map(|n| [f64::from(n) * 0.01, (f64::from(n) * 0.01 + phase).sin()]).collect();
+    let mut broken: Vec<[f64; 2]> = wave(0.5);
+    broken[700][1] = f64::NAN;
+    let torque = Panel::new("joint 1: torque", [Axis::new("time t", "s"), Axis::new("", "N m")])
+        .with(Mark::Shade([4.0, 7.0]))
+        .with(Mark::line("measured τ", wave(0.0), Ink::Measured))
+        .with(Mark::line("predicted τ̂ & q̈ <1>", broken, Ink::Predicted));
+    let error = Panel::new("error", [Axis::new("scale", ""), Axis::new("nMSE", "").logarithmic()])
+        .with(Mark::Band {
+            name: String::new(),
+            points: vec![[1.0, 1e-6, 1e-5], [3.0, 1e-3, 1e-1]],
+            ink: Ink::Series(1),
+        })
+        .with(Mark::points("seeds", vec![[1.0, 3e-6], [2.0, 0.0], [3.0, 1e-2]], Ink::Series(1)));
+    let names = vec!["rigid body".to_owned(), "FF-NN".to_owned()];
+    let bars = Panel::new("by model", [Axis::names("", names), Axis::new("nMSE", "")])
+        .with(Mark::Bars {
+            name: "iid".to_owned(),
+            bars: vec![[0.0, 2.0, 1.5, 2.5], [1.0, 3.0, f64::NAN, f64::NAN]],
+            width: 0.5,
+            ink: Ink::Series(0),
+        })
+        .with(Mark::Boxes {
+            name: "draws".to_owned(),
+            boxes: vec![[0.5, 0.0, 1.0, 2.0, 2.5, 4.0]],
+            width: 0.2,
+            ink: Ink::Series(2),
+        });
+    let path = Panel::new("path of the tool", [Axis::new("x", "m"), Axis::new("z", "m")]).aspect(1.0).with(Mark::path(
+        "tool",
+        (0..100).map(|n| [(f64::from(n) / 9.0).cos(), (f64::from(n) / 9.0).sin()]).collect(),
+        Ink::Series(3),
+    ));
+    Figure { panels: vec![torque, error, bars, path], columns: 2 }
+}
+
+fn text(figure: &Figure, format: Format) -> String {
+    String::from_utf8(render(figure, format, &Style::default()).unwrap()).unwrap()
+}
+
+#[test]
+fn an_svg_is_well_formed_and_holds_its_font_and_symbols() {
+    let svg = text(&everything(), Format::Svg);
+    assert!(resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).is_ok());
+    for part in
+        ["@font-face", "predicted τ̂ &amp; q̈ &lt;1&gt;", "joint 1: torque [N m]", "time t [s]", "stroke-dasharray"]
+    {
+        assert!(svg.contains(part), "no {part}");
+    }
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "a hole was drawn");
+}
+
+#[test]
+fn a_pdf_holds_its_font_and_a_png_has_the_asked_pixels() {
+    let pdf = render(&everything(), Format::Pdf, &Style::default()).unwrap();
+    let holds = |part: &[u8]| pdf.windows(part.len()).any(|window| window == part);
+    assert!(pdf.starts_with(b"%PDF"));
+    assert!(holds(b"DejaVuSans") && holds(b"/FontFile2"), "the font is not embedded");
+    let style = Style { size: Size::OneColumn, dpi: 144.0, ..Style::default() };
+    let png = render(&everything(), Format::Png, &style).unwrap();
+    let reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+    assert_eq!(reader.info().width, 2 * 241);
+}
+
+#[test]
+fn equal_figures_give_equal_bytes() {
+    for format in [Format::Svg, Format::Pdf, Format::Png, Format::Csv] {
+        let style = Style { dpi: 100.0, ..Style::default() };
+        let twice = [(); 2].map(|()| render(&everything(), format, &style).unwrap());
+        assert_eq!(twice[0], twice[1], "{format:?}");
+    }
+}
+
+#[test]
+fn the_table_has_every_number_bit_by_bit() {
+    let figure = everything();
+    let table = text(&figure, Format::Csv);
+    let rows: Vec<Vec<String>> = ::csv::Reader::from_reader(table.as_bytes())
+        .records()
+        .map(|row| row.unwrap().iter().map(str::to_owned).collect())
+        .collect();
+    let Mark::Line { points, .. } = &figure.panels[0].marks[2] else { panic!() };
+    let found: Vec<&Vec<String>> = rows.iter().filter(|row| row[2].starts_with("predicted")).collect();
+    assert_eq!(found.len(), points.len());
+    for (row, [x, y]) in found.iter().zip(points) {
+        assert_eq!(row[3].parse::<f64>().unwrap().to_bits(), x.to_bits());
+        assert_eq!(row[4].parse::<f64>().ok().map(f64::to_bits), Some(*y).filter(|y| !y.is_nan()).map(f64::to_bits));
+    }
+    let zoomed = Figure::new(vec![Panel { x: Axis::new("t", "s").range([2.0, 3.0]), ..figure.panels[0].clone() }]);
+    let table = text(&zoomed, Format::Csv);
+    assert_eq!(table.lines().filter(|row| row.contains("measured")).count(), 101, "only what is in view");
+}
+
+#[test]
+fn reliability_counts_and_confusion_keeps_the_order() {
+    let answers = [(0.95, true), (0.95, true), (0.95, false), (0.15, false)];
+    let table = text(&diagnosis::reliability(&answers, 10), Format::Csv);
+    assert!(table.contains(&format!("line,diagnosis,{},{}", (0.95 + 0.95 + 0.95) / 3.0, 2.0 / 3.0)), "{table}");
+    assert!(table.contains("line,diagnosis,0.15,0,"));
+    let names = ["friction", "payload"].map(str::to_owned);
+    let table = text(&diagnosis::confusion(&names, &names, &[vec![9, 1], vec![2, 8]]), Format::Csv);
+    let values: Vec<&str> = table.lines().skip(1).map(|row| row.rsplit(',').next().unwrap()).collect();
+    assert_eq!(values, ["2", "8", "9", "1"], "rows from below: the first hidden effect is at the top");
+}
+
+#[test]
+fn what_can_not_be_drawn_is_told() {
+    assert!(matches!(render(&Figure::default(), Format::Svg, &Style::default()), Err(FigureError::Empty)));
+    for dpi in [0.0, -1.0, 1e9, f64::NAN] {
+        let style = Style { dpi, ..Style::default() };
+        assert!(matches!(render(&everything(), Format::Png, &style), Err(FigureError::Pixels { .. })), "{dpi}");
+    }
+    assert!(Format::of(Path::new("figure.gif")).unwrap_err().to_string().contains(".svg, .pdf, .png or .csv"));
+}
