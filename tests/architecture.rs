@@ -21,8 +21,9 @@ const FLOORS: &[&[&str]] = &[
 const THREADS: &[&str] = &["work", "network", "training"];
 /// Where files may be opened: the front door of the readers, what is saved, and the edges.
 const FILES: &[&str] = &["recording/read/mod.rs", "session", "experiment/store.rs", "cli", "app"];
-/// Who may open a seal: the user's own command, the seal's tests, and the scoring of simulated draws.
-const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "cli/bench", "simulation"];
+/// Who may open a seal: the user's own command, a saved session in which the user had opened it, the seal's tests, and the
+/// scoring of simulated draws.
+const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "cli/bench", "simulation"];
 
 /// A source file: its path below `src`, and its code without comments and unit tests.
 struct Source {

@@ -32,17 +32,20 @@ use stated_arm::Comparison;
 pub use report::{Candidate, Evidence, MissingEffect, Report, TellingMotion, Verdict};
 pub use sufficiency::{Suspect, sufficiency};
 
-use crate::effect::{Effect, registry};
+use crate::effect::{Effect, ParameterSpec, registry};
 use crate::model::design::Design;
 use crate::model::learned::LearnedTerm;
-use crate::model::{EffectTerm, Evaluation, Fitted, Model, ModelError, RigidBody, Term, fit};
+use crate::model::{EffectTerm, Evaluation, Fitted, Model, ModelError, Parameter, RigidBody, Term, fit};
 use crate::progress::Monitor;
 use crate::recording::Recording;
+use crate::recording::fault::{self, Fault};
 use crate::recording::split::Split;
 
 /// Below this confidence the verdict is "ambiguous".
 const SURE: f64 = 0.8;
-/// The same on joints whose residual is still more than noise: what was named may stand in for what is really there.
+/// The confidence of a fault that the readings themselves show.
+const HIGHEST_OF_READINGS: f64 = 0.95;
+/// The highest on joints whose residual is still more than noise: what was named may stand in for what is really there.
 const HIGHEST_BESIDE_UNKNOWN: f64 = 0.45;
 
 /// Looks for what `fitted` lacks on the training part, and measures on the held-out part what adding it gains.
@@ -102,6 +105,7 @@ pub fn diagnose_among(
             effect.confidence = effect.confidence.min(HIGHEST_BESIDE_UNKNOWN);
         }
     }
+    effects.extend(fault::find(recording).iter().filter_map(|fault| in_readings(fault, recording, &last)));
     let verdict = verdict(&effects, &unexplained, &comparison);
     if comparison == Comparison::NotPossible && !last_fitted.model.is_pinned() {
         let names = absorbed.iter().map(|&group| search.library.groups[group].label());
@@ -188,6 +192,34 @@ fn measure_steps(
         });
     }
     Ok((effects, last, last_fitted))
+}
+
+/// A fault of the torque readings, which were left out of all that was learned and measured: there is nothing to add for it.
+fn in_readings(fault: &Fault, recording: &Recording, last: &Evaluation) -> Option<MissingEffect> {
+    let spec = registry::of_fault(fault.kind)?.spec();
+    let parameter = |(parameter, value): (&ParameterSpec, f64)| Parameter {
+        name: parameter.name.to_owned(),
+        symbol: parameter.symbol.to_owned(),
+        term: 0,
+        joint: Some(fault.joint),
+        value,
+        std_error: None,
+        interval: None,
+        unit: parameter.dimension.unit(recording.joints[fault.joint].kind).to_owned(),
+        identified: true,
+        physical: true,
+    };
+    Some(MissingEffect {
+        effect: spec.id.to_owned(),
+        joints: vec![fault.joint],
+        confidence: HIGHEST_OF_READINGS,
+        parameters: spec.parameters.iter().zip(fault.parameters(recording)).map(parameter).collect(),
+        nmse_before: last.held_out_nmse(),
+        nmse_after: last.held_out_nmse(),
+        alternatives: Vec::new(),
+        telling_motion: None,
+        evidence: Vec::new(),
+    })
 }
 
 /// The answer in a word.

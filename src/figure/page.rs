@@ -22,7 +22,8 @@ fn failed(format: &'static str, reason: impl ToString) -> FigureError {
 fn parse(svg: &str, format: &'static str) -> Result<Tree, FigureError> {
     let mut fonts = Database::new();
     fonts.load_font_data(DEJAVU_SANS.to_vec());
-    let options = Options { fontdb: Arc::new(fonts), font_family: "DejaVu Sans".to_owned(), ..Options::default() };
+    let (fontdb, font_family) = (Arc::new(fonts), "DejaVu Sans".to_owned());
+    let options = Options { fontdb, font_family, dpi: POINTS_PER_INCH as f32, ..Options::default() };
     Tree::from_str(svg, &options).map_err(|error| failed(format, error))
 }
 
