@@ -167,6 +167,43 @@ fn the_table_has_the_promised_schema() {
     assert!(std::fs::read_to_string(csv).unwrap().contains("ff-nn,iid,,,2,nmse_torque,"));
 }
 
+/// Every kind of figure is drawn out of what was run, and nothing is trained for it.
+#[test]
+fn figures_are_made_of_what_was_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("tiny.toml"), TINY.replace("title", "paper_table = 2\ntitle")).unwrap();
+    let nothing = torquescope(&["figures", "tiny.toml", "--quick", "--figure", "errors"], folder).output().unwrap();
+    assert!(String::from_utf8_lossy(&nothing.stderr).contains("nothing to draw: run `experiment run tiny.toml` first"));
+    json(&["run", "tiny.toml", "--json"], folder);
+    let written = succeeds(&["figures", "tiny.toml", "--format", "svg", "pdf", "csv", "-o", "pictures"], folder);
+    for name in ["trajectories", "motions", "torques-iid", "curve-speed", "errors"] {
+        for ending in ["svg", "pdf", "csv"] {
+            let file = format!("pictures/tiny-{name}.{ending}");
+            assert!(written.contains(&file), "{file} is not among\n{written}");
+            assert!(std::fs::metadata(folder.join(&file)).unwrap().len() > 80, "{file}");
+        }
+    }
+    let csv = |name: &str| std::fs::read_to_string(folder.join(format!("pictures/tiny-{name}.csv"))).unwrap();
+    // The numbers are those of the table.
+    let table = json(&["collect", "tiny.toml", "--json"], folder);
+    let cells = table["cells"].as_array().unwrap();
+    let of =
+        |model: &str, set: &str| cells.iter().find(|cell| cell["model"] == model && cell["test_set"] == set).unwrap();
+    let field = |name: &str, begin: &str, column: usize| -> f64 {
+        let text = csv(name);
+        let line = text.lines().find(|line| line.contains(begin)).unwrap_or_else(|| panic!("{begin} in {text}"));
+        line.split(',').nth(column).unwrap().parse().unwrap()
+    };
+    assert_eq!(field("curve-speed", "line,network,2,", 4), of("network", "speed 2")["nmse_torque"].as_f64().unwrap());
+    let mse = of("network", "iid")["mse_joint"][0].as_f64().unwrap();
+    assert!((field("errors", "bar,network,", 4) / mse - 1.0).abs() < 1e-12);
+    // Its tip is a metre from its joint.
+    let (x, z) = (field("trajectories", "line,run 1", 3), field("trajectories", "line,run 1", 4));
+    assert!((x.hypot(z) - 1.0).abs() < 1e-9);
+    assert!(csv("torques-iid").contains("joint 1: gravity,line,exact,"));
+}
+
 #[test]
 fn what_can_not_be_done_is_told() {
     let folder = tempfile::tempdir().unwrap();

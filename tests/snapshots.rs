@@ -8,7 +8,7 @@ mod support;
 
 use egui::Theme;
 use egui_kittest::{SnapshotOptions, SnapshotResults};
-use support::{demonstration, diagnosed, extrapolated, repaired, run, settle, trained, window};
+use support::{demonstration, diagnosed, experiment, extrapolated, repaired, run, settle, trained, window};
 use torquescope::app::{Order, Screen};
 use torquescope::session::{Command, Session};
 
@@ -36,6 +36,7 @@ fn every_screen_looks_as_it_did() {
         ("diagnose-nothing", Screen::Diagnose, nothing_left),
         ("diagnose-unasked", Screen::Diagnose, demonstration()),
         ("ladder", Screen::Ladder, opened),
+        ("experiment", Screen::Experiment, Session::default()),
         ("empty", Screen::Data, Session::default()),
         ("error", Screen::Compare, Session::default()),
     ];
@@ -48,6 +49,10 @@ fn every_screen_looks_as_it_did() {
             if name == "error" {
                 let missing = ["no/such/recording.csv".into()].to_vec();
                 window.state_mut().order(Order::open(missing));
+                settle(&mut window);
+            }
+            if name == "experiment" {
+                window.state_mut().order(Order::Experiment(experiment()));
                 settle(&mut window);
             }
             results.add(window.try_snapshot_options(format!("{name}-{suffix}"), &options));

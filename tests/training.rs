@@ -52,6 +52,12 @@ fn architectures() -> Vec<Architecture> {
         ],
         scales,
     });
+    for (joints, preset) in [(3, LearnedPreset::DelanFfnn), (1, LearnedPreset::StructuredDelan)] {
+        all.push(Architecture {
+            features: Features::LinkAngles,
+            ..preset.architecture(joints, &layers(Activation::Tanh))
+        });
+    }
     all.push(Architecture { joints: 1, ..LearnedPreset::DelanFriction.architecture(1, &layers(Activation::Tanh)) });
     all
 }
@@ -295,6 +301,32 @@ fn a_model_is_saved_and_warms_up_another() {
     let warm = run(&small(LearnedPreset::DelanFriction), &options, Begin::Warm(&loaded), &Monitor::new()).unwrap();
     assert!((warm.history[0].held_out.unwrap() / error - 1.0).abs() < 1e-3);
     assert_eq!(warm.model.friction_coefficients().len(), 8);
+}
+
+/// An arm as a whole may be turned about its first joint: its inertia does not change, the work against gravity does.
+#[test]
+fn link_angles_make_the_inertia_independent_of_the_first_joint() {
+    let architecture = Architecture {
+        features: Features::LinkAngles,
+        ..LearnedPreset::StructuredDelan.architecture(3, &layers(Activation::Tanh))
+    };
+    let program = component_program::<f64>(&architecture);
+    let flat = weights(program.layout(), 3);
+    let at = |q: [f64; 3]| {
+        let parts = program.run(f64::kernels(), &flat, &q, &[0.0; 3], &[0.0; 3], &[]).lagrangian.unwrap();
+        (parts.mass_matrix, parts.gravity)
+    };
+    let (mass, gravity) = at([0.3, 0.7, -0.4]);
+    let (turned_mass, turned_gravity) = at([1.5, 0.7, -0.4]);
+    assert_eq!(mass, turned_mass);
+    assert!(gravity.iter().zip(&turned_gravity).all(|(one, other)| (one - other).abs() > 1e-6), "{gravity:?}");
+    let (other_mass, _) = at([0.3, 0.9, -0.4]);
+    assert_ne!(mass, other_mass);
+    // A whole turn of any joint changes nothing.
+    let turn = std::f64::consts::TAU;
+    let (same_mass, same_gravity) = at([0.3 + turn, 0.7 - turn, -0.4 + turn]);
+    let same = |one: &[f64], other: &[f64]| one.iter().zip(other).all(|(one, other)| (one - other).abs() < 1e-9);
+    assert!(same(&mass, &same_mass) && same(&gravity, &same_gravity));
 }
 
 #[test]

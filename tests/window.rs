@@ -10,7 +10,7 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, Role, Theme};
 use egui_kittest::kittest::{NodeT, Queryable};
 use support::{Window, demonstration, diagnosed, run, settle, short_plan, small, trained, window};
-use torquescope::app::{Order, Screen, theme};
+use torquescope::app::{Order, Screen, Shown, theme};
 use torquescope::session::{Command, Session};
 use torquescope::simulation::{Excitation, Scenario};
 
@@ -350,6 +350,50 @@ fn a_trained_model_leads_to_a_diagnosis() {
     assert!(window.state().session().current().unwrap().fitted.model.is_learned());
 }
 
+/// An experiment runs in the window as it does on the command line: Stop keeps what is done, Run goes on.
+#[test]
+fn an_experiment_is_run_stopped_and_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arm.toml");
+    let shown = || Shown {
+        experiment: file.to_string_lossy().into_owned(),
+        results: folder.path().to_string_lossy().into_owned(),
+        quick: false,
+        data: String::new(),
+    };
+    std::fs::write(&file, support::EXPERIMENT).unwrap();
+    let mut window = window(Session::default(), Screen::Experiment, Theme::Light);
+    window.state_mut().order(Order::Experiment(shown()));
+    settle(&mut window);
+    assert!(window.query_by_label("Cells: 0 of 6 are done").is_some());
+    click(&mut window, "Run");
+    assert!(window.query_by_label("Cells: 6 of 6 are done").is_some());
+    assert!(window.query_by_label("6 cells done, 0 were there before.").is_some());
+    assert!(window.query_by_label("plot of nMSE of the torque, logarithmic").is_some());
+    assert!(window.state().session().recording.is_none(), "the session is not touched");
+
+    // A network that learns for ever is stopped; the cells before it stay.
+    let endless = "[[model]]\nname = \"network\"\npreset = \"ff-nn\"\ntraining = { epochs = 1000000, batch = 100 }\n\n";
+    std::fs::write(&file, support::EXPERIMENT.replacen("[[test]]", &format!("{endless}[[test]]"), 1)).unwrap();
+    click(&mut window, "Look again");
+    assert!(window.query_by_label("Cells: 6 of 9 are done").is_some());
+    window.get_by_role_and_label(Role::Button, "Run").click();
+    let begin = std::time::Instant::now();
+    while window.query_by_label_contains("epoch").is_none() {
+        assert!(begin.elapsed().as_secs() < 30, "nothing is trained");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        window.step();
+    }
+    window.get_by_role_and_label(Role::Button, "Stop").click();
+    settle(&mut window);
+    assert!(window.query_by_label_contains("Stopped. Cells that are done stay").is_some());
+    assert!(window.query_by_label("Cells: 6 of 9 are done").is_some());
+
+    std::fs::write(&file, "title = 1").unwrap();
+    click(&mut window, "Look again");
+    assert!(window.query_by_label_contains("invalid type: integer `1`, expected a string").is_some());
+}
+
 /// What a screen reader would announce as a control has a name, on every screen.
 #[test]
 fn every_control_has_a_name() {
@@ -381,7 +425,8 @@ fn every_control_has_a_name() {
 
 #[test]
 fn empty_screens_offer_a_way_on() {
-    for screen in Screen::ALL {
+    // Experiments have data of their own, so their screen is never empty.
+    for screen in Screen::ALL.into_iter().filter(|screen| *screen != Screen::Experiment) {
         let mut window = window(Session::default(), screen, Theme::Dark);
         click(&mut window, "Simulate the demonstration arm");
         assert!(window.state().session().current().is_some(), "{}", screen.id());

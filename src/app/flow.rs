@@ -43,6 +43,8 @@ pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
     }
     Some(match screen {
         Screen::Data => NextStep::show(Screen::Model),
+        // Beside the way: it leads back to its beginning.
+        Screen::Experiment => NextStep::show(Screen::Data),
         // A rigid body is solved for at once, so the way leads past the training.
         Screen::Model | Screen::Train => NextStep::show(Screen::Compare),
         Screen::Compare => NextStep::show(Screen::Residuals),
@@ -95,5 +97,6 @@ pub fn is_done(session: &Session, screen: Screen) -> bool {
         Screen::Diagnose => session.report.is_some() || session.ladder.len() > 1,
         Screen::Ladder => session.ladder.len() > 1,
         Screen::Extrapolation => session.sweep.is_some(),
+        Screen::Experiment => false,
     }
 }

@@ -10,7 +10,7 @@ use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 use super::plot::export;
 use super::raster::{Picture, Raster};
 use super::theme::{self, Palette};
-use super::{Order, Screen, TorquescopeApp};
+use super::{Order, Screen, Shown, TorquescopeApp};
 use crate::figure::Panel;
 use crate::session::{Command, Session};
 
@@ -65,6 +65,8 @@ pub struct ScreenshotOptions {
     pub scale: f32,
     /// Size of text and everything else, 0.8 to 2.
     pub text_scale: f32,
+    /// Which experiment the screen of experiments shows.
+    pub experiment: Option<Shown>,
 }
 
 impl Default for ScreenshotOptions {
@@ -75,6 +77,7 @@ impl Default for ScreenshotOptions {
             size: [1600.0, 1000.0],
             scale: 1.0,
             text_scale: 1.0,
+            experiment: None,
         }
     }
 }
@@ -85,7 +88,11 @@ impl Default for ScreenshotOptions {
 /// If there is no such screen, the size can't be, or the window does not settle.
 pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Result<Vec<u8>> {
     let mut app = TorquescopeApp::new(session);
-    app.show_screen(Screen::from_str(&options.screen).map_err(anyhow::Error::msg)?);
+    let screen = Screen::from_str(&options.screen).map_err(anyhow::Error::msg)?;
+    if let Some(shown) = &options.experiment {
+        app.order(Order::Experiment(shown.clone()));
+    }
+    app.order(Order::Show(screen));
     let picture = render(&mut app, options)?;
     picture.png().context("the picture can't be written as PNG")
 }

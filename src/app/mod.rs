@@ -22,6 +22,7 @@ use std::time::{Duration, Instant};
 
 pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use screens::Screen;
+pub use screens::experiment::Shown;
 pub use state::{Order, State};
 
 use crate::session::{Command, Curve, History, Session, file};
@@ -142,7 +143,7 @@ impl TorquescopeApp {
 
     /// Whether a job is at work.
     pub fn is_busy(&self) -> bool {
-        self.running.is_some() || self.dialog.is_some() || self.keeper.is_busy()
+        self.running.is_some() || self.dialog.is_some() || self.keeper.is_busy() || self.state.trials.is_busy()
     }
 
     /// Gives an order, as a click would.
@@ -155,6 +156,7 @@ impl TorquescopeApp {
         self.poll_job(ctx);
         self.poll_dialog();
         self.poll_keeper(ctx);
+        self.state.trials.poll();
         let dropped: Vec<PathBuf> =
             ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
         if !dropped.is_empty() {
@@ -257,6 +259,10 @@ impl TorquescopeApp {
             }
             Order::SaveDialog => self.open_dialog(ctx, true),
             Order::OpenDialog => self.open_dialog(ctx, false),
+            Order::Experiment(shown) => {
+                self.state.trials.shown = shown;
+                self.state.screen = Screen::Experiment;
+            }
             Order::Dismiss(notice) => {
                 if notice < self.state.notices.len() {
                     self.state.notices.remove(notice);

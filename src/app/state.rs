@@ -6,6 +6,7 @@ use std::sync::{Arc, Weak};
 
 use super::plot::{Cells, Decimator, Window};
 use super::screens::Screen;
+use super::screens::experiment::{Shown, Trials};
 use super::screens::residuals::{Brush, Looking, Quantity, Table};
 use super::shell::CommandPalette;
 use crate::arm::Arm;
@@ -58,6 +59,8 @@ pub enum Order {
     Palette(bool),
     /// Open or close the list of shortcuts.
     KeyList(bool),
+    /// Look at the results of an experiment.
+    Experiment(Shown),
     /// Remove a message.
     Dismiss(usize),
 }
@@ -223,6 +226,7 @@ pub struct State {
     pub(super) training: Training,
     pub(super) addition: Addition,
     pub(super) outside: Outside,
+    pub(super) trials: Trials,
     pub(super) notices: Vec<Notice>,
     pub(super) toasts: Vec<Toast>,
     pub(super) palette: Option<CommandPalette>,
@@ -274,6 +278,7 @@ impl Default for State {
             training: Training::default(),
             addition: Addition::default(),
             outside: Outside::default(),
+            trials: Trials::default(),
             notices: Vec::new(),
             toasts: Vec::new(),
             palette: None,

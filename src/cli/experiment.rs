@@ -6,8 +6,11 @@ use serde_json::json;
 
 use super::table::{number, numbers, table};
 use super::{progress, write_file};
+use crate::experiment::figures::{NamedFigure, figures};
 use crate::experiment::run::{State, duration_text, state, training_record};
+use crate::experiment::summary::above_paper;
 use crate::experiment::{Cell, Experiment, Report, Row, Shard, Store, catalogue, plan, run, summarise};
+use crate::figure::{Format, Size, Style, Theme, render};
 
 /// Run data × models × seeds, and hold the errors against the paper's.
 #[derive(Subcommand)]
@@ -15,6 +18,7 @@ pub enum ExperimentCommand {
     Run(Run),
     Status(Status),
     Collect(Collect),
+    Figures(Figures),
     List(List),
 }
 
@@ -73,6 +77,35 @@ pub struct Collect {
     csv: Option<PathBuf>,
 }
 
+/// Draw what was run: trajectories, torques and their parts, curves, motions, errors.
+#[derive(Args)]
+pub struct Figures {
+    #[command(flatten)]
+    which: Which,
+    /// Only figures whose name contains this: trajectories, torques, curve, motions, errors.
+    #[arg(long, value_name = "NAME")]
+    figure: Option<String>,
+    /// Kinds of files: svg, pdf, png, csv.
+    #[arg(long, value_name = "KIND", value_parser = parse_format, num_args = 1.., default_values = ["svg", "csv"])]
+    format: Vec<Format>,
+    /// one-column (85 mm), two-column (175 mm) or slide.
+    #[arg(long, default_value = "two-column")]
+    size: Size,
+    /// Pixels per inch of a PNG.
+    #[arg(long, default_value_t = 300.0)]
+    dpi: f64,
+    /// print, light or dark.
+    #[arg(long, default_value = "print")]
+    theme: Theme,
+    /// Folder of the files, EXPERIMENT-FIGURE.KIND each.
+    #[arg(short, long, value_name = "DIR", default_value = "figures")]
+    output: PathBuf,
+}
+
+fn parse_format(text: &str) -> Result<Format, String> {
+    Format::of(&Path::new("figure").with_extension(text)).map_err(|_| format!("`{text}` is none of svg, pdf, png, csv"))
+}
+
 /// List the built-in experiments.
 #[derive(Args)]
 pub struct List {}
@@ -84,6 +117,7 @@ impl ExperimentCommand {
             ExperimentCommand::Run(command) => command.run(),
             ExperimentCommand::Status(command) => command.run(),
             ExperimentCommand::Collect(command) => command.run(),
+            ExperimentCommand::Figures(command) => command.run(),
             ExperimentCommand::List(_) => list(),
         }
     }
@@ -91,14 +125,7 @@ impl ExperimentCommand {
 
 impl Which {
     fn experiment(&self) -> anyhow::Result<Experiment> {
-        let path = Path::new(&self.experiment);
-        let whole = if path.extension().is_some_and(|ending| ending == "toml") {
-            let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
-            Experiment::parse(&self.experiment, &text)?
-        } else {
-            catalogue::find(&self.experiment)?
-        };
-        let experiment = whole.only(&self.only)?;
+        let experiment = catalogue::open(&self.experiment)?.only(&self.only)?;
         Ok(if self.quick { experiment.quick() } else { experiment })
     }
 
@@ -184,6 +211,35 @@ impl Collect {
     }
 }
 
+impl Figures {
+    fn run(&self) -> anyhow::Result<()> {
+        let experiment = self.which.experiment()?;
+        let (store, data, wanted) = (Store::new(&self.which.out), self.which.data.clone(), self.figure.clone());
+        let work = experiment.clone();
+        let all = progress::watch("figures", move |monitor| {
+            figures(&work, &store, data.as_deref(), wanted.as_deref(), monitor)
+        })?;
+        if all.is_empty() {
+            bail!(
+                "there is nothing to draw: run `experiment run {}` first, or ask for another figure",
+                self.which.experiment
+            );
+        }
+        std::fs::create_dir_all(&self.output)
+            .with_context(|| format!("can't make the folder {}", self.output.display()))?;
+        let style = Style { size: self.size, theme: self.theme, dpi: self.dpi };
+        let stem = Path::new(&experiment.name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        for NamedFigure { name, figure } in &all {
+            for format in &self.format {
+                let path = self.output.join(format!("{stem}-{name}.{}", format.ending()));
+                write_file(&path, &render(figure, *format, &style)?)?;
+                println!("{}", path.display());
+            }
+        }
+        Ok(())
+    }
+}
+
 fn list() -> anyhow::Result<()> {
     for (name, _) in catalogue::ALL {
         let experiment = catalogue::find(name)?;
@@ -239,6 +295,12 @@ fn print(experiment: &Experiment, cells: &[Cell], store: &Store, as_json: bool) 
     println!(
         "\nMean over seeds ± half of its 95 % interval; in brackets the paper's value, and ours as a multiple of it."
     );
+    let (above, count) = above_paper(&rows);
+    match above.len() {
+        0 if count > 0 => println!("All {count} values that the paper has too are at or below the paper's."),
+        0 => {}
+        some => println!("{some} of {count} values are above the paper's: {}.", above.join("; ")),
+    }
     for model in experiment.models.iter().filter(|model| !model.note.is_empty()) {
         println!("{}: {}", model.name, model.note);
     }

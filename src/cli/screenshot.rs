@@ -6,7 +6,7 @@ use clap::Args;
 use super::data::OptionalData;
 use super::{progress, write_file};
 use crate::app::headless::Look;
-use crate::app::{self, Screen, ScreenshotOptions};
+use crate::app::{self, Screen, ScreenshotOptions, Shown};
 use crate::model::learned::LearnedPreset;
 use crate::session::{Command, Session};
 use crate::simulation::extrapolation::Stretch;
@@ -38,6 +38,9 @@ pub struct Screenshot {
     /// Size of text and everything else [%], 80 to 200.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u16).range(80..=200))]
     text_size: u16,
+    /// For the screen `experiment`: which one, and the folder of its results.
+    #[arg(long, value_names = ["EXPERIMENT", "FOLDER"], num_args = 2)]
+    experiment: Option<Vec<String>>,
     /// The picture (PNG), or the folder for all.
     #[arg(short, long, value_name = "PICTURE.png|FOLDER")]
     output: PathBuf,
@@ -67,6 +70,12 @@ impl Screenshot {
             size: self.size,
             scale: self.scale,
             text_scale: f32::from(self.text_size) / 100.0,
+            experiment: self.experiment.as_deref().map(|words| Shown {
+                experiment: words[0].clone(),
+                results: words[1].clone(),
+                quick: false,
+                ..Shown::default()
+            }),
         };
         app::screenshot(session, &options)
     }

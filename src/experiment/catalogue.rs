@@ -1,14 +1,21 @@
 //! Experiments that come with the program: one file in `datasets/experiments/` and one line here.
 
-use super::{Experiment, ExperimentError};
+use std::path::Path;
+
+use super::{Experiment, ExperimentError, store};
+use crate::recording::mapping::MappingSpec;
 
 /// Name and text of each, in the order in which lists show them.
 pub const ALL: &[(&str, &str)] = &[
     ("table-2", include_str!("../../datasets/experiments/table-2.toml")),
+    ("table-2-paper-recipe", include_str!("../../datasets/experiments/table-2-paper-recipe.toml")),
     ("velocity", include_str!("../../datasets/experiments/velocity.toml")),
     ("twin-policies", include_str!("../../datasets/experiments/twin-policies.toml")),
     ("twin-payload", include_str!("../../datasets/experiments/twin-payload.toml")),
     ("dfki", include_str!("../../datasets/experiments/dfki.toml")),
+    ("emps", include_str!("../../datasets/experiments/emps.toml")),
+    ("kuka-kr300", include_str!("../../datasets/experiments/kuka-kr300.toml")),
+    ("tx40", include_str!("../../datasets/experiments/tx40.toml")),
     ("paper-table-3", include_str!("../../datasets/experiments/paper-table-3.toml")),
 ];
 
@@ -22,6 +29,39 @@ pub fn find(name: &str) -> Result<Experiment, ExperimentError> {
         known: ALL.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
     })?;
     Experiment::parse(name, text)
+}
+
+/// The built-in experiment of this name, or the one in this TOML file.
+///
+/// # Errors
+/// [`ExperimentError`] if there is no such experiment, or the file is none.
+pub fn open(name_or_file: &str) -> Result<Experiment, ExperimentError> {
+    let path = Path::new(name_or_file);
+    if path.extension().is_none_or(|ending| ending != "toml") {
+        return find(name_or_file);
+    }
+    let text = String::from_utf8(store::read(path)?).map_err(|problem| ExperimentError::File {
+        file: name_or_file.to_owned(),
+        problem: format!("{problem}: save it as UTF-8"),
+    })?;
+    Experiment::parse(name_or_file, &text)
+}
+
+/// Mappings of logs that experiments use by name.
+const MAPPINGS: &[(&str, &str)] = &[
+    ("emps", include_str!("../../assets/mappings/emps.toml")),
+    ("kuka-kr300", include_str!("../../assets/mappings/kuka-kr300.toml")),
+    ("tx40", include_str!("../../assets/mappings/tx40.toml")),
+];
+
+/// The mapping of this name, or what there is instead.
+pub(super) fn mapping(name: &str) -> Result<MappingSpec, String> {
+    let known = || MAPPINGS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    let (_, text) = MAPPINGS
+        .iter()
+        .find(|(other, _)| *other == name)
+        .ok_or_else(|| format!("there is no mapping `{name}`; there are: {}", known()))?;
+    MappingSpec::from_toml(text).map_err(|problem| problem.to_string())
 }
 
 #[cfg(test)]

@@ -14,6 +14,8 @@ use crate::training::fit::Plan;
 
 /// To be raised when the same inputs give other results: a new optimiser step, another metric.
 const VERSION: u32 = 1;
+/// The same for the answers of the diagnosis, so that models without it need no new training.
+const DIAGNOSIS_VERSION: u32 = 2;
 /// Letters of a key: enough that no two of them ever meet.
 const KEY_LENGTH: usize = 20;
 
@@ -41,9 +43,12 @@ pub struct Inputs {
     pub(super) preset: Option<Preset>,
     pub(super) terms: Vec<Term>,
     pub(super) effects: Effects,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    diagnosis: Option<u32>,
     pub(super) hidden: Option<Vec<usize>>,
     pub(super) activation: Option<Activation>,
-    pub(super) plan: Plan,
+    /// What is solved for has none, so that all its seeds on the same recordings are one cell.
+    pub(super) plan: Option<Plan>,
     pub(super) members: u64,
 }
 
@@ -72,9 +77,10 @@ pub fn plan(experiment: &Experiment, data: Option<&Path>) -> Result<Vec<Cell>, E
                 preset: model.preset,
                 terms: model.terms.clone(),
                 effects: model.effects.clone(),
+                diagnosis: (model.effects == Effects::Diagnosed).then_some(DIAGNOSIS_VERSION),
                 hidden: hidden.cloned(),
                 activation,
-                plan: experiment.plan_of(model, seed),
+                plan: model.is_trained().then(|| experiment.plan_of(model, seed)),
                 members: model.members,
             };
             cells.push(Cell { model: model.clone(), seed, key: key(&inputs), tests: tests.clone(), inputs });
@@ -91,13 +97,15 @@ fn contents(
 ) -> Result<BTreeMap<String, String>, ExperimentError> {
     let Source::Recorded(runs, _) = source else { return Ok(BTreeMap::new()) };
     let mut contents = BTreeMap::new();
-    for Runs { file, .. } in runs {
+    for own @ Runs { file, .. } in runs {
         if !known.contains_key(file) {
             let Some(folder) = data else {
                 let files = runs.iter().map(|runs| runs.file.as_str()).collect::<Vec<_>>().join(", ");
                 return Err(ExperimentError::NoData { files });
             };
-            known.insert(file.clone(), hash(&store::read(&folder.join(file))?));
+            let paths = own.paths(folder);
+            let bytes = paths.iter().map(|path| store::read(path)).collect::<Result<Vec<_>, _>>()?;
+            known.insert(file.clone(), hash(&bytes.concat()));
         }
         contents.insert(file.clone(), known[file].clone());
     }

@@ -1,10 +1,13 @@
 //! What an experiment is, as its file says it. Keys that nobody knows and values that can't be are errors with their line.
 
+use std::path::{Path, PathBuf};
+
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::{Spanned, Table, Value};
 
-use super::ExperimentError;
+use super::{ExperimentError, catalogue};
 use crate::effect::registry;
+use crate::model::learned::Features;
 use crate::model::{Preset, Term};
 use crate::network::Activation;
 use crate::recording::read::ReadOptions;
@@ -12,7 +15,7 @@ use crate::simulation::Scenario;
 use crate::training::fit::Plan;
 use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
-use crate::training::{Options, Recipe};
+use crate::training::{Options, Precision, Recipe};
 
 /// An experiment.
 #[derive(Debug, Clone, Deserialize)]
@@ -65,13 +68,15 @@ struct Data {
     /// How recordings are read.
     #[serde(default)]
     read: ReadOptions,
+    /// Name of one of the mappings that come with the program, instead of one under `read`.
+    mapping: Option<Spanned<String>>,
 }
 
 /// Runs of one file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Runs {
-    /// Its name in the folder of the data.
+    /// Its name in the folder of the data; `a.csv+b.csv` are two files that are read side by side.
     pub file: String,
     /// First and last run, counted from 0; all if not given.
     #[serde(default)]
@@ -79,6 +84,26 @@ pub struct Runs {
     /// Samples that are left out at the beginning of each run.
     #[serde(default)]
     pub skip: usize,
+    /// For a log that has to serve both ends: only its training blocks, or only those that are held out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blocks: Option<Blocks>,
+}
+
+impl Runs {
+    /// Its files in the folder of the data.
+    pub fn paths(&self, folder: &Path) -> Vec<PathBuf> {
+        self.file.split('+').map(|name| folder.join(name)).collect()
+    }
+}
+
+/// Which time blocks of a log are taken: [`crate::recording::split::Split::automatic`] cuts them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Blocks {
+    /// Four in five.
+    Training,
+    /// Every fifth.
+    HeldOut,
 }
 
 /// How models are trained; what is not said is taken from the recipe.
@@ -93,6 +118,9 @@ pub struct Training {
     optimiser: Option<Optimiser>,
     decay: Option<f64>,
     smoothness: Option<f64>,
+    normalise: Option<bool>,
+    features: Option<Features>,
+    precision: Option<Precision>,
     hidden: Option<Vec<usize>>,
     activation: Option<Activation>,
 }
@@ -120,6 +148,14 @@ pub struct Model {
     pub members: u64,
     #[serde(default)]
     training: Training,
+}
+
+impl Model {
+    /// Whether it has networks, whose first weights depend on the seed.
+    pub fn is_trained(&self) -> bool {
+        let learned = self.terms.iter().any(|term| matches!(term, Term::Learned(_)));
+        learned || matches!(self.preset, Some(Preset::Learned(_)))
+    }
 }
 
 /// Effects of a model.
@@ -220,13 +256,26 @@ impl Experiment {
             |problem: String| ExperimentError::File { file: name.to_owned(), problem: problem.trim().to_owned() };
         let mut experiment: Experiment = toml::from_str(text).map_err(|error| failed(error.to_string()))?;
         name.clone_into(&mut experiment.name);
+        experiment.use_mapping(text).map_err(failed)?;
         experiment.check(text).map_err(failed)?;
         Ok(experiment)
     }
 
+    /// Puts the mapping that is named in place.
+    fn use_mapping(&mut self, text: &str) -> Result<(), String> {
+        let Some(name) = &self.data.mapping else { return Ok(()) };
+        let place = line_at(text, name.span().start);
+        if self.data.read.mapping.is_some() {
+            return Err(place + "`mapping` and `read.mapping` both say how columns are mapped: keep one");
+        }
+        let spec = catalogue::mapping(name.get_ref()).map_err(|problem| place + &problem)?;
+        self.data.read.mapping = Some(spec);
+        Ok(())
+    }
+
     /// What serde does not see: whether parts fit each other.
     fn check(&self, text: &str) -> Result<(), String> {
-        let at = |offset: usize| format!("line {}: ", text[..offset].lines().count().max(1));
+        let at = |offset: usize| line_at(text, offset);
         let line_of = |what: &str| text.find(what).map_or(String::new(), at);
         if self.data.simulation.is_some() != self.data.recordings.is_empty() {
             return Err(line_of("[data") + "`data` needs either a `simulation` or `recordings`, and not both");
@@ -434,6 +483,9 @@ impl Experiment {
             seed,
             ..options.clone()
         };
+        plan.normalise = own.normalise.or(common.normalise).unwrap_or(plan.normalise);
+        plan.features = own.features.or(common.features).unwrap_or(plan.features);
+        plan.precision = own.precision.or(common.precision).unwrap_or(plan.precision);
         plan.smoothness = own.smoothness.or(common.smoothness).unwrap_or(plan.smoothness);
         plan
     }
@@ -443,6 +495,11 @@ impl Experiment {
         let hidden = model.training.hidden.as_ref().or(self.training.hidden.as_ref());
         (hidden, model.training.activation.or(self.training.activation))
     }
+}
+
+/// `line 7: `, where this offset lies.
+fn line_at(text: &str, offset: usize) -> String {
+    format!("line {}: ", text[..offset].lines().count().max(1))
 }
 
 /// Puts the values of `change` over those of `table`; tables are merged, everything else is replaced.

@@ -91,13 +91,14 @@ pub fn measure(
     })
 }
 
-fn torque(member: &Fitted, trajectory: &Trajectory) -> Result<PerJoint, TrainError> {
+/// What a member says.
+pub(super) fn torque(member: &Fitted, trajectory: &Trajectory) -> Result<PerJoint, TrainError> {
     Ok(member.predict(trajectory).map_err(|error| TrainError::Model(error.to_string()))?.total)
 }
 
 /// Inertial, Coriolis and gravity torque of a model. Where it has no H(q) and V(q) of its own they are read off its torque, as
 /// Lutter and the paper do.
-fn parts_of(member: &Fitted, trajectory: &Trajectory) -> Result<[PerJoint; 3], TrainError> {
+pub(super) fn parts_of(member: &Fitted, trajectory: &Trajectory) -> Result<[PerJoint; 3], TrainError> {
     if let Some(networks) = fit::networks(member) {
         let columns = fit::effect_columns(member, trajectory)?;
         let parts = networks.components(trajectory, &columns)?;
@@ -117,7 +118,8 @@ fn parts_of(member: &Fitted, trajectory: &Trajectory) -> Result<[PerJoint; 3], T
     }))
 }
 
-fn mean(all: &[PerJoint]) -> PerJoint {
+/// Their mean; there is at least one.
+pub(super) fn mean(all: &[PerJoint]) -> PerJoint {
     let mut mean = all[0].clone();
     for (joint, values) in mean.iter_mut().enumerate() {
         for (sample, value) in values.iter_mut().enumerate() {

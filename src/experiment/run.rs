@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::cell::Cell;
-use super::file::{Effects, Runs, Source, TestSet};
+use super::file::{Blocks, Effects, Runs, Source, TestSet};
 use super::metrics::{Errors, measure};
 use super::store::{Claim, Owner, Store};
 use super::{Experiment, ExperimentError, cell};
@@ -17,9 +17,9 @@ use crate::diagnosis::diagnose;
 use crate::model::learned::LearnedTerm;
 use crate::model::{self, Fitted, Model, Preset, Term};
 use crate::progress::Monitor;
-use crate::recording::Recording;
 use crate::recording::read::read;
 use crate::recording::split::{Segment, Split};
+use crate::recording::{Recording, Trajectory};
 use crate::simulation::simulate;
 use crate::training::{self, Ending, TrainError};
 
@@ -234,7 +234,8 @@ fn run_cell(cell: &Cell, store: &Store, data: Option<&Path>, monitor: &Monitor) 
     Ok(())
 }
 
-fn trained_members(cell: &Cell, store: &Store) -> Result<Option<Vec<Fitted>>, ExperimentError> {
+/// The models of a cell, if they were trained.
+pub(super) fn trained_members(cell: &Cell, store: &Store) -> Result<Option<Vec<Fitted>>, ExperimentError> {
     if !store.has(&cell.key, TRAINING) {
         return Ok(None);
     }
@@ -258,8 +259,8 @@ fn train_members(
     let (model, named, verdict) = model_of(cell, &recording, &split, monitor)?;
     let mut members = Vec::new();
     for number in 0..cell.inputs.members {
-        let fitted = if model.is_learned() {
-            let mut plan = cell.inputs.plan.clone();
+        let fitted = if let Some(plan) = &cell.inputs.plan {
+            let mut plan = plan.clone();
             plan.options.seed += SEEDS_OF_A_MEMBER * number;
             let count = cell.inputs.members as f32;
             let whole = monitor.clone();
@@ -349,7 +350,7 @@ fn everything(recording: &Recording) -> Vec<Segment> {
 }
 
 /// The arm whose parts of the torque are known at the very states that were measured.
-fn exact_arm(set: &TestSet) -> Option<&Arm> {
+pub(super) fn exact_arm(set: &TestSet) -> Option<&Arm> {
     let Source::Simulated(scenarios) = &set.source else { return None };
     let first = scenarios.first()?;
     let is_exact = scenarios.iter().all(|other| other.arm == first.arm && other.encoder_resolution.is_none());
@@ -357,15 +358,18 @@ fn exact_arm(set: &TestSet) -> Option<&Arm> {
 }
 
 /// Simulates or reads data, and puts them together as one recording.
-fn load(source: &Source, data: Option<&Path>, monitor: &Monitor) -> Result<Recording, ExperimentError> {
+pub(super) fn load(source: &Source, data: Option<&Path>, monitor: &Monitor) -> Result<Recording, ExperimentError> {
     let parts: Vec<Recording> = match source {
         Source::Simulated(scenarios) => {
             scenarios.iter().map(|scenario| simulate(scenario, monitor)).collect::<Result<_, _>>()?
         }
         Source::Recorded(all, options) => {
             let folder = data.unwrap_or(Path::new("."));
-            let part = |Runs { file, runs, skip }: &Runs| -> Result<Recording, ExperimentError> {
-                let mut recording = read(&[folder.join(file)], options, monitor)?.recording;
+            let part = |own: &Runs| -> Result<Recording, ExperimentError> {
+                let Runs { file, runs, skip, blocks } = own;
+                let paths: Vec<String> =
+                    own.paths(folder).iter().map(|path| path.to_string_lossy().into_owned()).collect();
+                let mut recording = read(&[paths.join("+").into()], options, monitor)?.recording;
                 let count = recording.trajectories.len();
                 let [first, last] = runs.unwrap_or([0, count - 1]);
                 if first > last || last >= count {
@@ -376,6 +380,9 @@ fn load(source: &Source, data: Option<&Path>, monitor: &Monitor) -> Result<Recor
                     .filter(|run| run.len() > *skip)
                     .map(|run| run.slice(*skip..run.len()))
                     .collect();
+                if let Some(blocks) = blocks {
+                    recording.trajectories = self::blocks(&recording, *blocks);
+                }
                 Ok(recording)
             };
             all.iter().map(part).collect::<Result<_, _>>()?
@@ -393,6 +400,16 @@ fn load(source: &Source, data: Option<&Path>, monitor: &Monitor) -> Result<Recor
         }
     }
     Ok(whole)
+}
+
+/// The time blocks of a log that train, or those that are held out, each as a run of its own.
+fn blocks(recording: &Recording, which: Blocks) -> Vec<Trajectory> {
+    let split = Split::automatic(recording);
+    let segments = match which {
+        Blocks::Training => split.train,
+        Blocks::HeldOut => split.held_out,
+    };
+    segments.into_iter().map(|part| recording.trajectories[part.trajectory].slice(part.samples)).collect()
 }
 
 #[cfg(test)]

@@ -253,6 +253,16 @@ pub enum Format {
 }
 
 impl Format {
+    /// The ending of its files.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Format::Svg => "svg",
+            Format::Pdf => "pdf",
+            Format::Png => "png",
+            Format::Csv => "csv",
+        }
+    }
+
     /// The format that a path's ending asks for.
     ///
     /// # Errors

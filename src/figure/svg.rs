@@ -41,13 +41,19 @@ pub fn draw(figure: &Figure, style: &Style, letters: Letters) -> String {
     let mut canvas = Canvas { out: String::new(), colours: style.theme.colours(), letter, ruler: Ruler::default() };
     let gap = letter;
     let cell = (width - gap * (columns + 1) as f64) / columns as f64;
-    let views: Vec<View> = figure.panels.iter().map(|panel| View::of(panel, cell, &canvas)).collect();
+    // Panels that all show the same series have one legend together, above them.
+    let shared = shared_keys(figure);
+    let legend = if shared.is_empty() { Vec::new() } else { wrapped(&shared, 0.0, width - 2.0 * gap, &canvas) };
+    let of_panel = |panel| View::of(panel, if shared.is_empty() { keys(panel) } else { Vec::new() }, cell, &canvas);
+    let views: Vec<View> = figure.panels.iter().map(of_panel).collect();
     // Panels below each other have their plots exactly below each other.
     let left =
         |column: usize| views.iter().skip(column).step_by(columns).fold(0.0, |most: f64, view| most.max(view.left));
     let rows: Vec<&[View]> = views.chunks(columns).collect();
-    let slide = (SLIDE_HEIGHT - gap) / rows.len().max(1) as f64 - gap;
     let mut top = gap;
+    canvas.legend(&legend, width - gap, top + 1.1 * letter);
+    top += 1.6 * letter * legend.len() as f64;
+    let slide = (SLIDE_HEIGHT - top) / rows.len().max(1) as f64 - gap;
     for row in rows.iter().enumerate() {
         let (number, row) = row;
         let above = row.iter().fold(0.0, |most: f64, view| most.max(view.above));
@@ -115,7 +121,7 @@ struct View<'a> {
 }
 
 /// How an entry of the legend looks.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Key {
     Line(Ink, f64),
     Patch(Ink),
@@ -123,7 +129,7 @@ enum Key {
 }
 
 impl<'a> View<'a> {
-    fn of(panel: &'a Panel, cell: f64, canvas: &Canvas) -> Self {
+    fn of(panel: &'a Panel, keys: Vec<(&'a str, Key)>, cell: f64, canvas: &Canvas) -> Self {
         let letter = canvas.letter;
         let y_range = range(panel, 1);
         let ranges = [range(panel, 0), y_range];
@@ -138,22 +144,35 @@ impl<'a> View<'a> {
         let below = if upright { longest + 0.6 * letter } else { 1.5 * letter }
             + if panel.x.label.is_empty() { 0.0 } else { 1.5 * letter };
         let title = canvas.ruler.width(&title(panel), 1.1 * letter);
-        let mut legend: Vec<Vec<(&str, Key)>> = vec![Vec::new()];
-        let mut used = title + letter;
-        for (name, key) in keys(panel) {
-            let needed = canvas.entry(name);
-            if used + needed > cell - left && used > 0.0 {
-                legend.push(Vec::new());
-                used = 0.0;
-            }
-            used += needed;
-            if let Some(row) = legend.last_mut() {
-                row.push((name, key));
-            }
-        }
+        let legend = wrapped(&keys, title + letter, cell - left, canvas);
         let above = 1.6 * letter * legend.len() as f64 + 0.2 * letter;
         View { panel, ranges, y_ticks, legend, left, above, below, upright }
     }
+}
+
+/// Entries of a legend in rows of this width, of whose first some is used.
+fn wrapped<'a>(keys: &[(&'a str, Key)], used: f64, room: f64, canvas: &Canvas) -> Vec<Vec<(&'a str, Key)>> {
+    let mut rows = vec![Vec::new()];
+    let mut used = used;
+    for (name, key) in keys {
+        let needed = canvas.entry(name);
+        if used + needed > room && used > 0.0 {
+            rows.push(Vec::new());
+            used = 0.0;
+        }
+        used += needed;
+        if let Some(row) = rows.last_mut() {
+            row.push((*name, *key));
+        }
+    }
+    rows
+}
+
+/// The legend of all panels, if several have the same.
+fn shared_keys(figure: &Figure) -> Vec<(&str, Key)> {
+    let mut all = figure.panels.iter().map(keys);
+    let Some(first) = all.next().filter(|_| figure.panels.len() > 1) else { return Vec::new() };
+    if all.all(|other| other == first) { first } else { Vec::new() }
 }
 
 /// What stands in the legend: each name once.
@@ -410,7 +429,13 @@ impl Canvas {
         }
         let first = plot.top - view.above + 1.1 * letter;
         self.text([plot.left, first], &title(panel), 1.1 * letter, colours.text, Hold::Start);
-        for (row, entries) in view.legend.iter().enumerate() {
+        self.legend(&view.legend, right, first);
+    }
+
+    /// Rows of a legend that end at `right`, the first of them with its letters on the line `first`.
+    fn legend(&mut self, rows: &[Vec<(&str, Key)>], right: f64, first: f64) {
+        let letter = self.letter;
+        for (row, entries) in rows.iter().enumerate() {
             let width: f64 = entries.iter().map(|(name, _)| self.entry(name)).sum();
             let mut x = right - width + 0.8 * letter;
             for (name, key) in entries {

@@ -86,6 +86,16 @@ pub enum JointKind {
     Prismatic,
 }
 
+impl JointKind {
+    /// Units of position, velocity, acceleration and torque.
+    pub fn units(self) -> [&'static str; 4] {
+        match self {
+            JointKind::Revolute => ["rad", "rad/s", "rad/s²", "N m"],
+            JointKind::Prismatic => ["m", "m/s", "m/s²", "N"],
+        }
+    }
+}
+
 /// Where the derivatives of position came from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {

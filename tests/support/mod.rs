@@ -8,8 +8,9 @@ use std::time::{Duration, Instant};
 use egui::TexturesDelta;
 use egui_kittest::{Harness, TestRenderer};
 use torquescope::app::raster::Raster;
-use torquescope::app::{Screen, TorquescopeApp, theme};
+use torquescope::app::{Screen, Shown, TorquescopeApp, theme};
 use torquescope::arm::Arm;
+use torquescope::experiment::{self, Shard, Store, catalogue};
 use torquescope::model::learned::LearnedPreset;
 use torquescope::progress::Monitor;
 use torquescope::session::{Command, Session};
@@ -135,4 +136,61 @@ pub fn repaired() -> Session {
 pub fn extrapolated() -> Session {
     let session = repaired();
     run(Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed }, &session)
+}
+
+/// An experiment on a small arm with friction, whose models are solved for at once.
+pub const EXPERIMENT: &str = r#"
+title = "A small arm with friction"
+description = "Two links and viscous friction, with and without the effect."
+seeds = 3
+
+[data.simulation]
+arm = { links = [
+    { mass = 1.0, length = 1.0, com = 0.5, inertia = 0.1 },
+    { mass = 1.0, length = 1.0, com = 0.5, inertia = 0.1 },
+] }
+effects = [{ effect = "viscous-friction", joint = 0, parameters = [0.8] }]
+torque_noise = 0.01
+motion = { kind = "paper-point-to-point", trajectories = 10, duration = 4.0, samples = 100, range = 3.0 }
+
+[[model]]
+name = "rigid-body"
+preset = "rigid-body"
+
+[[model]]
+name = "with-friction"
+preset = "rigid-body"
+effects = ["viscous-friction@1"]
+
+[[test]]
+name = "iid"
+
+[[test]]
+name = "fast"
+simulation = { speed_scale = 2.0 }
+
+[[curve]]
+name = "speed"
+key = "speed_scale"
+axis = "times as fast"
+values = [1.0, 1.5, 2.0, 2.5, 3.0]
+"#;
+
+/// That experiment with its results, in a folder whose name stands in the pictures; made once.
+pub fn experiment() -> Shown {
+    static SHOWN: OnceLock<Shown> = OnceLock::new();
+    let run = || {
+        let (folder, file) = ("target/small-experiment", "target/small-experiment/arm.toml");
+        // What an earlier test left there is of another program.
+        let _ = std::fs::remove_dir_all(folder);
+        std::fs::create_dir_all(folder).expect("the folder can be made");
+        std::fs::write(file, EXPERIMENT).expect("the file can be written");
+        let experiment = catalogue::open(file).expect("it is an experiment");
+        let store = Store::new(folder);
+        let report = experiment::run(&experiment, &store, None, Shard::default(), &Monitor::new(), &mut |_| {})
+            .expect("it runs");
+        assert_eq!((report.done, report.failed.len()), (6, 0));
+        Shown { experiment: file.to_owned(), results: folder.to_owned(), quick: false, ..Shown::default() }
+    };
+    SHOWN.get_or_init(run).clone()
 }

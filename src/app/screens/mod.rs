@@ -3,6 +3,7 @@
 mod compare;
 mod data;
 mod diagnose;
+pub(super) mod experiment;
 mod extrapolation;
 mod ladder;
 mod model;
@@ -39,11 +40,13 @@ pub enum Screen {
     Ladder,
     /// The error outside the data.
     Extrapolation,
+    /// Data × models × seeds.
+    Experiment,
 }
 
 impl Screen {
     /// All screens, left to right.
-    pub const ALL: [Screen; 8] = [
+    pub const ALL: [Screen; 9] = [
         Screen::Data,
         Screen::Model,
         Screen::Train,
@@ -52,6 +55,7 @@ impl Screen {
         Screen::Diagnose,
         Screen::Ladder,
         Screen::Extrapolation,
+        Screen::Experiment,
     ];
 
     /// Its name on the command line.
@@ -65,6 +69,7 @@ impl Screen {
             Screen::Diagnose => "diagnose",
             Screen::Ladder => "ladder",
             Screen::Extrapolation => "extrapolation",
+            Screen::Experiment => "experiment",
         }
     }
 
@@ -79,6 +84,7 @@ impl Screen {
             Screen::Diagnose => "What is missing",
             Screen::Ladder => "Ladder",
             Screen::Extrapolation => "Extrapolation",
+            Screen::Experiment => "Experiments",
         }
     }
 
@@ -93,6 +99,7 @@ impl Screen {
             Screen::Diagnose => "Which physical effect the model lacks",
             Screen::Ladder => "How the error fell with every added effect",
             Screen::Extrapolation => "How the error grows outside the data",
+            Screen::Experiment => "Many models and seeds, held against the paper",
         }
     }
 }
@@ -113,6 +120,10 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     if screen == Screen::Data {
         return data::show(ui, desk);
     }
+    // Experiments have data and models of their own.
+    if screen == Screen::Experiment {
+        return experiment::show(ui, desk);
+    }
     if desk.session.recording.is_none() {
         let sentence = "Open a CSV or NPZ recording, drop one here, or begin with the arm of the demonstration.";
         if widgets::empty(ui, "There is no recording yet", sentence, "Simulate the demonstration arm") {
@@ -131,7 +142,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         return;
     }
     match screen {
-        Screen::Data | Screen::Train => (),
+        Screen::Data | Screen::Train | Screen::Experiment => (),
         Screen::Model => model::show(ui, desk),
         Screen::Compare => compare::show(ui, desk),
         Screen::Residuals => residuals::show(ui, desk),

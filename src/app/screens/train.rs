@@ -393,7 +393,12 @@ fn more_settings(ui: &mut Ui, plan: &mut Plan) {
             (Activation::Silu, "SiLU"),
         ];
         choice(ui, "Activation", &mut plan.layers.activation, &activations);
-        choice(ui, "Angles as", &mut plan.features, &[(Features::CosSin, "cos, sin"), (Features::Raw, "q")]);
+        choice(
+            ui,
+            "Angles as",
+            &mut plan.features,
+            &[(Features::CosSin, "cos, sin"), (Features::LinkAngles, "links"), (Features::Raw, "q")],
+        );
         ui.end_row();
         choice(
             ui,

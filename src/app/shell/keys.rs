@@ -23,7 +23,8 @@ const LIST_TOO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::SHIFT, Key::
 const LIST_PLAIN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Questionmark);
 const STOP: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Escape);
 const THEME: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::T);
-const NUMBERS: [Key; 8] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8];
+const NUMBERS: [Key; 9] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
 
 /// The orders that were given by keys.
 pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<Order> {

@@ -30,6 +30,9 @@ pub enum Features {
     /// (cos q, sin q): right for revolute joints, which come back to where they were after a turn.
     #[default]
     CosSin,
+    /// (cos, sin) of every sum of neighbouring joint angles, q_i + … + q_j. These are the directions of the links, and the angles
+    /// between any two of them: all that H and V of a planar arm depend on. H sees those without the first joint.
+    LinkAngles,
     /// q itself: for sliding joints.
     Raw,
 }

@@ -67,7 +67,8 @@ impl Architecture {
         for term in &self.terms {
             let torque = match term {
                 LearnedTerm::StructuredLagrangian { layers, positive } => {
-                    let nodes = structured(&mut graph, features, motion, layers, *positive, self.scales.torque);
+                    let seen = [inertia_features(&mut graph, self.features, motion.q, features), features];
+                    let nodes = structured(&mut graph, seen, motion, layers, *positive, self.scales.torque);
                     lagrangian = Some(nodes);
                     nodes.torque
                 }
@@ -110,21 +111,48 @@ impl Architecture {
     }
 }
 
-/// (cos q, sin q) or q.
+/// What the networks see of the positions.
 fn features(graph: &mut Graph, features: Features, q: Node) -> Node {
-    match features {
-        Features::Raw => q,
-        Features::CosSin => {
-            let (cos, sin) = (graph.apply(Function::Cos, q), graph.apply(Function::Sin, q));
-            graph.stack(&[cos, sin])
-        }
-    }
+    let angles = match features {
+        Features::Raw => return q,
+        Features::CosSin => q,
+        Features::LinkAngles => neighbour_sums(graph, q),
+    };
+    let (cos, sin) = (graph.apply(Function::Cos, angles), graph.apply(Function::Sin, angles));
+    graph.stack(&[cos, sin])
 }
 
-/// L = ½‖Lᵀq̇‖² + ½ ε ‖q̇‖² − V, equation (5) of the paper.
+/// What the network of H sees. The inertia of an arm is the same wherever its first joint stands, which the directions of links
+/// against each other say; a single joint keeps its angle.
+fn inertia_features(graph: &mut Graph, kind: Features, q: Node, all: Node) -> Node {
+    let n = graph.features(q);
+    if kind != Features::LinkAngles || n == 1 {
+        return all;
+    }
+    let rest = graph.rows(q, 1, n - 1);
+    features(graph, kind, rest)
+}
+
+/// q_i + … + q_j for all i ≤ j.
+fn neighbour_sums(graph: &mut Graph, q: Node) -> Node {
+    let n = graph.features(q);
+    let mut sums = Vec::new();
+    for first in 0..n {
+        let mut sum = graph.rows(q, first, 1);
+        sums.push(sum);
+        for next in first + 1..n {
+            let angle = graph.rows(q, next, 1);
+            sum = graph.add(sum, angle);
+            sums.push(sum);
+        }
+    }
+    graph.stack(&sums)
+}
+
+/// L = ½‖Lᵀq̇‖² + ½ ε ‖q̇‖² − V, equation (5) of the paper. `seen` is what the networks of H and V see.
 fn structured(
     graph: &mut Graph,
-    z: Node,
+    seen: [Node; 2],
     motion: Motion,
     layers: &Layers,
     positive: Positive,
@@ -132,7 +160,7 @@ fn structured(
 ) -> LagrangianNodes {
     let n = graph.features(motion.qd);
     let size = n * (n + 1) / 2;
-    let o = dense(graph, "mass_matrix", z, &layers.hidden, size, layers.activation);
+    let o = dense(graph, "mass_matrix", seen[0], &layers.hidden, size, layers.activation);
     let diagonal = graph.rows(o, 0, n);
     let shifted = graph.shift(positive.shift, diagonal);
     let soft = graph.apply(Function::Softplus, shifted);
@@ -153,7 +181,7 @@ fn structured(
         let floor = graph.scale(0.5 * positive.inertia, sum);
         kinetic = graph.add(kinetic, floor);
     }
-    let v = dense(graph, "potential_energy", z, &layers.hidden, 1, layers.activation);
+    let v = dense(graph, "potential_energy", seen[1], &layers.hidden, 1, layers.activation);
     let potential = graph.scale(scale, v);
     let lagrangian = graph.sub(kinetic, potential);
     let torque = graph.euler_lagrange(lagrangian, motion.q, motion.qd, motion.qdd);

@@ -162,10 +162,7 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 
 /// Units of position, velocity, acceleration and torque.
 pub(super) fn units(kind: JointKind) -> [&'static str; 4] {
-    match kind {
-        JointKind::Revolute => ["rad", "rad/s", "rad/s²", "N m"],
-        JointKind::Prismatic => ["m", "m/s", "m/s²", "N"],
-    }
+    kind.units()
 }
 
 fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {

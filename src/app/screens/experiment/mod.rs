@@ -1,0 +1,311 @@
+//! Experiments: data × models × seeds, their cells as they are done, the table as it fills, curves with bands.
+
+mod state;
+
+use std::sync::Arc;
+
+use egui::{Checkbox, ProgressBar, RichText, ScrollArea, TextEdit, Ui, WidgetText};
+
+pub use state::Shown;
+pub(in crate::app) use state::{Joined, Said, Trials};
+
+use crate::app::plot::{Chart, Decimator, ticks};
+use crate::app::state::Desk;
+use crate::app::theme::{GAP, Palette, SIDE, SMALL};
+use crate::app::widgets;
+use crate::experiment::catalogue;
+use crate::experiment::run::State;
+use crate::experiment::{Row, summary::Curve};
+
+/// What the table can show: name in a row's data, name for people.
+const QUANTITIES: [(&str, &str); 5] = [
+    ("nmse_torque", "torque"),
+    ("nmse_inertial", "inertial"),
+    ("nmse_coriolis", "Coriolis"),
+    ("nmse_gravity", "gravity"),
+    ("r2", "R²"),
+];
+/// Height of the chart of a curve \[points\].
+const CURVE: f32 = 300.0;
+
+pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
+    desk.state.trials.look(ui.ctx());
+    let joined = desk.state.trials.joined.clone();
+    let sentence = joined.as_ref().map_or(String::new(), |joined| format!("{}.", joined.experiment.title));
+    widgets::headline(ui, "Experiments", &sentence);
+    let [main, side] = widgets::beside(ui, SIDE);
+    widgets::scrolling(ui, "results", main, |ui| {
+        run(ui, desk);
+        match &joined {
+            Some(joined) => results(ui, desk, joined),
+            None if desk.state.trials.is_busy() => drop(widgets::weak(ui, "Reading…")),
+            None => (),
+        }
+    });
+    widgets::scrolling(ui, "experiments", side, |ui| {
+        which(ui, desk);
+        if let Some(joined) = &joined {
+            models(ui, desk, joined);
+        }
+    });
+}
+
+/// Progress and Stop while it runs; what became of it afterwards.
+fn run(ui: &mut Ui, desk: &mut Desk) {
+    let palette = Palette::in_ui(ui);
+    let trials = &mut desk.state.trials;
+    let progress = trials.progress();
+    widgets::card(ui, "", |ui| {
+        ui.horizontal_wrapped(|ui| match &progress {
+            Some((_, stopping)) => {
+                let word = if *stopping { "Stopping…" } else { "Stop" };
+                if ui.add_enabled(!stopping, egui::Button::new(word)).clicked() {
+                    trials.stop();
+                }
+            }
+            None => {
+                let ready = trials.joined.as_ref().is_some_and(|joined| !joined.cells.is_empty());
+                let hint = "Only cells that the folder lacks; a stopped run goes on where it was";
+                let missing = "It needs recordings: give their folder";
+                let button = widgets::primary(ui, ready, "Run").on_hover_text(hint).on_disabled_hover_text(missing);
+                if button.clicked() {
+                    trials.run(ui.ctx());
+                }
+                if ui.button("Look again").on_hover_text("Other processes may have written into the folder").clicked() {
+                    trials.look_again();
+                }
+            }
+        });
+        if let Some((progress, _)) = &progress {
+            ui.add(ProgressBar::new(progress.fraction).desired_height(8.0));
+            ui.label(RichText::new(&progress.activity).color(palette.text));
+        }
+        match &trials.said {
+            Some(Said::Plain(text)) => drop(widgets::weak(ui, text)),
+            Some(Said::Failed(text)) => drop(ui.label(RichText::new(format!("✖ {text}")).color(palette.error))),
+            None => (),
+        }
+    });
+}
+
+fn results(ui: &mut Ui, desk: &mut Desk, joined: &Joined) {
+    if joined.cells.is_empty() {
+        let text =
+            "This experiment needs recordings that do not come with the program: give their folder at the right.";
+        widgets::weak(ui, text);
+        return;
+    }
+    cells(ui, joined);
+    table(ui, desk, joined);
+    curve(ui, desk, joined);
+}
+
+/// Where each model stands at each seed.
+fn cells(ui: &mut Ui, joined: &Joined) {
+    let palette = Palette::in_ui(ui);
+    let done = joined.cells.iter().filter(|(_, _, state)| *state == State::Done).count();
+    widgets::card(ui, &format!("Cells: {done} of {} are done", joined.cells.len()), |ui| {
+        ScrollArea::horizontal().id_salt("cells").show(ui, |ui| {
+            egui::Grid::new("cells of the experiment").spacing([10.0, 4.0]).show(ui, |ui| {
+                ui.label(RichText::new("model \\ seed").size(SMALL).color(palette.weak));
+                for seed in 1..=joined.experiment.seeds {
+                    ui.label(RichText::new(seed.to_string()).size(SMALL).color(palette.weak));
+                }
+                ui.end_row();
+                for model in &joined.experiment.models {
+                    ui.label(&model.name).on_hover_text(&model.note);
+                    let own = joined.cells.iter().filter(|(name, ..)| *name == model.name);
+                    for (_, _, state) in own {
+                        let (sign, color, text) = match state {
+                            State::Done => ("✔", palette.good, "done".to_owned()),
+                            State::Running(owner) => {
+                                ("…", palette.accent, format!("process {} on {}", owner.process, owner.host))
+                            }
+                            State::Failed(reason) => ("✖", palette.error, reason.clone()),
+                            State::Open => ("·", palette.weak, "not done yet".to_owned()),
+                        };
+                        ui.label(RichText::new(sign).color(color)).on_hover_text(text);
+                    }
+                    ui.end_row();
+                }
+            });
+        });
+    });
+}
+
+/// Models × test sets, with the paper's value and the ratio where it has one.
+fn table(ui: &mut Ui, desk: &mut Desk, joined: &Joined) {
+    let palette = Palette::in_ui(ui);
+    let trials = &mut desk.state.trials;
+    let mut sets: Vec<&str> = Vec::new();
+    for row in joined.rows.iter().filter(|row| row.point.is_none()) {
+        if !sets.contains(&row.test_set.as_str()) {
+            sets.push(&row.test_set);
+        }
+    }
+    if sets.is_empty() {
+        return;
+    }
+    widgets::card(ui, "Errors (nMSE), mean over the seeds ± half of the 95 % interval", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            for (index, (_, name)) in QUANTITIES.into_iter().enumerate() {
+                ui.selectable_value(&mut trials.quantity, index, name);
+            }
+        });
+        let quantity = QUANTITIES[trials.quantity].0;
+        let shown = joined.experiment.models.iter().filter(|model| !trials.left_out.contains(&model.name));
+        let rows: Vec<Vec<WidgetText>> = shown
+            .map(|model| {
+                let cell = |set: &&str| {
+                    let row = joined.rows.iter().find(|row| row.model == model.name && row.test_set == **set);
+                    WidgetText::from(row.map_or("—".to_owned(), |row| text_of(row, quantity)))
+                };
+                std::iter::once(WidgetText::from(model.name.as_str())).chain(sets.iter().map(cell)).collect()
+            })
+            .collect();
+        let header: Vec<&str> = std::iter::once("model").chain(sets.iter().copied()).collect();
+        ScrollArea::horizontal().id_salt("errors").show(ui, |ui| {
+            widgets::table(ui, "errors of the experiment", &header, &rows);
+        });
+        if joined.rows.iter().any(|row| !row.paper.is_empty()) {
+            let text = "In brackets: ours as a multiple of the paper's value.";
+            ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        }
+    });
+}
+
+fn text_of(row: &Row, quantity: &str) -> String {
+    let value = match quantity {
+        "nmse_torque" => Some(row.nmse_torque),
+        "nmse_inertial" => row.nmse_inertial,
+        "nmse_coriolis" => row.nmse_coriolis,
+        "nmse_gravity" => row.nmse_gravity,
+        _ => Some(row.r2),
+    };
+    let Some(value) = value else { return "—".to_owned() };
+    let mut text = ticks::number(value);
+    if let Some(half) = row.interval.get(quantity).and_then(|ends| Some(ends[1].as_f64()? - value)) {
+        text += &format!(" ± {}", ticks::number(half));
+    }
+    match row.paper.get(quantity).filter(|_| quantity != "r2") {
+        Some(paper) => format!("{text} (× {:.2})", value / paper),
+        None => text,
+    }
+}
+
+/// A curve ready to be drawn: decimal logarithms of the mean, and the band from the least seed to the largest.
+struct Drawn<'a> {
+    curve: &'a Curve,
+    number: usize,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    band: Vec<[f64; 3]>,
+}
+
+/// The chosen curve of all models.
+fn curve(ui: &mut Ui, desk: &mut Desk, joined: &Joined) {
+    let palette = Palette::in_ui(ui);
+    let trials = &mut desk.state.trials;
+    let mut names: Vec<&str> = Vec::new();
+    for curve in &joined.curves {
+        if !names.contains(&curve.curve.as_str()) {
+            names.push(&curve.curve);
+        }
+    }
+    if names.is_empty() {
+        return;
+    }
+    trials.curve = trials.curve.min(names.len() - 1);
+    widgets::card(ui, "Error along a curve of test sets", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            for (index, name) in names.iter().enumerate() {
+                if ui.selectable_label(trials.curve == index, *name).clicked() {
+                    trials.curve = index;
+                    trials.window = Default::default();
+                }
+            }
+        });
+        let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
+        let own = joined.curves.iter().filter(|curve| curve.curve == names[trials.curve]);
+        let drawn: Vec<Drawn> = own
+            .filter(|curve| !trials.left_out.contains(&curve.model))
+            .map(|curve| Drawn {
+                number: joined.experiment.models.iter().position(|model| model.name == curve.model).unwrap_or(0),
+                x: curve.points.iter().map(|point| point[0]).collect(),
+                y: curve.points.iter().map(|point| log(point[1])).collect(),
+                band: curve.points.iter().map(|[x, _, least, most]| [*x, log(*least), log(*most)]).collect(),
+                curve,
+            })
+            .collect();
+        let Some(axis) = drawn.first().map(|drawn| drawn.curve.axis.clone()) else { return };
+        let all = || drawn.iter().flat_map(|drawn| drawn.x.iter().copied());
+        let extent = [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)];
+        let mut chart =
+            Chart::new("nMSE of the torque, logarithmic", "", extent).logarithmic().x_axis(&axis, "").height(CURVE);
+        for Drawn { curve, number, x, y, band } in &drawn {
+            let style = palette.nth(*number);
+            chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(&curve.model, x, y, style);
+        }
+        // The lines live for this frame only, so their decimation is not to be kept.
+        chart.cursor(&mut trials.cursor).show(ui, &mut trials.window, &mut Decimator::default());
+        let text = "Lines: mean over the seeds. Bands: from the least seed to the largest.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+    });
+}
+
+/// Which experiment, how much of it, and where its files are.
+fn which(ui: &mut Ui, desk: &mut Desk) {
+    let trials = &mut desk.state.trials;
+    let idle = trials.progress().is_none();
+    widgets::card(ui, "Which experiment", |ui| {
+        ui.add_enabled_ui(idle, |ui| {
+            for (name, _) in catalogue::ALL {
+                if ui.selectable_label(trials.shown.experiment == *name, *name).clicked() {
+                    trials.shown.experiment = (*name).to_owned();
+                }
+            }
+            let field = |ui: &mut Ui, name: &str, hint: &str, text: &mut String| {
+                let label = ui.label(RichText::new(name).size(SMALL));
+                let id = ui.scope_id().with(name);
+                // What is typed counts when it is finished: half a path leads nowhere.
+                let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| text.clone());
+                let edit = TextEdit::singleline(&mut typed).hint_text(hint).desired_width(f32::INFINITY);
+                let response = ui.add(edit).labelled_by(label.id);
+                if response.has_focus() {
+                    ui.data_mut(|data| data.insert_temp(id, typed));
+                } else {
+                    ui.data_mut(|data| data.remove_temp::<String>(id));
+                    if response.lost_focus() {
+                        *text = typed;
+                    }
+                }
+            };
+            field(ui, "Name, or a TOML file of your own", "path/to/mine.toml", &mut trials.shown.experiment);
+            field(ui, "Folder of the results", "experiments", &mut trials.shown.results);
+            field(ui, "Folder of the recordings, if it needs some", "path/to/logs", &mut trials.shown.data);
+            ui.add_space(GAP / 2.0);
+            let quick = ui.add(Checkbox::new(&mut trials.shown.quick, "Small version"));
+            quick.on_hover_text("Less training, fewer seeds and test sets: a first look");
+        });
+    });
+}
+
+/// What it asks, and its models.
+fn models(ui: &mut Ui, desk: &mut Desk, joined: &Arc<Joined>) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "What it asks", |ui| {
+        ui.label(RichText::new(joined.experiment.description.replace('\n', " ")).size(SMALL).color(palette.text));
+    });
+    widgets::card(ui, "Models", |ui| {
+        let left_out = &mut desk.state.trials.left_out;
+        for model in &joined.experiment.models {
+            let mut chosen = !left_out.contains(&model.name);
+            let label = ui.checkbox(&mut chosen, &model.name).on_hover_text(&model.note);
+            if label.changed() && chosen {
+                left_out.remove(&model.name);
+            } else if label.changed() {
+                left_out.insert(model.name.clone());
+            }
+        }
+    });
+}
