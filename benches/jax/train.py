@@ -1,11 +1,13 @@
-"""Training speed of the same models in JAX, written as fast as a good user would.
+"""Speed of training, or of prediction, of the same models in JAX, written as fast as a good user would.
 
     python -m venv venv && venv/bin/pip install -r requirements.txt
-    venv/bin/python train.py [--steps 2000] [--batch 512] [--hidden 64 64] [--joints 3]
+    venv/bin/python train.py [--steps 2000] [--batch 512] [--hidden 64 64] [--joints 3] [--inference]
 
 Prints steps per second for each model, the best of several runs. One step is what `torquescope bench train` measures: a shuffled
 batch is gathered from resident data, loss and gradient are computed, AdamW updates the weights; jitted, an epoch or a step at a
 time, whichever is faster. The torque of the structured model uses one tangent and one reverse pass, as ours does.
+
+With --inference: samples per second of the torque alone, jitted, in chunks of 2,000, the best call.
 """
 
 import argparse
@@ -131,15 +133,34 @@ def measure(name, args):
     return max(best_of(whole_epoch), best_of(by_steps))
 
 
+def measure_inference(name, args):
+    n, chunk = args.joints, 2_000
+    key = jax.random.PRNGKey(0)
+    motion = jnp.split(jax.random.normal(key, (chunk, 3 * n), jnp.float32), 3, axis=1)
+    init, torque = make_model(name, tuple(args.hidden), n)
+    params = init(key, *motion)
+    predict = jax.jit(lambda params, q, qd, qdd: torque(params, q, qd, qdd)[0])
+    best = float("inf")
+    for _ in range(5 * args.steps):
+        start = time.perf_counter()
+        predict(params, *motion).block_until_ready()
+        best = min(best, time.perf_counter() - start)
+    return chunk / best
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--batch", type=int, default=512)
     parser.add_argument("--hidden", type=int, nargs="+", default=[64, 64])
     parser.add_argument("--joints", type=int, default=3)
+    parser.add_argument("--inference", action="store_true")
     args = parser.parse_args()
     for name in ("ff-nn", "black-box-delan", "structured-delan", "delan-friction", "delan-ffnn"):
-        print(f"{name:18} {measure(name, args):8.0f} steps/s", flush=True)
+        if args.inference:
+            print(f"{name:18} {measure_inference(name, args):8.3g} samples/s", flush=True)
+        else:
+            print(f"{name:18} {measure(name, args):8.0f} steps/s", flush=True)
 
 
 if __name__ == "__main__":

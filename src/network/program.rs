@@ -239,40 +239,6 @@ impl<E: Element> Program<E> {
         self.instructions.len()
     }
 
-    /// What takes how long: seconds for each kind of instruction in a tile, best of `runs` runs, the longest first. Each
-    /// instruction's time contains that of looking at the clock, some 30 ns.
-    pub fn profile(&self, weights: &[E], arena: &mut Arena<E>, gradient: &mut [E], runs: usize) -> Vec<(String, f64)> {
-        let mut best = vec![f64::INFINITY; self.instructions.len()];
-        for _ in 0..runs {
-            for (instruction, best) in self.instructions.iter().zip(&mut best) {
-                let start = std::time::Instant::now();
-                self.execute(instruction, E::kernels(), weights, arena, gradient);
-                *best = best.min(start.elapsed().as_secs_f64());
-            }
-        }
-        let mut times: HashMap<String, f64> = HashMap::new();
-        for (instruction, best) in self.instructions.iter().zip(best) {
-            let name = match &instruction.action {
-                Action::Product { matrix, .. } | Action::AddOuter { matrix, .. } => {
-                    let block = self.layout.block(*matrix);
-                    let kind = if instruction.to.is_some() { "product" } else { "gradient" };
-                    format!("{kind} {} × {}", block.rows, block.columns)
-                }
-                Action::Combine { singles, pairs, .. } => {
-                    format!("combine {} + {} terms, {} features", singles.len(), pairs.len(), instruction.features)
-                }
-                Action::Apply { function, .. } => {
-                    format!("{function:?}, {} features", instruction.features).to_lowercase()
-                }
-                other => format!("{other:?}").split([' ', '{']).next().unwrap_or_default().to_lowercase(),
-            };
-            *times.entry(name).or_default() += best;
-        }
-        let mut times: Vec<_> = times.into_iter().collect();
-        times.sort_by(|a, b| b.1.total_cmp(&a.1));
-        times
-    }
-
     /// Runs one tile; the gradient of its losses is added to `gradient`, which has the size of the weights (or 0 without losses).
     ///
     /// # Panics

@@ -3,7 +3,7 @@
 //! A batch is dealt into tiles and these into a few groups, each with a gradient of its own; the groups are added in a fixed
 //! order. So the weights depend on the seed only, and not on the number of threads.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::{Duration, Instant};
 
@@ -142,9 +142,11 @@ pub(super) struct Engine<'a, E: Element> {
     loss_weights: Vec<f64>,
     job: AtomicU8,
     step: RwLock<Step>,
-    weights: RwLock<Buffer<E>>,
     groups: Vec<RwLock<Group<E>>>,
-    parts: Vec<Mutex<Vec<Part<E>>>>,
+    /// The weights, with what the optimiser remembers of them.
+    parts: Vec<RwLock<Vec<Part<E>>>>,
+    /// How often they were changed.
+    updates: AtomicU64,
     /// Memory of each thread.
     threads: Vec<Mutex<ThreadMemory<E>>>,
 }
@@ -166,6 +168,9 @@ struct Group<E> {
 }
 
 struct ThreadMemory<E> {
+    /// A copy of the weights, and how often these had been changed when it was made: cores then do not share their caches.
+    weights: Buffer<E>,
+    updates: Option<u64>,
     arena: Arena<E>,
     evaluation: Arena<E>,
     /// For how many samples of a tile the loss weights in the arena are set.
@@ -224,7 +229,13 @@ impl<'a, E: Element> Engine<'a, E> {
         }
         let size = program.layout().size();
         let group = || Group { gradient: Buffer::zeros(size), loss: 0.0, errors: (0.0, 0.0) };
-        let memory = || ThreadMemory { arena: program.arena(), evaluation: torque.arena(), weighted: 0 };
+        let memory = || ThreadMemory {
+            weights: Buffer::zeros(size),
+            updates: None,
+            arena: program.arena(),
+            evaluation: torque.arena(),
+            weighted: 0,
+        };
         Ok(Engine {
             architecture,
             options,
@@ -233,9 +244,9 @@ impl<'a, E: Element> Engine<'a, E> {
             loss_weights,
             job: AtomicU8::new(GRADIENT),
             step: RwLock::default(),
-            weights: RwLock::new(weights),
             groups: (0..GROUPS).map(|_| RwLock::new(group())).collect(),
-            parts: parts.into_iter().map(Mutex::new).collect(),
+            parts: parts.into_iter().map(RwLock::new).collect(),
+            updates: AtomicU64::new(0),
             threads: (0..GROUPS).map(|_| Mutex::new(memory())).collect(),
             torque,
             program,
@@ -255,10 +266,29 @@ impl<'a, E: Element> Engine<'a, E> {
         team.run();
     }
 
+    /// The memory of a thread, its weights brought up to date.
+    fn memory(&self, thread: usize) -> MutexGuard<'_, ThreadMemory<E>> {
+        let mut memory = lock(&self.threads[thread]);
+        let updates = Some(self.updates.load(Ordering::Acquire));
+        if memory.updates != updates {
+            self.copy_weights(&mut memory.weights);
+            memory.updates = updates;
+        }
+        memory
+    }
+
+    fn copy_weights(&self, to: &mut [E]) {
+        for share in &self.parts {
+            for part in read(share).iter() {
+                to[part.block().range()].copy_from_slice(&part.weights);
+            }
+        }
+    }
+
     /// The gradient of one group of tiles of the batch.
     fn gradient(&self, index: usize, thread: usize) {
-        let (weights, step, kernels) = (read(&self.weights), read(&self.step), E::kernels());
-        let (mut memory, mut group) = (lock(&self.threads[thread]), write(&self.groups[index]));
+        let (step, kernels) = (read(&self.step), E::kernels());
+        let (mut memory, mut group) = (self.memory(thread), write(&self.groups[index]));
         let group = &mut *group;
         group.gradient.fill(E::ZERO);
         group.loss = 0.0;
@@ -266,13 +296,13 @@ impl<'a, E: Element> Engine<'a, E> {
         let tiles = batch.len().div_ceil(TILE);
         for tile in tiles * index / GROUPS..tiles * (index + 1) / GROUPS {
             let picks = &batch[tile * TILE..batch.len().min((tile + 1) * TILE)];
-            let ThreadMemory { arena, weighted, .. } = &mut *memory;
+            let ThreadMemory { weights, arena, weighted, .. } = &mut *memory;
             self.data.train.deal(kernels, picks, self.program.input(arena, 0));
             if *weighted != picks.len() {
                 self.weigh(picks.len(), arena);
                 *weighted = picks.len();
             }
-            self.program.run(kernels, &weights, arena, &mut group.gradient);
+            self.program.run(kernels, weights, arena, &mut group.gradient);
             // Within a tile in the training precision, over tiles in double.
             let mut sums = [E::ZERO; MOST_JOINTS];
             (kernels.add_row_sums)(self.program.output(arena, 0), &mut sums);
@@ -296,7 +326,7 @@ impl<'a, E: Element> Engine<'a, E> {
     fn update(&self, index: usize) {
         let (step, kernels) = (read(&self.step), E::kernels());
         let groups: Vec<_> = self.groups.iter().map(read).collect();
-        for part in lock(&self.parts[index]).iter_mut() {
+        for part in write(&self.parts[index]).iter_mut() {
             let range = part.block().range();
             part.gradient.copy_from_slice(&groups[0].gradient[range.clone()]);
             for group in &groups[1..] {
@@ -308,12 +338,13 @@ impl<'a, E: Element> Engine<'a, E> {
 
     /// The error of one share of the held-out samples.
     fn evaluate(&self, index: usize, thread: usize) {
-        let (weights, mut memory) = (read(&self.weights), lock(&self.threads[thread]));
+        let mut memory = self.memory(thread);
         let mut errors = (0.0, 0.0);
         if let Some(samples) = self.data.held_out {
             let tiles = samples.len().div_ceil(TILE);
             let range = tiles * index / GROUPS * TILE..(tiles * (index + 1) / GROUPS * TILE).min(samples.len());
-            errors = self.torque.squared_errors(&weights, &mut memory.evaluation, samples, range);
+            let ThreadMemory { weights, evaluation, .. } = &mut *memory;
+            errors = self.torque.squared_errors(weights, evaluation, samples, range);
         }
         write(&self.groups[index]).errors = errors;
     }
@@ -368,7 +399,8 @@ struct Run<'e, 'a, E: Element> {
 
 impl<'e, 'a, E: Element> Run<'e, 'a, E> {
     fn new(engine: &'e Engine<'a, E>, begin: Begin) -> Self {
-        let best = read(&engine.weights).clone();
+        let mut best = Buffer::zeros(engine.program.layout().size());
+        engine.copy_weights(&mut best);
         let now = Instant::now();
         let mut run = Run {
             engine,
@@ -455,12 +487,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             ));
         }
         engine.run(team, UPDATE);
-        let mut weights = write(&engine.weights);
-        for share in &engine.parts {
-            for part in lock(share).iter() {
-                weights[part.block().range()].copy_from_slice(&part.weights);
-            }
-        }
+        engine.updates.fetch_add(1, Ordering::Release);
         self.step += 1;
         Ok(loss)
     }
@@ -494,7 +521,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         let error = held_out.unwrap_or(loss);
         if error < self.best_error {
             self.best_error = error;
-            self.best.copy_from_slice(&read(&engine.weights));
+            engine.copy_weights(&mut self.best);
         }
         let elapsed_s = self.before_s + self.began.elapsed().as_secs_f64();
         let left = (engine.options.epochs - self.epoch) as f64;
@@ -521,17 +548,19 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         let engine = self.engine;
         let layout = engine.program.layout();
         let states = engine.parts.iter().flat_map(|share| {
-            let share = lock(share);
+            let share = read(share);
             let state = |part: &Part<E>| {
                 let values = part.state().into_iter().map(Element::to_f64).collect();
                 (part.block().name.clone(), values)
             };
             share.iter().map(state).collect::<Vec<_>>()
         });
+        let mut weights = Buffer::zeros(layout.size());
+        engine.copy_weights(&mut weights);
         Checkpoint {
             options: engine.options.clone(),
             data: engine.mark.clone(),
-            weights: LearnedModel::new(engine.architecture.clone(), layout, &read(&engine.weights)).weights,
+            weights: LearnedModel::new(engine.architecture.clone(), layout, &weights).weights,
             model: LearnedModel::new(engine.architecture.clone(), layout, &self.best),
             states: states.collect(),
             epoch: self.epoch,

@@ -138,6 +138,11 @@ impl<E: Element> TorqueProgram<E> {
         self.program.arena()
     }
 
+    /// Floating-point operations of the matrix products in one tile.
+    pub fn product_operations(&self) -> usize {
+        self.program.product_operations()
+    }
+
     /// Torque for q, q̇, q̈ (n values a sample, sample after sample), written in the same order. `columns` are the effect columns of
     /// each sample, column after column with n values each; empty for none.
     pub fn run(
@@ -223,19 +228,21 @@ impl<E: Element> TorqueProgram<E> {
 /// Fills a tile with the samples from `first` on; behind the last one the tile is zero.
 fn gather<E: Element>(values: &[E], first: usize, tile: &mut [E]) {
     let features = tile.len() / TILE;
-    for sample in 0..TILE {
-        let from = (first + sample) * features;
-        for feature in 0..features {
-            tile[feature * TILE + sample] = values.get(from + feature).copied().unwrap_or(E::ZERO);
+    let values = &values[(first * features).min(values.len())..];
+    for (feature, row) in tile.chunks_exact_mut(TILE).enumerate() {
+        let samples = values.chunks_exact(features);
+        row[samples.len().min(TILE)..].fill(E::ZERO);
+        for (element, sample) in row.iter_mut().zip(samples) {
+            *element = sample[feature];
         }
     }
 }
 
 /// Writes the samples of a tile one after the other, as many as there is room for.
 fn scatter<E: Element>(tile: &[E], features: usize, to: &mut [E]) {
-    for (sample, values) in to.chunks_exact_mut(features).take(TILE).enumerate() {
-        for (feature, value) in values.iter_mut().enumerate() {
-            *value = tile[feature * TILE + sample];
+    for (feature, row) in tile.chunks_exact(TILE).enumerate() {
+        for (element, sample) in row.iter().zip(to.chunks_exact_mut(features)) {
+            sample[feature] = *element;
         }
     }
 }

@@ -43,20 +43,27 @@ fn text(report: &Report) -> String {
             number(speed.samples_per_s),
             number(speed.cpu_ms_per_step),
             number(speed.gflops),
+            format!("{:.0}", 100.0 * speed.gflops / report.peak_of_all_gflops),
         ]
     };
     let rows: Vec<Vec<String>> = report.models.iter().map(row).collect();
-    let header = ["model", "joints", "batch", "hidden", "steps/s", "samples/s", "CPU ms/step", "GFLOP/s"];
+    let header = ["model", "joints", "batch", "hidden", "steps/s", "samples/s", "CPU ms/step", "GFLOP/s", "% of peak"];
     let mut text = table(&header, &rows);
-    text += &format!("\n\npeak of one core: {} GFLOP/s (f32)", number(report.peak_gflops));
+    text += &format!(
+        "\n\npeak (f32): one core alone {} GFLOP/s, all threads together {} GFLOP/s",
+        number(report.peak_gflops),
+        number(report.peak_of_all_gflops)
+    );
     for inference in &report.inference {
         text += &format!(
-            "\ntorque of {} ({} joints, chunks of {}): {} samples/s, {} ns of CPU time a sample",
+            "\ntorque of {} ({} joints, chunks of {}): {} samples/s, {} ns of CPU time a sample, {} GFLOP/s ({:.0} % of peak)",
             inference.model,
             inference.joints,
             inference.chunk,
             number(inference.samples_per_s),
-            number(inference.cpu_ns_per_sample)
+            number(inference.cpu_ns_per_sample),
+            number(inference.gflops),
+            100.0 * inference.gflops / report.peak_of_all_gflops
         );
     }
     text += &report.peak_memory_mib.map_or(String::new(), |peak| format!("\npeak memory: {} MiB", number(peak)));
