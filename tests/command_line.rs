@@ -97,6 +97,12 @@ fn a_network_is_trained_saved_measured_and_taken_apart() {
     let measured = json(&["evaluate", "x.npz", "--model", "net.model", "--open-seal", "--json"], at);
     assert!(measured["mean_r2"].as_f64().unwrap() > 0.99, "{measured}");
     assert_eq!(measured["components"].as_array().unwrap().len(), 3);
+    let beside_truth = &measured["parameters"][0];
+    assert_eq!(beside_truth["parameter"], "viscous_coefficient");
+    assert_eq!((beside_truth["joint"].as_u64(), beside_truth["truth"].as_f64()), (Some(1), Some(1.5)));
+    assert_eq!(beside_truth["value"].as_f64(), Some(damping));
+    let share = |joint: usize| measured["terms"][1]["share"][joint].as_f64().unwrap();
+    assert!(share(0) > 0.01 && share(0) < 1.0 && share(1) == 0.0, "{}", measured["terms"]);
     succeeds(&["predict", "x.npz", "--model", "net.model", "-o", "torque.csv"], at);
     let table = std::fs::read_to_string(at.join("torque.csv")).unwrap();
     let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
@@ -161,6 +167,8 @@ fn a_killed_training_is_resumed() {
     assert!(message.contains("another rate"), "{message}");
     std::fs::write(at.join("run.npz"), &bytes("run.npz")[..1000]).unwrap();
     assert!(resume(&[]).contains("not a trained model or checkpoint"));
+    let message = fails(&["train", "x.npz", "--resume", "whole.model"], at, 1);
+    assert!(message.contains("a trained model, but the checkpoint of a training is needed"), "{message}");
     let message = fails(&["train", "x.npz", "--resume", "none.npz"], at, 1);
     assert!(message.contains("none.npz"), "{message}");
     let message = fails(&[train.as_slice(), &["--checkpoint", "no/such/folder"]].concat(), at, 1);
@@ -196,6 +204,18 @@ fn bad_settings_of_training_are_explained() {
     assert!(message.contains("training ended early: the loss") && message.contains("best.model"), "{message}");
     let measured = json(&["evaluate", "x.npz", "--model", "best.model", "--json"], at);
     assert!(measured["joints"][0]["nmse"].as_f64().unwrap().is_finite());
+
+    // Data of another arm, and data in which nothing happens.
+    succeeds(&["simulate", "-o", "one.npz", "--joints", "1", "--trajectories", "4"], at);
+    let message = fails(&["evaluate", "one.npz", "--model", "best.model"], at, 1);
+    assert!(message.contains("best.model is a model of 2 joints, the recording has 1"), "{message}");
+    let message = fails(&["predict", "one.npz", "--model", "best.model", "-o", "torque.csv"], at, 1);
+    assert!(message.contains("the model has 2 joints, the recording 1"), "{message}");
+    let still = |t: i32| format!("{},{},3\n", f64::from(t) * 0.01, (f64::from(t) * 0.02).sin());
+    std::fs::write(at.join("still.csv"), "time,q1,tau1\n".to_owned() + &(0..2000).map(still).collect::<String>())
+        .unwrap();
+    let message = fails(&["train", "still.csv", "--model", "ff-nn"], at, 1);
+    assert!(message.contains("the torque of joint 1 is always 3 N m"), "{message}");
 
     // All settings at once, as a model that is saved and used.
     let all =

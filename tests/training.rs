@@ -3,13 +3,14 @@
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
 use torquescope::arm::{Arm, Posture};
-use torquescope::model::Preset;
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
 use torquescope::model::terms::Setting;
+use torquescope::model::{Fitted, Preset};
 use torquescope::network::{Activation, Element, TILE, draw_weights};
 use torquescope::progress::Monitor;
+use torquescope::recording::seal::HiddenEffect;
 use torquescope::recording::split::Split;
-use torquescope::recording::{JointKind, Trajectory};
+use torquescope::recording::{JointKind, Recording, Trajectory};
 use torquescope::simulation::{Excitation, Scenario, simulate};
 use torquescope::training::effects::{AddedEffect, columns, names};
 use torquescope::training::fit::{Plan, SavedRun, fit, resume, to_bytes};
@@ -19,7 +20,7 @@ use torquescope::training::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use torquescope::training::optimiser::Optimiser;
 use torquescope::training::options::scale_to;
 use torquescope::training::predict::component_program;
-use torquescope::training::{Options, Precision, Recipe, Samples, TrainError};
+use torquescope::training::{Options, Precision, Recipe, Samples, TrainError, components};
 
 fn layers(activation: Activation) -> Layers {
     Layers { hidden: vec![7, 5], activation }
@@ -165,6 +166,38 @@ fn torque_is_what_the_lagrangian_says_and_energy_balances() {
             let power: f64 = torque.iter().zip(&qd).map(|(torque, velocity)| torque * velocity).sum();
             let rate = (energy(STEP) - energy(-STEP)) / (2.0 * STEP);
             assert!((power - rate).abs() < 1e-5 * power.abs().max(10.0), "{}", architecture.describe());
+        }
+    }
+}
+
+#[test]
+fn the_work_that_a_structured_model_takes_is_the_energy_it_gains() {
+    // So often sampled that sums are integrals.
+    let mut motion = Scenario::embedded().motion;
+    if let Excitation::MultiSine { trajectories, duration, rate, .. } = &mut motion {
+        (*trajectories, *duration, *rate) = (4, 1.0, 1000.0);
+    }
+    let scenario = Scenario { arm: Arm::uniform(2), motion, effects: vec![], ..Scenario::embedded() };
+    let recording = simulate(&scenario, &Monitor::new()).unwrap();
+    let model = Preset::Learned(LearnedPreset::StructuredDelan).model(&recording).unwrap();
+    let plan = Plan { options: Options { epochs: 2, ..Options::ours() }, ..Plan::default() };
+    let split = Split::automatic(&recording);
+    let fitted = fit(&model, &recording, &split, &plan, None, &Monitor::new(), &mut |_, _| {}).unwrap().fitted;
+    for run in &recording.trajectories {
+        let torque = fitted.predict(run).unwrap().total;
+        let parts = components(&fitted, run).unwrap();
+        let series = |name: &str| &parts.iter().find(|(other, _)| *other == name).unwrap().1[0];
+        let [power, kinetic, potential] = ["power", "kinetic_energy", "potential_energy"].map(series);
+        let gained = |t: usize| kinetic[t] + potential[t] - kinetic[0] - potential[0];
+        let largest = (0..run.len()).map(gained).fold(0.0_f64, |most, value| most.max(value.abs()));
+        let mut work = 0.0;
+        for t in 0..run.len() {
+            let own: f64 = (0..2).map(|joint| torque[joint][t] * run.qd[joint][t]).sum();
+            assert!((power[t] - own).abs() < 1e-9 * own.abs().max(1.0), "{} is not {own}", power[t]);
+            if t > 0 {
+                work += 0.5 * (power[t] + power[t - 1]) * (run.time[t] - run.time[t - 1]);
+            }
+            assert!((work - gained(t)).abs() < 1e-3 * largest, "{work} J went in, {} J are there", gained(t));
         }
     }
 }
@@ -388,6 +421,59 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
     assert!((parts.terms[1][2 * 200 + 1] - value * held_out[0].qd[1][200]).abs() < 1e-3);
     let masses = parts.lagrangian.unwrap().mass_eigenvalues(2);
     assert!(masses.len() == 800 && masses.iter().all(|mass| *mass > 0.0));
+}
+
+/// Two rods moved by sums of sines, with these effects on both joints and 1 % noise; a network for the arm and trained friction.
+fn learned_friction(effects: &[(&str, &[f64])]) -> (Recording, Fitted) {
+    let hidden = |(effect, parameters): &(&str, &[f64])| {
+        [0, 1].map(|joint| HiddenEffect {
+            effect: (*effect).into(),
+            joint: Some(joint),
+            parameters: parameters.to_vec(),
+        })
+    };
+    let scenario = Scenario {
+        arm: Arm::uniform(2),
+        effects: effects.iter().flat_map(hidden).collect(),
+        torque_noise: 0.01,
+        ..Scenario::embedded()
+    };
+    let recording = simulate(&scenario, &Monitor::new()).unwrap();
+    let model = Preset::Learned(LearnedPreset::DelanFriction).model(&recording).unwrap();
+    let model = model.with_layers(&Layers { hidden: vec![24, 24], activation: Activation::Tanh });
+    let plan = Plan { options: Options { epochs: 30, batch: 256, ..Options::ours() }, ..Plan::default() };
+    let split = Split::automatic(&recording);
+    let trained = fit(&model, &recording, &split, &plan, None, &Monitor::new(), &mut |_, _| {}).unwrap();
+    (recording, trained.fitted)
+}
+
+#[test]
+fn trained_friction_is_that_of_the_arm() {
+    let (_, fitted) = learned_friction(&[("stribeck-friction", &[2.0, 1.0, 0.3]), ("viscous-friction", &[0.5])]);
+    let truth =
+        [("coulomb_torque", 2.0), ("stribeck_torque", 1.0), ("stribeck_velocity", 0.3), ("viscous_coefficient", 0.5)];
+    assert_eq!(fitted.parameters.len(), 2 * truth.len());
+    for parameter in &fitted.parameters {
+        let exact = truth.iter().find(|(name, _)| *name == parameter.name).unwrap().1;
+        assert!((parameter.value / exact - 1.0).abs() < 0.05, "{parameter:?} is not {exact}");
+    }
+}
+
+#[test]
+fn an_arm_without_friction_is_given_none() {
+    let (recording, fitted) = learned_friction(&[]);
+    let (mut friction, mut whole) = ([0.0; 2], [0.0; 2]);
+    for run in &recording.trajectories {
+        let terms = fitted.predict(run).unwrap().terms;
+        for joint in 0..2 {
+            friction[joint] += terms[1][joint].iter().map(|torque| torque * torque).sum::<f64>();
+            whole[joint] += run.tau[joint].iter().map(|torque| torque * torque).sum::<f64>();
+        }
+    }
+    for joint in 0..2 {
+        let share = (friction[joint] / whole[joint]).sqrt();
+        assert!(share < 0.01, "friction is {:.2} % of the torque of joint {}", 100.0 * share, joint + 1);
+    }
 }
 
 #[test]

@@ -111,6 +111,9 @@ pub struct Training {
     /// How positions enter the networks: cos-sin or raw.
     #[arg(long, value_parser = named::<Features>)]
     features: Option<Features>,
+    /// Divides velocities and accelerations that enter networks; with more than 1 these bend less where they were not trained.
+    #[arg(long)]
+    smoothness: Option<f64>,
     /// Whether quantities are scaled to the data: true, or false as in the paper.
     #[arg(long, value_name = "BOOL")]
     normalise: Option<bool>,
@@ -144,6 +147,7 @@ impl Training {
         plan.features = self.features.unwrap_or(plan.features);
         plan.normalise = self.normalise.unwrap_or(plan.normalise);
         plan.precision = self.precision.unwrap_or(plan.precision);
+        plan.smoothness = self.smoothness.unwrap_or(plan.smoothness);
         let options = &mut plan.options;
         options.epochs = self.epochs.unwrap_or(options.epochs);
         options.batch = self.batch.unwrap_or(options.batch);

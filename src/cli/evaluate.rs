@@ -5,11 +5,11 @@ use clap::Args;
 use serde::Serialize;
 
 use super::data::{Data, read_model};
-use super::progress;
 use super::table::{number, table};
+use super::truth::{self, ComponentError, ParameterError};
 use crate::model::{Evaluation, Fitted, JointError};
 use crate::recording::split::{Segment, Split};
-use crate::session::{Command, Session};
+use crate::session::Session;
 use crate::training::components;
 
 /// Measure a model's error on recordings.
@@ -20,7 +20,8 @@ use crate::training::components;
 pub struct Evaluate {
     #[command(flatten)]
     data: Data,
-    /// Open the seal of a simulated recording, and compare inertial, Coriolis and gravity torque with the truth as well.
+    /// Open the seal of a simulated recording, and compare inertial, Coriolis and gravity torque and the parameters of effects
+    /// with the truth as well.
     #[arg(long)]
     open_seal: bool,
     /// Print the result as JSON.
@@ -28,11 +29,12 @@ pub struct Evaluate {
     json: bool,
 }
 
-/// Error of one component of the torque over all joints and trajectories.
+/// How large the torque of one term is.
 #[derive(Serialize)]
-struct ComponentError {
-    component: &'static str,
-    nmse: f64,
+struct TermShare {
+    term: String,
+    /// RMS over all samples, as a share of that of the measured torque, for each joint.
+    share: Vec<f64>,
 }
 
 /// The eigenvalues of the mass matrix over all samples \[kg m²\]; a physical arm has only positive ones.
@@ -50,8 +52,11 @@ struct Answer {
     joints: Vec<JointError>,
     mean_r2: f64,
     noise_floor_nmse: Option<Vec<f64>>,
+    terms: Vec<TermShare>,
     /// Only with an opened seal; over all samples.
     components: Option<Vec<ComponentError>>,
+    /// Only with an opened seal.
+    parameters: Option<Vec<ParameterError>>,
     /// Only of models with a mass matrix that is learned.
     mass_eigenvalues: Option<MassEigenvalues>,
 }
@@ -71,21 +76,33 @@ impl Evaluate {
                 ("held-out samples", session, step.fitted.clone(), step.evaluation.clone())
             }
         };
-        let components = if self.open_seal { Some(component_errors(&session, &fitted)?) } else { None };
+        let truth = if self.open_seal { Some(truth::compare(&session, &fitted)?) } else { None };
+        let (components, parameters) = truth.map(|truth| (truth.components, truth.parameters)).unzip();
+        let terms = term_shares(&session, &fitted, &evaluation)?;
         let mass_eigenvalues = mass_eigenvalues(&session, &fitted)?;
         let joints = evaluation.held_out;
         let mean_r2 = joints.iter().map(|joint| joint.r2).sum::<f64>() / joints.len().max(1) as f64;
         if self.json {
             let noise_floor_nmse = evaluation.noise_floor_nmse;
-            let answer = Answer { data, joints, mean_r2, noise_floor_nmse, components, mass_eigenvalues };
+            let answer =
+                Answer { data, joints, mean_r2, noise_floor_nmse, terms, components, parameters, mass_eigenvalues };
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
             println!("{data}:\n{}", error_table(&joints));
             if let Some(floor) = &evaluation.noise_floor_nmse {
                 println!("noise floor (nMSE): {}", super::table::numbers(floor));
             }
+            let percent = |share: &f64| format!("{:.2}", 100.0 * share);
+            let row = |term: &TermShare| {
+                vec![term.term.clone(), term.share.iter().map(percent).collect::<Vec<_>>().join(", ")]
+            };
+            let rows: Vec<Vec<String>> = terms.iter().map(row).collect();
+            println!("{}", table(&["term", "share of the torque by joint [%]"], &rows));
             for error in components.iter().flatten() {
                 println!("{} torque, against the truth (nMSE): {}", error.component, number(error.nmse));
+            }
+            if let Some(parameters) = parameters.filter(|parameters| !parameters.is_empty()) {
+                println!("{}", parameter_table(&parameters));
             }
             if let Some(MassEigenvalues { smallest, largest, not_positive }) = mass_eigenvalues {
                 println!(
@@ -133,25 +150,32 @@ fn mass_eigenvalues(session: &Session, fitted: &Fitted) -> anyhow::Result<Option
     Ok(Some(MassEigenvalues { smallest, largest, not_positive: not_positive as f64 / samples.max(1) as f64 }))
 }
 
-/// nMSE of inertial, Coriolis and gravity torque against those of the true arm.
-fn component_errors(session: &Session, fitted: &Fitted) -> anyhow::Result<Vec<ComponentError>> {
-    let opened = progress::run(Command::OpenSeal, session)?;
-    let truth = opened.truth.as_deref().context("the recording has no seal")?;
+/// What each term contributes to all predictions.
+fn term_shares(session: &Session, fitted: &Fitted, evaluation: &Evaluation) -> anyhow::Result<Vec<TermShare>> {
     let recording = session.recording.as_deref().context("no recording was read")?;
-    let mut errors = [("inertial", 0.0, 0.0), ("coriolis", 0.0, 0.0), ("gravity", 0.0, 0.0)];
-    for trajectory in &recording.trajectories {
-        let parts = truth.arm.components_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
-        let own = components(fitted, trajectory)?;
-        for ((name, error, energy), exact) in errors.iter_mut().zip([parts.inertial, parts.coriolis, parts.gravity]) {
-            let Some((_, estimate)) = own.iter().find(|(other, _)| other == name) else { continue };
-            for (exact, estimate) in exact.iter().flatten().zip(estimate.iter().flatten()) {
-                *error += (exact - estimate).powi(2);
-                *energy += exact * exact;
-            }
-        }
-    }
-    let ratio = |(component, error, energy)| ComponentError { component, nmse: error / energy };
-    Ok(errors.map(ratio).into_iter().collect())
+    let energy = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+    let measured = |joint: usize| recording.trajectories.iter().map(|run| energy(&run.tau[joint])).sum::<f64>();
+    let share = |term: usize, joint: usize| {
+        let own: f64 = evaluation.predictions.iter().map(|run| energy(&run.terms[term][joint])).sum();
+        (own / measured(joint)).sqrt()
+    };
+    let of_term = |(index, term): (usize, &crate::model::Term)| TermShare {
+        term: term.label(),
+        share: (0..recording.joint_count()).map(|joint| share(index, joint)).collect(),
+    };
+    Ok(fitted.model.terms.iter().enumerate().map(of_term).collect())
+}
+
+/// Parameters beside the truth as text.
+fn parameter_table(parameters: &[ParameterError]) -> String {
+    let row = |own: &ParameterError| {
+        let joint = own.joint.map_or("–".to_owned(), |joint| joint.to_string());
+        let error = 100.0 * (own.value / own.truth - 1.0);
+        let (value, truth) = (number(own.value), number(own.truth));
+        vec![own.parameter.clone(), joint, value, truth, format!("{error:+.2} %"), own.unit.clone()]
+    };
+    let rows: Vec<Vec<String>> = parameters.iter().map(row).collect();
+    table(&["parameter", "joint", "value", "truth", "error", " unit"], &rows)
 }
 
 /// Errors by joint as text.

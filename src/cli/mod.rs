@@ -18,6 +18,7 @@ mod screenshot;
 mod simulate;
 mod table;
 mod train;
+mod truth;
 
 use std::ffi::OsString;
 use std::path::PathBuf;

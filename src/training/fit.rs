@@ -366,6 +366,11 @@ fn pack(entries: [(&str, Vec<u8>); 2]) -> Result<Vec<u8>, TrainError> {
     Ok(archive.finish().map_err(damaged)?.into_inner())
 }
 
+/// Whether an archive has this entry.
+fn holds(bytes: &[u8], name: &str) -> bool {
+    ZipArchive::new(Cursor::new(bytes)).is_ok_and(|archive| archive.index_for_name(name).is_some())
+}
+
 fn unpack(bytes: &[u8], names: [&str; 2]) -> Result<[Vec<u8>; 2], TrainError> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
     let mut entry = |name: &str| -> Result<Vec<u8>, TrainError> {
@@ -412,6 +417,9 @@ impl SavedRun {
     /// # Errors
     /// [`TrainError::Damaged`] says what is wrong.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, TrainError> {
+        if holds(bytes, FITTED) {
+            return Err(TrainError::OtherFile { is: "a trained model", needed: "the checkpoint of a training" });
+        }
         let [file, checkpoint] = unpack(bytes, [RUN, CHECKPOINT])?;
         let RunFile { model, plan } = serde_json::from_slice(&file).map_err(damaged)?;
         Ok(SavedRun { model, plan, checkpoint: Checkpoint::from_bytes(&checkpoint)? })
@@ -435,6 +443,9 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Fitted, TrainError> {
     if !bytes.starts_with(b"PK") {
         let text = std::str::from_utf8(bytes).map_err(|_| TrainError::Damaged("it is not text".to_owned()))?;
         return Fitted::from_json(text).map_err(damaged);
+    }
+    if holds(bytes, RUN) {
+        return Err(TrainError::OtherFile { is: "the checkpoint of a training", needed: "a trained model" });
     }
     let [text, networks] = unpack(bytes, [FITTED, NETWORKS])?;
     let plain = Fitted::from_json(&String::from_utf8(text).map_err(damaged)?).map_err(damaged)?;

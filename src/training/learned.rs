@@ -180,15 +180,15 @@ impl LearnedModel {
         let blocks: [(&str, &str, &str, &str); 4] = [
             ("tau_cv", "coulomb_torque", "τ_c", "N m"),
             ("tau_cs", "stribeck_torque", "τ_s", "N m"),
-            ("log_v", "stribeck_width", "v", "rad²/s²"),
+            ("log_v", "stribeck_velocity", "v_s", "rad/s"),
             ("d", "viscous_coefficient", "d", "N m s/rad"),
         ];
         let mut coefficients = Vec::new();
         for (block, name, symbol, unit) in blocks {
             let values = self.weights.get(&format!("friction/{block}")).into_iter().flatten();
             coefficients.extend(values.enumerate().map(|(joint, value)| {
-                // The width is trained as its logarithm, and the others as multiples of the torque scale.
-                let value = if block == "log_v" { value.exp() } else { scale * value };
+                // What is trained is the logarithm of the velocity's square; the others are multiples of the torque scale.
+                let value = if block == "log_v" { (0.5 * value).exp() } else { scale * value };
                 FrictionCoefficient { name, symbol, joint, value, unit }
             }));
         }

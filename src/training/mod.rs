@@ -99,6 +99,14 @@ pub enum TrainError {
     /// Bytes that are not a checkpoint or model.
     #[error("this is not a trained model or checkpoint ({0}): choose a file that was saved by training")]
     Damaged(String),
+    /// A checkpoint where a model is expected, or the other way round.
+    #[error("this is {is}, but {needed} is needed: `train` saves models with --output, checkpoints with --checkpoint")]
+    OtherFile {
+        /// What the file is.
+        is: &'static str,
+        /// What was expected.
+        needed: &'static str,
+    },
     /// An effect that is not in the registry.
     #[error(transparent)]
     UnknownEffect(#[from] crate::effect::registry::UnknownEffect),
