@@ -1,7 +1,7 @@
 //! Measurements that take longer than tests may: rates of right answers on simulated draws, errors and speed of models.
 
 mod diagnosis;
-mod models;
+mod recipe;
 mod speed;
 mod train;
 mod ui;
@@ -12,7 +12,7 @@ use clap::Subcommand;
 #[derive(Subcommand)]
 pub enum Bench {
     Diagnosis(diagnosis::Diagnosis),
-    Models(models::Models),
+    Recipe(recipe::RecipeBench),
     Train(train::Train),
     Ui(ui::Ui),
 }
@@ -22,7 +22,7 @@ impl Bench {
     pub fn run(&self) -> anyhow::Result<()> {
         match self {
             Bench::Diagnosis(bench) => bench.run(),
-            Bench::Models(bench) => bench.run(),
+            Bench::Recipe(bench) => bench.run(),
             Bench::Train(bench) => bench.run(),
             Bench::Ui(bench) => bench.run(),
         }
