@@ -69,6 +69,50 @@ fn open(paths: &[PathBuf], mapping: MappingSpec, held_out: &[&str]) -> Session {
     run(Command::Open { paths: paths.to_vec(), options, held_out }, &Session::default())
 }
 
+/// What the diagnosis names: the effect and its joints, counted from 1.
+fn named(session: &Session) -> Vec<(String, Vec<usize>)> {
+    let diagnosed = run(Command::Diagnose, session);
+    let report = diagnosed.report.as_ref().unwrap();
+    let joints = |joints: &[usize]| joints.iter().map(|joint| joint + 1).collect();
+    report.effects.iter().map(|effect| (effect.effect.clone(), joints(&effect.joints))).collect()
+}
+
+fn expected(effects: &[(&str, &[usize])]) -> Vec<(String, Vec<usize>)> {
+    effects.iter().map(|(effect, joints)| ((*effect).to_owned(), joints.to_vec())).collect()
+}
+
+#[test]
+fn what_the_slide_of_emps_lacks_is_named() {
+    let Some(folder) = real_data("emps") else { return };
+    let session = open(&[folder.join("DATA_EMPS.mat")], mapping("emps.toml"), &[]);
+    let truth: [(&str, &[usize]); 3] =
+        [("coulomb-friction", &[1]), ("viscous-friction", &[1]), ("torque-offset", &[1])];
+    assert_eq!(named(&session), expected(&truth));
+}
+
+#[test]
+fn the_friction_of_the_tx40_and_its_coupled_wrist_are_named() {
+    let Some(folder) = real_data("tx40") else { return };
+    let both = format!("{0}/pos_read_data.csv+{0}/curr_data.csv", folder.display());
+    let found = named(&open(&[both.into()], mapping("tx40.toml"), &[]));
+    // Joint 6 has hardly any Coulomb friction of its own (published: 0.3 N m) beside what it shares with joint 5.
+    let truth: [(&str, &[usize]); 3] = [
+        ("viscous-friction", &[1, 2, 3, 4, 5, 6]),
+        ("coulomb-friction", &[1, 2, 3, 4, 5]),
+        ("friction-coupling", &[6]),
+    ];
+    assert_eq!(found, expected(&truth));
+}
+
+#[test]
+fn friction_of_all_joints_of_the_kr300_is_named_first() {
+    let Some(folder) = real_data("kuka-kr300") else { return };
+    let paths = [folder.join("run-a.mat"), folder.join("run-b.mat")];
+    let found = named(&open(&paths, mapping("kuka-kr300.toml"), &["run-b"]));
+    let all: &[usize] = &[1, 2, 3, 4, 5, 6];
+    assert_eq!(found[..2], expected(&[("viscous-friction", all), ("coulomb-friction", all)]));
+}
+
 #[test]
 fn the_slide_of_emps_has_the_published_mass_and_friction() {
     let Some(folder) = real_data("emps") else { return };

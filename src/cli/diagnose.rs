@@ -8,6 +8,9 @@ use crate::effect::registry;
 use crate::recording::joints_text;
 use crate::session::Command;
 
+/// Most candidates that are told without being part of the answer.
+const MOST_REFUSED: usize = 20;
+
 /// Say which physical effect the model is missing.
 #[derive(Args)]
 pub struct Diagnose {
@@ -34,9 +37,14 @@ impl Diagnose {
 
 /// The report for people.
 pub fn text(report: &Report) -> String {
+    let is_all = report.unexplained_joints.is_empty();
     let headline = match report.verdict {
-        Verdict::Missing => "Something is missing, and these effects explain it:",
-        Verdict::Ambiguous => "Something is missing; these effects explain it, but not they alone:",
+        Verdict::Missing if is_all => "Something is missing, and these effects explain it:",
+        Verdict::Missing => "Something is missing; these effects explain a part of it, but more is left than noise:",
+        Verdict::Ambiguous if is_all => "Something is missing; these effects explain it, others nearly as well:",
+        Verdict::Ambiguous => {
+            "Something is missing; these effects explain a part of it, others nearly as well, and more is left than noise:"
+        }
         Verdict::NothingMissing => "Nothing is missing.",
         Verdict::UnknownEffect => "Something is missing that is not in the catalogue.",
     };
@@ -66,8 +74,9 @@ pub fn text(report: &Report) -> String {
         }
         lines.push(String::new());
     }
-    let rows: Vec<Vec<String>> = report
-        .ranking
+    let accepted = report.ranking.iter().filter(|candidate| candidate.accepted).count();
+    let told = report.ranking.len().min(accepted + MOST_REFUSED);
+    let rows: Vec<Vec<String>> = report.ranking[..told]
         .iter()
         .map(|candidate| {
             vec![
@@ -81,6 +90,10 @@ pub fn text(report: &Report) -> String {
         .collect();
     if !rows.is_empty() {
         lines.push(table(&["candidate", "joint", "error drop alone", "found", " why"], &rows));
+        let others = report.ranking.len() - told;
+        if others > 0 {
+            lines.push(format!("… and {others} more candidates, which --json tells"));
+        }
         lines.push(String::new());
     }
     lines.push(format!("held-out nMSE by joint: {}", numbers(&report.held_out_nmse)));

@@ -14,9 +14,9 @@ fn doubt(effect: &MissingEffect) -> Option<String> {
     match (&effect.telling_motion, others.is_empty()) {
         (_, true) => None,
         (Some(telling), _) => Some(format!(
-            "{open}; record {}, which gives {:.0} times the evidence against {}.",
+            "{open}; record {}, which gives {} the evidence against {}.",
             telling.motion,
-            telling.gain,
+            telling.times(),
             name(&telling.against)
         )),
         (None, _) => Some(format!("{open}, and no other motion would do it better.")),

@@ -5,12 +5,12 @@ use std::ops::Range;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use crate::effect::{Dimension, Effect, ParameterSpec, Scope, Spec, registry};
+use crate::effect::{Effect, Scope, Spec, registry};
 use crate::model::design::{Design, Equations, PreparedColumn};
 use crate::model::fit::{self, Fitted};
 use crate::model::{EffectTerm, Model, ModelError};
 use crate::progress::Monitor;
-use crate::recording::PerJoint;
+use crate::recording::{PerJoint, Recording};
 
 /// Share of a column's squared length that prices its factor where all candidates explain at once.
 const DAMPING: f64 = 1e-7;
@@ -42,6 +42,8 @@ pub struct Group {
     pub joint: Option<usize>,
     /// Shape parameters.
     pub shape: Vec<f64>,
+    /// The least values of the shape parameters that the motion can show.
+    pub least_shape: Vec<f64>,
     /// Its columns in the library.
     pub columns: Range<usize>,
 }
@@ -90,6 +92,11 @@ impl Group {
         }
     }
 
+    /// Whether its columns are taken at the value of its parameter.
+    pub fn follows_its_parameter(&self) -> bool {
+        registry::find(self.spec.id).is_ok_and(|effect| effect.follows_its_parameter())
+    }
+
     /// The model term that it stands for.
     pub fn term(&self) -> EffectTerm {
         EffectTerm { effect: self.spec.id.to_owned(), joint: self.joint }
@@ -112,6 +119,7 @@ impl<'a> Library<'a> {
         let mut columns = fit::prepared_columns(model, &design, fitted.shapes())?;
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;
+        let positions = sorted_positions(design.recording);
         let mut places: Vec<Group> = Vec::new();
         for effect in effects {
             let spec = effect.spec();
@@ -119,9 +127,12 @@ impl<'a> Library<'a> {
                 if is_covered(model, spec, joint) {
                     continue;
                 }
-                let seen = |shape: &Vec<f64>| half_a_period_was_seen(spec, shape, joint, &design);
+                let least_shape =
+                    effect.least_shape(joint.and_then(|joint| positions.get(joint)).map_or(&[], Vec::as_slice));
+                let seen = |shape: &Vec<f64>| shape.iter().zip(&least_shape).all(|(value, least)| value >= least);
                 let shapes = start_shapes(spec).into_iter().filter(seen);
-                places.extend(shapes.map(|shape| Group { spec, joint, shape, columns: 0..0 }));
+                let group = |shape| Group { spec, joint, shape, least_shape: least_shape.clone(), columns: 0..0 };
+                places.extend(shapes.map(group));
             }
         }
         let prepare = |group: &Group| {
@@ -157,35 +168,43 @@ impl<'a> Library<'a> {
         for (&column, &factor) in acting.iter().zip(&solution.factors) {
             factors[column] = factor;
         }
-        let free = self.design.sample_count(joint).saturating_sub(solution.rank()).max(1) as f64;
+        self.certainty_beside(joint, &factors, solution.rank())
+    }
+
+    /// The same for what these factors of all columns leave, of which `rank` were fitted.
+    pub fn certainty_beside(&self, joint: usize, factors: &DVector<f64>, rank: usize) -> f64 {
+        let free = self.design.sample_count(joint).saturating_sub(rank).max(1) as f64;
+        let blocks = 0..self.equations.block_count();
+        let left: f64 = blocks.map(|block| self.equations.residual_energy(block, joint, factors)).sum();
         // An exact fit has no error to weigh by: rounding would decide.
-        let energy = equations.residual_energy(&solution.factors).max(1e-20 * equations.energy);
-        let correlation = self.design.correlation(&self.columns, &factors, &self.torque, joint);
+        let energy = left.max(1e-20 * self.design.energy(joint));
+        let correlation = self.design.correlation(&self.columns, factors, &self.torque, joint);
         if energy > 0.0 { free / (energy * correlation) } else { 0.0 }
     }
 
-    /// Takes the load from other factors of the model, and computes anew every column that depends on it. Answers with the
-    /// columns that changed; none if the model identifies no rigid body.
+    /// Takes the load from other factors of the model, and computes anew every column that depends on it. Whether any does;
+    /// none if the model identifies no rigid body.
     ///
     /// # Errors
     /// [`ModelError`] if a column can't be computed.
-    pub fn reload(&mut self, factors: &[f64]) -> Result<Vec<Range<usize>>, ModelError> {
-        let Some(body) = self.fitted.body_among(factors) else { return Ok(Vec::new()) };
+    pub fn reload(&mut self, factors: &[f64]) -> Result<bool, ModelError> {
+        let Some(body) = self.fitted.body_among(factors) else { return Ok(false) };
         self.design = self.design.with_body(Some(body));
         let mut changed = Vec::new();
         if self.fitted.model.depends_on_load() {
             let own = fit::prepared_columns(&self.fitted.model, &self.design, self.fitted.shapes())?;
             self.columns.splice(0..self.base, own);
-            self.design.update_equations(&mut self.equations, &self.columns, 0..self.base, &self.torque);
-            changed.push(0..self.base);
+            changed.extend(0..self.base);
         }
-        for group in 0..self.groups.len() {
-            if self.groups[group].term().depends_on_load() {
-                self.reshape(group, self.groups[group].shape.clone())?;
-                changed.push(self.groups[group].columns.clone());
-            }
+        let loaded: Vec<&Group> = self.groups.iter().filter(|group| group.term().depends_on_load()).collect();
+        let prepare = |group: &&Group| fit::effect_columns(&group.term(), &self.design, &group.shape);
+        let prepared = loaded.par_iter().map(prepare).collect::<Result<Vec<_>, ModelError>>()?;
+        for (group, prepared) in loaded.into_iter().zip(prepared) {
+            self.columns.splice(group.columns.clone(), prepared);
+            changed.extend(group.columns.clone());
         }
-        Ok(changed)
+        self.design.update_equations(&mut self.equations, &self.columns, &changed, &self.torque);
+        Ok(!changed.is_empty())
     }
 
     /// Gives a candidate another shape.
@@ -196,7 +215,7 @@ impl<'a> Library<'a> {
         let range = self.groups[group].columns.clone();
         let prepared = fit::effect_columns(&self.groups[group].term(), &self.design, &shape)?;
         self.columns.splice(range.clone(), prepared);
-        self.design.update_equations(&mut self.equations, &self.columns, range, &self.torque);
+        self.design.update_equations(&mut self.equations, &self.columns, &range.collect::<Vec<_>>(), &self.torque);
         self.groups[group].shape = shape;
         Ok(())
     }
@@ -210,16 +229,15 @@ fn is_covered(model: &Model, spec: &Spec, joint: Option<usize>) -> bool {
     })
 }
 
-/// Less than half a period of a wave over the position can't be told from a spring.
-fn half_a_period_was_seen(spec: &Spec, shape: &[f64], joint: Option<usize>, design: &Design) -> bool {
-    let Some(joint) = joint else { return true };
-    let positions = || design.recording.trajectories.iter().flat_map(|trajectory| &trajectory.q[joint]);
-    let is_wave = |parameter: &ParameterSpec| parameter.dimension == Dimension::WaveNumber;
-    spec.shapes().zip(shape).filter(|((parameter, _), _)| is_wave(parameter)).all(|(_, wave_number)| {
-        let widen = |(low, high): (f64, f64), &q: &f64| (low.min(q), high.max(q));
-        let (low, high) = positions().fold((f64::INFINITY, f64::NEG_INFINITY), widen);
-        wave_number * (high - low) >= std::f64::consts::PI
-    })
+/// Every position of each joint, ascending.
+fn sorted_positions(recording: &Recording) -> PerJoint {
+    let of_joint = |joint: usize| {
+        let all = recording.trajectories.iter().flat_map(|trajectory| &trajectory.q[joint]);
+        let mut positions: Vec<f64> = all.copied().collect();
+        positions.sort_unstable_by(f64::total_cmp);
+        positions
+    };
+    (0..recording.joint_count()).map(of_joint).collect()
 }
 
 /// All combinations of the start values of the shape parameters; one empty combination for effects without shape.

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::selection::{MARGIN, Search};
+use crate::effect::registry;
 
 /// Smallest share of the joint's torque (RMS) that is worth naming.
 const LEAST_SHARE: f64 = 0.0025;
@@ -10,6 +11,8 @@ const LEAST_SHARE: f64 = 0.0025;
 const CONFIRMED: f64 = 0.5;
 /// Least t of the paired gains over the blocks.
 const LEAST_T: f64 = 2.5;
+/// The same for an effect that nearly every joint has.
+const LEAST_T_OF_EVERYDAY: f64 = 1.5;
 /// Blocks that must each confirm an effect that shows in few blocks only.
 const LEAST_CONFIRMING: usize = 3;
 /// Share of the gain of such an effect that the blocks against it may lose.
@@ -41,10 +44,13 @@ pub fn check(search: &Search, group: usize) -> Result<(), String> {
     if confirmed < CONFIRMED * gain {
         return Err("blocks that were left out do not confirm it".to_owned());
     }
-    if !is_confirmed(search, before, &after) {
+    let is_everyday = registry::is_everyday(candidate.spec.id);
+    let least_t = if is_everyday { LEAST_T_OF_EVERYDAY } else { LEAST_T };
+    if !is_confirmed_by(search, before, &after, least_t) {
         return Err("only a few blocks of the recording speak for it".to_owned());
     }
-    extrapolates(search, before, &after, gain)
+    // Slow motion alone hardly identifies the body of a large arm; what nearly every joint has needs no such proof.
+    if is_everyday { Ok(()) } else { extrapolates(search, before, &after, gain) }
 }
 
 /// Whether the linear parameters of the group lie within their bounds, but for rounding.
@@ -88,13 +94,18 @@ pub fn share_on(search: &Search, groups: &[usize], group: usize, joint: usize) -
 
 /// Whether blocks that were left out prefer the set `after` to `before`, and not few of them only.
 pub fn is_confirmed(search: &Search, before: &[usize], after: &[usize]) -> bool {
+    is_confirmed_by(search, before, after, LEAST_T)
+}
+
+/// The same for this t of the paired gains.
+fn is_confirmed_by(search: &Search, before: &[usize], after: &[usize], least_t: f64) -> bool {
     let (gains, shares): (Vec<f64>, Vec<f64>) = left_out_errors(search, before)
         .into_iter()
         .zip(left_out_errors(search, after))
         // The share of the error, too: where another effect is still missing, a few blocks' gains drown all others.
         .map(|(before, after)| (before - after, (before - after) / (before + after).max(f64::MIN_POSITIVE)))
         .unzip();
-    gains.len() < 3 || paired_t(&gains) >= LEAST_T || paired_t(&shares) >= LEAST_T || is_unopposed(&gains, search.price)
+    gains.len() < 3 || paired_t(&gains) >= least_t || paired_t(&shares) >= least_t || is_unopposed(&gains, search.price)
 }
 
 /// How much each block gains from the step from `before` to `after`, fitted on the other blocks.

@@ -5,14 +5,12 @@ use std::collections::BTreeMap;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::gates;
-use super::selection::Search;
+use super::selection::{CLOSE, Search};
 use super::stated_arm::{self, Comparison};
 use crate::arm::Arm;
-use crate::effect::Scope;
+use crate::effect::{Scope, registry};
 use crate::recording::Recording;
 
-/// A rival counts as an alternative if its evidence is this close (in the units of ln likelihood, doubled).
-const CLOSE: f64 = 6.0;
 /// A rival counts as an alternative too if it explains all but this share of what the effect explains.
 const NEARLY_AS_MUCH: f64 = 0.05;
 /// No finding is given a higher confidence: data alone never make certain.
@@ -21,8 +19,6 @@ const HIGHEST_CONFIDENCE: f64 = 0.99;
 const HIGHEST_IN_ODD_COMPANY: f64 = 0.45;
 /// The same for an effect with another form that explains nearly as much.
 const HIGHEST_BESIDE_OTHER_FORM: f64 = 0.6;
-/// Effects that nearly every joint has; they are no odd company.
-const COMMON: [&str; 4] = ["viscous-friction", "coulomb-friction", "stribeck-friction", "torque-offset"];
 
 /// One effect with all joints where it was found.
 pub struct Named {
@@ -116,7 +112,8 @@ fn judge(search: &Search, group: usize) -> Judgement {
         // A rival that contains the effect explains as much by itself; it is one only if its surplus is worth its price.
         let contains = groups[rival].includes(&groups[group]);
         if !contains {
-            confidence = confidence.min(odds(priced));
+            // A rival that scores better was refused for want of confirmation: then it is one or the other.
+            confidence = confidence.min(odds(priced.max(0.0)));
         }
         let is_simpler = groups[rival].parameter_count() <= groups[group].parameter_count();
         if priced < CLOSE || (!contains && is_simpler && worse < NEARLY_AS_MUCH * gain) {
@@ -150,18 +147,25 @@ fn judge_absorbed(search: &Search, arm: &Arm, found: &[usize], group: usize) -> 
     judgement
 }
 
-/// Whether another effect of the same joint shows over the same state, neither of them common. Two such together can copy
-/// nearly any function of that state, so they may stand in for one effect that is not in the catalogue.
+/// Whether two effects of a joint show over the same state, neither of them an everyday one, and this is one of them or the
+/// joint's offset. Two such together can copy nearly any function of that state, and its mean is an offset; so they may stand
+/// in for one effect that is not in the catalogue.
 fn is_in_odd_company(search: &Search, group: usize) -> bool {
     let groups = &search.library.groups;
-    let is_odd = |group: usize| groups[group].spec.scope == Scope::Joint && !COMMON.contains(&groups[group].spec.id);
-    let is_company = |&other: &usize| {
-        other != group
-            && is_odd(other)
-            && groups[other].joint == groups[group].joint
-            && groups[other].spec.axis == groups[group].spec.axis
+    let is_odd =
+        |group: usize| groups[group].spec.scope == Scope::Joint && !registry::is_everyday(groups[group].spec.id);
+    let is_pair = |first: usize, second: usize| {
+        first != second
+            && is_odd(first)
+            && is_odd(second)
+            && groups[first].joint == groups[second].joint
+            && groups[first].spec.axis == groups[second].spec.axis
     };
-    is_odd(group) && search.active.iter().any(is_company)
+    let belongs = |first: &usize| {
+        *first == group || (groups[group].spec.id == "torque-offset" && groups[group].joint == groups[*first].joint)
+    };
+    let mut belonging = search.active.iter().copied().filter(belongs);
+    belonging.any(|first| search.active.iter().any(|&second| is_pair(first, second)))
 }
 
 /// Probability that the better of two explanations is right, from the difference of their evidence.

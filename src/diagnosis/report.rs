@@ -77,6 +77,19 @@ pub struct TellingMotion {
     pub gain: f64,
 }
 
+impl TellingMotion {
+    /// Above so many times the evidence the number says nothing more: it grows with the noise's smallness.
+    const MOST_TIMES: f64 = 1000.0;
+
+    /// The gain in words.
+    pub fn times(&self) -> String {
+        if self.gain > Self::MOST_TIMES {
+            return format!("more than {} times", Self::MOST_TIMES);
+        }
+        format!("{:.*} times", usize::from(self.gain < 10.0), self.gain)
+    }
+}
+
 /// The residual of one joint over the state where the effect shows best.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evidence {

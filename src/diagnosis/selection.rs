@@ -12,19 +12,25 @@ use rayon::prelude::*;
 
 use super::candidates::{Group, Library};
 use super::gates;
+use crate::effect::registry;
 use crate::model::design::PreparedColumn;
 use crate::model::least_squares::{NormalEquations, Solution};
+use crate::model::line_search::minimum;
 use crate::model::{ModelError, fit};
 use crate::progress::Monitor;
 
 /// Evidence must exceed this many times the price (parameters · ln samples).
 pub const MARGIN: f64 = 1.5;
+/// Two explanations whose evidence differs by less (in the units of ln likelihood, doubled) are as good as each other.
+pub const CLOSE: f64 = 6.0;
 /// Most effects that one diagnosis names, over all joints.
 const MOST_EFFECTS: usize = 24;
-/// Golden-section steps when a shape is refined.
-const REFINEMENTS: usize = 12;
 /// Most rounds of the search, each with a better rigid body.
 const LOAD_ROUNDS: usize = 3;
+/// Rounds over the shape parameters of an effect that has several.
+const SHAPE_ROUNDS: usize = 2;
+/// A joint must weigh less than this share of its weight before the set is doubted.
+const LIGHTER: f64 = 0.8;
 /// How many effects have their shape refined before the best is taken.
 const SHORT_LIST: usize = 4;
 
@@ -188,8 +194,38 @@ impl<'a> Search<'a> {
             }
             self.settle()?;
         }
+        for _ in 0..LOAD_ROUNDS {
+            if !self.weigh_by_remainder() {
+                break;
+            }
+            self.settle()?;
+        }
+        if self.simplify() {
+            self.refine_found()?;
+        }
         refused.retain(|(group, _)| !self.active.contains(group));
         Ok(refused)
+    }
+
+    /// Weighs the joints by what the effects found leave of them; whether one weighs clearly less than before.
+    ///
+    /// Beside something that no candidate explains, a small gain proves little: a form of friction that drifts or warms up
+    /// copies a bit of it. What is left then counts as noise, and its neighbouring samples as one.
+    fn weigh_by_remainder(&mut self) -> bool {
+        let solution = self.solve(&self.active);
+        let mut factors = DVector::zeros(self.library.columns.len());
+        for (column, &factor) in self.columns(&self.active).into_iter().zip(&solution.factors) {
+            factors[column] = factor;
+        }
+        let weights: Vec<f64> = (0..self.weights.len())
+            .map(|joint| self.weights[joint].min(self.library.certainty_beside(joint, &factors, solution.rank())))
+            .collect();
+        let falls = weights.iter().zip(&self.weights).any(|(new, old)| *new < LIGHTER * old);
+        if falls {
+            self.weights = weights;
+            self.update();
+        }
+        falls
     }
 
     /// Gives a candidate another shape.
@@ -208,22 +244,98 @@ impl<'a> Search<'a> {
     /// [`ModelError`] if a column can't be computed.
     pub fn reload(&mut self) -> Result<bool, ModelError> {
         let factors = self.solve(&self.active).factors;
-        let changed = self.library.reload(&factors.as_slice()[..self.library.base])?;
-        for columns in &changed {
-            self.update_columns(columns.clone());
+        let mut place = self.library.base;
+        for &group in &self.active {
+            let group = &mut self.library.groups[group];
+            if group.follows_its_parameter() {
+                group.shape = vec![factors[place]];
+            }
+            place += group.columns.len();
         }
-        Ok(!changed.is_empty())
+        let changed = self.library.reload(&factors.as_slice()[..self.library.base])?;
+        if changed {
+            self.update();
+        }
+        Ok(changed)
     }
 
     /// Settles the set after a change: superfluous effects leave, rivals that explain more take over, shapes are refined
     /// beside the others.
     fn settle(&mut self) -> Result<(), ModelError> {
         self.prune();
+        self.refine_other_forms()?;
         self.swap();
+        self.refine_found()
+    }
+
+    /// Refines the shapes of what was found, each beside the others, and takes out what then is superfluous.
+    fn refine_found(&mut self) -> Result<(), ModelError> {
         for group in self.active.clone() {
-            self.refine(group)?;
+            if let Some(shape) = self.best_shape(group)? {
+                self.reshape(group, shape)?;
+            }
         }
         self.prune();
+        Ok(())
+    }
+
+    /// Puts everyday effects, or none, in the place of an odd one that has hardly more evidence, or that left-out blocks don't
+    /// confirm against them; whether any changed.
+    fn simplify(&mut self) -> bool {
+        let groups = &self.library.groups;
+        let before = self.active.clone();
+        for odd in before.iter().copied().filter(|&group| !registry::is_everyday(groups[group].spec.id)) {
+            let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != odd).collect();
+            let everyday: Vec<usize> = self
+                .rivals(odd)
+                .into_iter()
+                .map(|(_, rival)| rival)
+                .filter(|&rival| {
+                    registry::is_everyday(groups[rival].spec.id) && groups[rival].joint == groups[odd].joint
+                })
+                .collect();
+            let alone = everyday.iter().map(|&first| vec![first]);
+            let pairs = everyday.iter().flat_map(|&first| {
+                let is_other = move |second: &&usize| groups[**second].spec.id > groups[first].spec.id;
+                everyday.iter().filter(is_other).map(move |&second| vec![first, second])
+            });
+            let size = |set: &[usize]| set.iter().map(|&group| groups[group].parameter_count()).sum::<usize>();
+            let simple =
+                alone.chain(pairs).chain([Vec::new()]).filter(|set| size(set) <= groups[odd].parameter_count());
+            let sets = simple.map(|set| others.iter().copied().chain(set).collect::<Vec<usize>>());
+            let now = self.priced_cost(&self.active);
+            let is_as_good = |set: &Vec<usize>| {
+                set[others.len()..].iter().all(|&group| gates::is_physical(self, set, group))
+                    && (self.priced_cost(set) < now + CLOSE || !gates::is_confirmed(self, set, &self.active))
+            };
+            let best = sets.filter(is_as_good).min_by(|a, b| self.priced_cost(a).total_cmp(&self.priced_cost(b)));
+            if let Some(set) = best {
+                self.active = set;
+            }
+        }
+        self.active != before
+    }
+
+    /// Gives the other forms of what was found their best shapes, so that a swap compares each at its best.
+    pub fn refine_other_forms(&mut self) -> Result<(), ModelError> {
+        let groups = &self.library.groups;
+        let mut best: Vec<(usize, f64)> = Vec::new();
+        for form in 0..groups.len() {
+            let is_found = self.active.iter().any(|&found| groups[found].same_place_and_effect(&groups[form]));
+            if is_found || !self.active.iter().any(|&found| groups[form].is_another_form_of(&groups[found])) {
+                continue;
+            }
+            let cost = self.cost(&self.with(form));
+            match best.iter_mut().find(|(other, _)| groups[*other].same_place_and_effect(&groups[form])) {
+                Some(known) if cost < known.1 => *known = (form, cost),
+                Some(_) => {}
+                None => best.push((form, cost)),
+            }
+        }
+        let shapes = best.par_iter().map(|&(form, _)| self.best_shape(form)).collect::<Result<Vec<_>, ModelError>>()?;
+        for ((form, _), shape) in best.into_iter().zip(shapes) {
+            shape.map_or(Ok(()), |shape| self.reshape(form, shape))?;
+        }
         Ok(())
     }
 
@@ -253,6 +365,8 @@ impl<'a> Search<'a> {
     /// The best of the most promising effects, each with its shape refined: at its start value a shape may do badly.
     fn best_when_refined(&mut self, mut scored: Vec<(usize, f64)>) -> Result<Option<usize>, ModelError> {
         scored.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let is_everyday = |&group: &usize| registry::is_everyday(self.library.groups[group].spec.id);
+        let everyday: Vec<usize> = scored.iter().map(|(group, _)| *group).filter(is_everyday).collect();
         let mut short_list: Vec<usize> = Vec::new();
         for (group, _) in scored {
             let groups = &self.library.groups;
@@ -263,8 +377,10 @@ impl<'a> Search<'a> {
                 break;
             }
         }
-        for &group in &short_list {
-            self.refine(group)?;
+        let refined =
+            short_list.par_iter().map(|&group| self.best_shape(group)).collect::<Result<Vec<_>, ModelError>>()?;
+        for (&group, shape) in short_list.iter().zip(refined) {
+            shape.map_or(Ok(()), |shape| self.reshape(group, shape))?;
         }
         let cost = |group: &usize| self.priced_cost(&self.with(*group));
         let Some(best) = short_list.iter().copied().min_by(|a, b| cost(a).total_cmp(&cost(b))) else { return Ok(None) };
@@ -274,15 +390,15 @@ impl<'a> Search<'a> {
                 && groups[*simple].meets(&groups[best])
                 && !gates::is_confirmed(self, &self.with(*simple), &self.with(best))
         };
-        let simple = short_list.iter().copied().filter(is_as_good).min_by(|a, b| cost(a).total_cmp(&cost(b)));
-        Ok(simple.or(Some(best)))
+        let simple = short_list.iter().chain(&everyday).copied().filter(is_as_good);
+        Ok(simple.min_by(|a, b| cost(a).total_cmp(&cost(b))).or(Some(best)))
     }
 
-    /// Sets the shape of a group to its best value beside the active ones, by golden section between the neighbours of its
-    /// start value.
-    fn refine(&mut self, group: usize) -> Result<(), ModelError> {
-        if self.library.groups[group].shape.is_empty() {
-            return Ok(());
+    /// The best shape of a group beside the active ones, between the neighbours of its start value; `None`
+    /// if there is none or it has it.
+    fn best_shape(&self, group: usize) -> Result<Option<Vec<f64>>, ModelError> {
+        if self.library.groups[group].spec.shapes().next().is_none() {
+            return Ok(None);
         }
         let candidate = self.library.groups[group].clone();
         // The group's own columns come last, so that a trial changes only the end of the equations.
@@ -301,14 +417,16 @@ impl<'a> Search<'a> {
         let mut shape = candidate.shape.clone();
         let start = cost(&shape)?;
         let mut least = start;
-        for (number, (parameter, grid)) in candidate.spec.shapes().enumerate() {
+        // They influence each other.
+        let rounds = candidate.shape.len().min(SHAPE_ROUNDS);
+        for (number, (parameter, grid)) in (0..rounds).flat_map(|_| candidate.spec.shapes().enumerate()) {
             let value = shape[number];
             let below = grid.iter().copied().rfind(|&other| other < 0.999 * value);
             let above = grid.iter().copied().find(|&other| other > 1.001 * value);
-            let below = below.unwrap_or(parameter.min.max(value / 4.0));
+            let below = below.unwrap_or(value / 4.0).max(candidate.least_shape[number]);
             let above = above.unwrap_or(parameter.max.min(value * 4.0));
             let mut trial = shape.clone();
-            let (best, found) = golden_section(below.ln(), above.ln(), |place| {
+            let (best, found) = minimum(below.ln(), above.ln(), |place| {
                 trial[number] = place.exp();
                 cost(&trial)
             })?;
@@ -316,10 +434,7 @@ impl<'a> Search<'a> {
                 (shape[number], least) = (best.exp(), found);
             }
         }
-        if least < start {
-            self.reshape(group, shape)?;
-        }
-        Ok(())
+        Ok((least < start).then_some(shape))
     }
 
     /// Takes out what is no longer worth its price, the weakest first.
@@ -395,30 +510,6 @@ fn replace(equations: &mut NormalEquations, number: usize, products: &DVector<f6
     equations.gram.set_column(number, products);
     equations.gram.set_row(number, &products.transpose());
     equations.moment[number] = moment;
-}
-
-/// The place of the least cost between `low` and `high`, and that cost.
-fn golden_section(
-    mut low: f64,
-    mut high: f64,
-    mut cost: impl FnMut(f64) -> Result<f64, ModelError>,
-) -> Result<(f64, f64), ModelError> {
-    let ratio = (5f64.sqrt() - 1.0) / 2.0;
-    let mut inner = [high - ratio * (high - low), low + ratio * (high - low)];
-    let mut costs = [cost(inner[0])?, cost(inner[1])?];
-    for _ in 0..REFINEMENTS {
-        if costs[0] < costs[1] {
-            high = inner[1];
-            inner = [high - ratio * (high - low), inner[0]];
-            costs = [cost(inner[0])?, costs[0]];
-        } else {
-            low = inner[0];
-            inner = [inner[1], low + ratio * (high - low)];
-            costs = [costs[1], cost(inner[1])?];
-        }
-    }
-    let best = usize::from(costs[1] < costs[0]);
-    Ok((inner[best], costs[best]))
 }
 
 /// Sum of the equations of the blocks for which `included` holds.

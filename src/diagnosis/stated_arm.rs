@@ -58,7 +58,8 @@ pub fn compare(search: &Search, model: &Model, arm: Option<&Arm>, absorbed: &[us
             .min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((group, better)) = best else { break };
         let price = search.library.groups[group].parameter_count() as f64 * search.price;
-        if cost - better < MARGIN * price {
+        // The same for each further one: what is less is as well an error of the body that was found.
+        if cost - better < MARGIN * price || (!found.is_empty() && cost - better < REMAINDER * difference) {
             break;
         }
         found.push(group);

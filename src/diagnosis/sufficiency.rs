@@ -46,6 +46,7 @@ pub fn sufficiency(
     }
     search.active = groups.clone();
     search.reload()?;
+    search.refine_other_forms()?;
     let truth = search.priced_cost(&groups);
     let mut least = f64::INFINITY;
     for &group in &groups {
@@ -56,7 +57,11 @@ pub fn sufficiency(
         let without: Vec<usize> = groups.iter().copied().filter(|&other| other != group).collect();
         let price = search.library.groups[group].parameter_count() as f64 * search.price;
         least = least.min((search.priced_cost(&without) - truth) / (MARGIN * price));
-        for (set, _) in search.rivals(group) {
+        for (set, rival) in search.rivals(group) {
+            // What contains the effect explains as much for a higher price.
+            if search.library.groups[rival].includes(&search.library.groups[group]) {
+                continue;
+            }
             least = least.min((search.priced_cost(&set) - truth) / (MARGIN * search.price));
         }
     }

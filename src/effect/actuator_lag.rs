@@ -38,9 +38,15 @@ impl Effect for ActuatorLag {
         true
     }
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let load = &motion.load(&SPEC)?.torque[joint];
-        let rate = central_difference(load, &motion.trajectory.time);
+    fn follows_its_parameter(&self) -> bool {
+        true
+    }
+
+    /// The rate is taken halfway: tau(t - T) = tau(t) - T * d(tau)/dt(t - T/2) up to the third order of T.
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+        let (load, time) = (&motion.load(&SPEC)?.torque[joint], &motion.trajectory.time);
+        let found = shape.first().copied().unwrap_or(0.0).clamp(SPEC.parameters[0].min, SPEC.parameters[0].max);
+        let rate = delayed(&central_difference(load, time), time, 0.5 * found);
         Ok(vec![Column::on_joint(joint, rate.into_iter().map(|rate| -rate))])
     }
 
@@ -69,6 +75,19 @@ mod tests {
         for (t, time) in sample.trajectory.time.iter().enumerate() {
             assert!((torque[1][t] - 5.0 * (time - 0.02).max(0.0)).abs() < 1e-12);
             assert_eq!(torque[0][t], 5.0 * time);
+        }
+    }
+
+    /// The load of the sample is a parabola in time: with the rate taken halfway, the torque is that of the delay.
+    #[test]
+    fn the_second_order_of_the_lag_is_in_the_column() {
+        let sample = testing::Sample::new();
+        let (motion, lag) = (sample.motion(), 0.02);
+        let load = &motion.load.unwrap().torque[1];
+        let late = delayed(load, &sample.trajectory.time, lag);
+        let column = &ActuatorLag.columns(&motion, 1, &[lag]).unwrap()[0].parts[0].1;
+        for t in 5..sample.trajectory.len() {
+            assert!((lag * column[t] - (late[t] - load[t])).abs() < 1e-9, "{} at {t}", column[t]);
         }
     }
 

@@ -42,6 +42,13 @@ impl Effect for EndStop {
         &SPEC
     }
 
+    /// A stop that is touched most of the time is a spring.
+    fn least_shape(&self, positions: &[f64]) -> Vec<f64> {
+        let mut distances: Vec<f64> = positions.iter().map(|q| q.abs()).collect();
+        distances.sort_by(f64::total_cmp);
+        vec![distances.get(distances.len() / 4).copied().unwrap_or(0.0).max(SPEC.parameters[1].min)]
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
         let beyond = |&q: &f64| if q.abs() > shape[0] { q - shape[0].copysign(q) } else { 0.0 };
         Ok(vec![Column::on_joint(joint, motion.trajectory.q[joint].iter().map(beyond))])

@@ -49,6 +49,9 @@ mod torque_offset;
 mod torque_saturation;
 mod viscous_friction;
 
+use std::fmt;
+use std::sync::Arc;
+
 use crate::arm::{Arm, Posture};
 use crate::recording::differentiate::central_difference;
 use crate::recording::fault::FaultKind;
@@ -95,6 +98,23 @@ pub trait Effect: Send + Sync {
     /// What it does to the readings of all sensors, noise included. Nothing, for most.
     fn misread(&self, _reading: &mut Trajectory, _joint: usize, _parameters: &[f64]) {}
 
+    /// The least values of the shape parameters that a motion through these positions of the joint (ascending) can show. Less
+    /// than half a period of a wave over the position can't be told from a spring.
+    fn least_shape(&self, positions: &[f64]) -> Vec<f64> {
+        let range = positions.last().zip(positions.first()).map_or(0.0, |(last, first)| last - first);
+        let least = |(parameter, _): (&ParameterSpec, _)| match parameter.dimension {
+            Dimension::WaveNumber => parameter.min.max(std::f64::consts::PI / range.max(f64::MIN_POSITIVE)),
+            _ => parameter.min,
+        };
+        self.spec().shapes().map(least).collect()
+    }
+
+    /// Whether its torque is not quite in proportion to its only linear parameter, so that the column is taken at the value
+    /// found so far. `columns` then gets that value as the only entry of `shape`, and no entry before one was found.
+    fn follows_its_parameter(&self) -> bool {
+        false
+    }
+
     /// The fault of the torque readings that it is, if it is one. The readings show it by themselves, so it is found there
     /// and has no columns.
     fn fault(&self) -> Option<FaultKind> {
@@ -119,42 +139,39 @@ pub struct Motion<'a> {
 
 /// What the rigid body needs along one trajectory, for effects that depend on it: friction under load, errors of the torque
 /// reading. It comes from a rigid body, never from the measured torque, or the effects would explain the torque by itself.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone)]
 pub struct Load {
     /// Torque of the rigid body \[N m\].
     pub torque: PerJoint,
     /// Derivative of its gravity torque by the zero angle of the posture \[N m/rad\].
     pub turned_gravity: PerJoint,
-    /// Derivative of its torque by the time by which velocity and acceleration are ahead \[N m/s\].
-    pub advanced: PerJoint,
+    /// Its torque \[N m\] along any other trajectory.
+    pub body: Arc<dyn Fn(&Trajectory) -> PerJoint + Send + Sync>,
 }
 
-/// Step of the derivative by time ahead \[s\].
-const AHEAD: f64 = 1e-4;
+impl fmt::Debug for Load {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Load").field("torque", &self.torque).finish_non_exhaustive()
+    }
+}
 
 impl Load {
     /// The load of a known arm.
     pub fn of_arm(arm: &Arm, trajectory: &Trajectory) -> Load {
-        let torque =
-            |trajectory: &Trajectory| arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
-        Load::by(torque, arm.turned_gravity_along(&trajectory.q), trajectory)
+        let turned_gravity = arm.turned_gravity_along(&trajectory.q);
+        let arm = arm.clone();
+        let body =
+            move |trajectory: &Trajectory| arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
+        Load::by(body, turned_gravity, trajectory)
     }
 
     /// The load of a rigid body that gives its torque along any trajectory.
-    pub fn by(torque: impl Fn(&Trajectory) -> PerJoint, turned_gravity: PerJoint, trajectory: &Trajectory) -> Load {
-        let mut ahead = trajectory.clone();
-        for joint in 0..trajectory.joint_count() {
-            let jerk = central_difference(&trajectory.qdd[joint], &trajectory.time);
-            for (sample, jerk) in jerk.iter().enumerate() {
-                ahead.qd[joint][sample] += AHEAD * trajectory.qdd[joint][sample];
-                ahead.qdd[joint][sample] += AHEAD * jerk;
-            }
-        }
-        let (now, mut advanced) = (torque(trajectory), torque(&ahead));
-        for (ahead, now) in advanced.iter_mut().flatten().zip(now.iter().flatten()) {
-            *ahead = (*ahead - now) / AHEAD;
-        }
-        Load { torque: now, turned_gravity, advanced }
+    pub fn by(
+        body: impl Fn(&Trajectory) -> PerJoint + Send + Sync + 'static,
+        turned_gravity: PerJoint,
+        trajectory: &Trajectory,
+    ) -> Load {
+        Load { torque: body(trajectory), turned_gravity, body: Arc::new(body) }
     }
 }
 
@@ -532,7 +549,9 @@ pub(crate) mod testing {
             let arm = Arm::uniform(3);
             let torque = (0..3).map(|joint| time.iter().map(|&time| load(joint, time)).collect()).collect();
             let turned_gravity = arm.turned_gravity_along(&q);
-            let load = Load { torque, turned_gravity, advanced: signal(1.7, 0.2) };
+            let of_arm = arm.clone();
+            let body = move |motion: &Trajectory| of_arm.inverse_dynamics_along(&motion.q, &motion.qd, &motion.qdd);
+            let load = Load { torque, turned_gravity, body: Arc::new(body) };
             let trajectory = Trajectory { name: String::new(), time, q, qd, qdd, tau: Vec::new() };
             Sample { arm, trajectory, kinds: vec![JointKind::Revolute; 3], load }
         }

@@ -47,6 +47,12 @@ pub fn sought() -> Vec<&'static dyn Effect> {
     ALL.iter().copied().filter(|&effect| effect.fault().is_none() && !is_sum(effect)).collect()
 }
 
+/// Whether nearly every real joint has this effect, so that it comes to mind before any other: friction, the zero of the torque
+/// reading, the inertia of a geared motor.
+pub fn is_everyday(id: &str) -> bool {
+    ["viscous-friction", "coulomb-friction", "stribeck-friction", "torque-offset", "rotor-inertia"].contains(&id)
+}
+
 /// The effect that stands for a fault of the readings.
 pub fn of_fault(kind: FaultKind) -> Option<&'static dyn Effect> {
     ALL.iter().copied().find(|effect| effect.fault() == Some(kind))

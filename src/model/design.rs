@@ -213,30 +213,36 @@ impl<'a> Design<'a> {
         Equations { count: columns.len(), on_joint, parts }
     }
 
-    /// Computes anew what changed in `equations` when the columns `changed` were replaced by others on the same joints.
+    /// Computes anew what changed in `equations` when the columns `changed` (ascending) were replaced by others on the same
+    /// joints.
     pub fn update_equations(
         &self,
         equations: &mut Equations,
         columns: &[PreparedColumn],
-        changed: Range<usize>,
+        changed: &[usize],
         torque: &[PerJoint],
     ) {
-        for (block, parts) in self.blocks.iter().zip(&mut equations.parts) {
-            for (joint, (part, acting)) in parts.iter_mut().zip(&equations.on_joint).enumerate() {
-                if !acting.iter().any(|column| changed.contains(column)) {
+        let on_joint = &equations.on_joint;
+        let update = |(block, parts): (&Block, &mut Vec<NormalEquations>)| {
+            for (joint, (part, acting)) in parts.iter_mut().zip(on_joint).enumerate() {
+                let is_changed = |&place: &usize| changed.binary_search(&acting[place]).is_ok();
+                let places: Vec<usize> = (0..acting.len()).filter(is_changed).collect();
+                if places.is_empty() {
                     continue;
                 }
-                let cut: Vec<&[f64]> = acting.iter().map(|&column| columns[column].cut(block, joint)).collect();
-                for i in (0..acting.len()).filter(|&i| changed.contains(&acting[i])) {
-                    part.moment[i] = dot(cut[i], &torque[block.trajectory][joint][block.samples.clone()]);
-                    for j in 0..cut.len() {
-                        let product = dot(cut[i], cut[j]);
-                        part.gram[(i, j)] = product;
-                        part.gram[(j, i)] = product;
-                    }
+                let torque = &torque[block.trajectory][joint][block.samples.clone()];
+                let cut = |&column: &usize| columns[column].cut(block, joint);
+                let all = side_by_side(acting.iter().map(cut), torque.len());
+                let new = side_by_side(places.iter().map(|&place| cut(&acting[place])), torque.len()).transpose();
+                let (products, moments) = (&new * &all, new * DVector::from_column_slice(torque));
+                for (row, &place) in places.iter().enumerate() {
+                    part.moment[place] = moments[row];
+                    part.gram.set_row(place, &products.row(row));
+                    part.gram.set_column(place, &products.row(row).transpose());
                 }
             }
-        }
+        };
+        self.blocks.par_iter().zip(&mut equations.parts).for_each(update);
     }
 
     /// Computes anew the last rows and columns of the weighted `sum` over all blocks, those of the columns `new`, which
@@ -438,17 +444,21 @@ fn blank(values: &mut [f64], counts: &[bool]) {
 }
 
 fn joint_equations(columns: &[&[f64]], torque: &[f64]) -> NormalEquations {
-    let mut gram = DMatrix::zeros(columns.len(), columns.len());
-    let mut moment = DVector::zeros(columns.len());
-    for (i, first) in columns.iter().enumerate() {
-        moment[i] = dot(first, torque);
-        for (j, second) in columns.iter().enumerate().take(i + 1) {
-            let product = dot(first, second);
-            gram[(i, j)] = product;
-            gram[(j, i)] = product;
-        }
+    let columns = side_by_side(columns.iter().copied(), torque.len());
+    let rows = columns.transpose();
+    let torque = DVector::from_column_slice(torque);
+    NormalEquations { gram: &rows * &columns, moment: rows * &torque, energy: torque.norm_squared() }
+}
+
+/// Columns of so many samples as a matrix; those that are zero by construction come empty.
+fn side_by_side<'a>(columns: impl Iterator<Item = &'a [f64]>, samples: usize) -> DMatrix<f64> {
+    let (mut values, mut count) = (Vec::new(), 0);
+    for column in columns {
+        values.extend_from_slice(column);
+        count += 1;
+        values.resize(count * samples, 0.0);
     }
-    NormalEquations { gram, moment, energy: dot(torque, torque) }
+    DMatrix::from_vec(samples, count, values)
 }
 
 /// Dot product in eight partial sums, which the compiler turns into vector instructions.

@@ -13,6 +13,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::design::{Design, Equations, PreparedColumn};
 use super::evaluate::Prediction;
+use super::line_search::minimum;
 use super::terms::{Factor, Setting};
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::progress::Monitor;
@@ -104,8 +105,6 @@ mod joint_number {
 
 /// Relative step for derivatives by shape parameters.
 const SHAPE_STEP: f64 = 1e-3;
-/// Golden-section steps per shape parameter; each shrinks its bracket to 62 %.
-const SHAPE_STEPS: usize = 14;
 /// Rounds over all shape parameters, since they influence each other.
 const SHAPE_ROUNDS: usize = 2;
 /// Rounds in which the load is computed anew from the identified body; each shrinks its error by the effect's strength.
@@ -131,29 +130,38 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
         return Err(ModelError::Learned(term.label()));
     }
     if !model.depends_on_load() {
-        return fit_with_load(model, design, monitor);
+        return fit_with_load(model, design, None, monitor);
     }
     if model.is_pinned() {
-        return fit_with_load(model, &design.with_body(None), monitor);
+        return fit_in_rounds(model, &design.with_body(None), monitor);
     }
-    // The load follows from the body that is identified beside it.
-    let mut fitted = fit_with_load(model, design, monitor)?;
+    fit_in_rounds(model, design, monitor)
+}
+
+/// The load follows from the body that is identified beside it, and some columns from their parameter.
+fn fit_in_rounds(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
+    let mut fitted = fit_with_load(model, design, None, monitor)?;
     for _ in 0..LOAD_ROUNDS {
-        let Some(body) = fitted.body_among(&fitted.factors) else { break };
-        fitted = fit_with_load(model, &design.with_body(Some(body)), monitor)?;
+        let body = fitted.body_among(&fitted.factors).or(design.setting.body.clone());
+        fitted = fit_with_load(model, &design.with_body(body), Some(&fitted), monitor)?;
     }
     Ok(fitted)
 }
 
-/// The fit with the load that the design has.
-fn fit_with_load(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
+/// The fit with the load that the design has, and with columns taken where the fit before found their parameters.
+fn fit_with_load(
+    model: &Model,
+    design: &Design,
+    before: Option<&Fitted>,
+    monitor: &Monitor,
+) -> Result<Fitted, ModelError> {
     let factors = model.factors(&design.setting)?;
     let samples: usize = (0..design.recording.joint_count()).map(|joint| design.sample_count(joint)).sum();
     if samples < 4 * factors.len() {
         return Err(ModelError::TooFewSamples { samples, parameters: factors.len() });
     }
     let torque = unexplained_torque(model, design);
-    let mut search = ShapeSearch::new(model, design, &torque)?;
+    let mut search = ShapeSearch::new(model, design, before, &torque)?;
     // The first weights take each joint's torque for its error; the second know the error.
     let mut weights: Vec<f64> = (0..torque[0].len()).map(|joint| inverse(design.energy(joint))).collect();
     for round in 0..2 {
@@ -216,10 +224,17 @@ struct ShapeSearch<'a> {
 }
 
 impl<'a> ShapeSearch<'a> {
-    fn new(model: &'a Model, design: &'a Design<'a>, torque: &'a [PerJoint]) -> Result<Self, ModelError> {
+    fn new(
+        model: &'a Model,
+        design: &'a Design<'a>,
+        before: Option<&Fitted>,
+        torque: &'a [PerJoint],
+    ) -> Result<Self, ModelError> {
         let mut shapes = Vec::new();
-        for term in &model.terms {
+        for (number, term) in model.terms.iter().enumerate() {
+            let found = || before.iter().flat_map(|fitted| fitted.parameters_of(number)).map(|found| found.value);
             shapes.push(match term {
+                Term::Effect(effect) if effect.find()?.follows_its_parameter() => found().collect(),
                 Term::Effect(effect) => effect.find()?.spec().shapes().map(|(_, grid)| grid[grid.len() / 2]).collect(),
                 Term::RigidBody(_) | Term::Learned(_) => Vec::new(),
             });
@@ -263,25 +278,11 @@ impl<'a> ShapeSearch<'a> {
                 (best, least) = (index, cost);
             }
         }
-        // Golden section between the neighbours of the best grid value, on a logarithmic scale.
-        let mut low = if best == 0 { parameter.min.max(grid[0] / 4.0) } else { grid[best - 1] }.ln();
-        let mut high = grid.get(best + 1).copied().unwrap_or(parameter.max.min(grid[best] * 4.0)).ln();
-        let ratio = (5f64.sqrt() - 1.0) / 2.0;
-        let mut inner = [high - ratio * (high - low), low + ratio * (high - low)];
-        let mut costs = [cost(inner[0].exp())?, cost(inner[1].exp())?];
-        for _ in 0..SHAPE_STEPS {
-            if costs[0] < costs[1] {
-                high = inner[1];
-                inner = [high - ratio * (high - low), inner[0]];
-                costs = [cost(inner[0].exp())?, costs[0]];
-            } else {
-                low = inner[0];
-                inner = [inner[1], low + ratio * (high - low)];
-                costs = [costs[1], cost(inner[1].exp())?];
-            }
-        }
-        let refined = if costs[0] < costs[1] { inner[0] } else { inner[1] };
-        let value = if costs[0].min(costs[1]) < least { refined.exp() } else { grid[best] };
+        // Between the neighbours of the best grid value, on a logarithmic scale.
+        let low = if best == 0 { parameter.min.max(grid[0] / 4.0) } else { grid[best - 1] }.ln();
+        let high = grid.get(best + 1).copied().unwrap_or(parameter.max.min(grid[best] * 4.0)).ln();
+        let (refined, found) = minimum(low, high, |place| cost(place.exp()))?;
+        let value = if found < least { refined.exp() } else { grid[best] };
         cost(value)?;
         Ok(())
     }
@@ -292,7 +293,7 @@ impl<'a> ShapeSearch<'a> {
         let columns = effect_columns(effect, self.design, &self.shapes[term])?;
         let changed = first..first + columns.len();
         self.columns.splice(changed.clone(), columns);
-        self.design.update_equations(&mut self.equations, &self.columns, changed, self.torque);
+        self.design.update_equations(&mut self.equations, &self.columns, &changed.collect::<Vec<_>>(), self.torque);
         Ok(())
     }
 
@@ -310,7 +311,7 @@ impl<'a> ShapeSearch<'a> {
         for (term, shape) in self.shapes.iter().enumerate() {
             let Term::Effect(effect) = &self.model.terms[term] else { continue };
             let first = first_column(self.model, self.design, term)?;
-            for number in 0..shape.len() {
+            for (number, _) in effect.find()?.spec().shapes().enumerate() {
                 let step = SHAPE_STEP * shape[number];
                 let mut shifted = [shape.clone(), shape.clone()];
                 shifted[0][number] -= step;

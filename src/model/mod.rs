@@ -12,6 +12,7 @@ pub mod file;
 pub mod fit;
 pub mod learned;
 pub mod least_squares;
+pub(crate) mod line_search;
 pub mod preparation;
 pub mod terms;
 

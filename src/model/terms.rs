@@ -69,9 +69,10 @@ impl Setting {
     }
 
     fn load_by(&self, factors: &[f64], trajectory: &Trajectory) -> Load {
-        let sum = |setting: &Setting, trajectory: &Trajectory| {
+        let factors = factors.to_vec();
+        let sum = move |setting: &Setting, trajectory: &Trajectory| {
             let mut torque = vec![vec![0.0; trajectory.len()]; trajectory.joint_count()];
-            for (column, factor) in RigidBody::Identified.columns(setting, trajectory).iter().zip(factors) {
+            for (column, factor) in RigidBody::Identified.columns(setting, trajectory).iter().zip(&factors) {
                 for (joint, values) in &column.parts {
                     for (sum, value) in torque[*joint].iter_mut().zip(values) {
                         *sum += factor * value;
@@ -87,7 +88,8 @@ impl Setting {
         let zero_angle = self.posture.zero_angle + std::f64::consts::FRAC_PI_2;
         let chain = self.chain.as_ref().map(Chain::turned);
         let turned = Setting { posture: Posture { zero_angle, ..self.posture }, chain, ..self.clone() };
-        Load::by(|trajectory| sum(self, trajectory), sum(&turned, &still), trajectory)
+        let (own, turned_gravity) = (self.clone(), sum(&turned, &still));
+        Load::by(move |trajectory| sum(&own, trajectory), turned_gravity, trajectory)
     }
 }
 

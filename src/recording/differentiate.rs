@@ -108,9 +108,7 @@ pub fn low_pass(signal: &[f64], time_step: f64, cutoff_hz: f64) -> Vec<f64> {
     let margin = ((6.0 / relative).ceil() as usize).min(signal.len() - 1);
     let mut padded = continued(signal, margin, relative);
     for _ in 0..2 {
-        for section in sections {
-            section.run(&mut padded);
-        }
+        run(&sections, &mut padded);
         padded.reverse();
     }
     padded[margin..margin + signal.len()].to_vec()
@@ -162,18 +160,20 @@ fn butterworth(relative_cutoff: f64) -> [Section; 2] {
     })
 }
 
-impl Section {
-    /// Filters in place, starting as if the first value had been there for ever.
-    fn run(&self, signal: &mut [f64]) {
-        let Section { b, a } = self;
-        let start = signal[0];
-        let mut second = (b[2] - a[1]) * start;
-        let mut first = (b[1] - a[0]) * start + second;
-        for value in signal {
+/// Filters in place, starting as if the first value had been there for ever. All sections go along together: while one waits
+/// for its last output, the other works.
+fn run(sections: &[Section; 2], signal: &mut [f64]) {
+    let start = signal[0];
+    let mut states = sections.map(|Section { b, a }| {
+        let second = (b[2] - a[1]) * start;
+        [(b[1] - a[0]) * start + second, second]
+    });
+    for value in signal {
+        for (Section { b, a }, [first, second]) in sections.iter().zip(&mut states) {
             let input = *value;
-            let output = b[0] * input + first;
-            first = b[1] * input - a[0] * output + second;
-            second = b[2] * input - a[1] * output;
+            let output = b[0] * input + *first;
+            *first = b[1] * input - a[0] * output + *second;
+            *second = b[2] * input - a[1] * output;
             *value = output;
         }
     }
