@@ -91,6 +91,7 @@ fn what_the_slide_of_emps_lacks_is_named() {
 }
 
 #[test]
+#[ignore = "half a minute of work: cargo test --release --test real_logs -- --ignored"]
 fn the_friction_of_the_tx40_and_its_coupled_wrist_are_named() {
     let Some(folder) = real_data("tx40") else { return };
     let both = format!("{0}/pos_read_data.csv+{0}/curr_data.csv", folder.display());

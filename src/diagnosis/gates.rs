@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::selection::{MARGIN, Search};
-use crate::effect::registry;
+use crate::effect::{Spec, registry};
 
 /// Smallest share of the joint's torque (RMS) that is worth naming.
 const LEAST_SHARE: f64 = 0.0025;
@@ -29,7 +29,7 @@ pub fn check(search: &Search, group: usize) -> Result<(), String> {
     let before = &search.active;
     let after = search.with(group);
     let gain = search.cost(before) - search.cost(&after);
-    let price = candidate.parameter_count() as f64 * search.price;
+    let price = search.price_of(group);
     if gain < MARGIN * price {
         return Err("it explains hardly more than chance would".to_owned());
     }
@@ -53,12 +53,16 @@ pub fn check(search: &Search, group: usize) -> Result<(), String> {
     if is_everyday { Ok(()) } else { extrapolates(search, before, &after, gain) }
 }
 
-/// Whether the linear parameters of the group lie within their bounds, but for rounding.
+/// Whether the linear parameters of the group lie within their bounds.
 pub fn is_physical(search: &Search, groups: &[usize], group: usize) -> bool {
     let solution = search.solve(groups);
     let Some(offset) = offset_of(search, groups, group) else { return false };
-    let parameters = search.library.groups[group].spec.linear();
-    parameters.zip(solution.factors.iter().skip(offset)).all(|(parameter, &value)| {
+    are_physical(search.library.groups[group].spec, &solution.factors.as_slice()[offset..])
+}
+
+/// Whether these linear parameters lie within their bounds, but for rounding.
+pub fn are_physical(spec: &Spec, factors: &[f64]) -> bool {
+    spec.linear().zip(factors).all(|(parameter, &value)| {
         let tolerance = 1e-9 * value.abs();
         value >= parameter.min - tolerance && value <= parameter.max + tolerance
     })

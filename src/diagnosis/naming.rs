@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::gates;
-use super::selection::{CLOSE, Search};
+use super::selection::{CLOSE, Rival, Search};
 use super::stated_arm::{self, Comparison};
 use crate::arm::Arm;
 use crate::effect::{Scope, registry};
@@ -102,13 +102,14 @@ fn judge(search: &Search, group: usize) -> Judgement {
     let groups = &search.library.groups;
     let without: Vec<usize> = search.active.iter().copied().filter(|&other| other != group).collect();
     let gain = search.cost(&without) - search.cost(&search.active);
-    let price = groups[group].parameter_count() as f64 * search.price;
+    let price = search.price_of(group);
     let mut confidence = f64::min(odds(gain - price), certainty(search, &without));
     let mut alternatives = Vec::new();
     let mut closest: Option<(f64, usize)> = None;
-    for (set, rival) in search.rivals(group) {
-        let worse = search.cost(&set) - search.cost(&search.active);
-        let priced = search.priced_cost(&set) - search.priced_cost(&search.active);
+    let found = search.cost(&search.active);
+    for Rival { group: rival, cost, .. } in search.rivals(group) {
+        let worse = cost - found;
+        let priced = worse + search.price_of(rival) - price;
         // A rival that contains the effect explains as much by itself; it is one only if its surplus is worth its price.
         let contains = groups[rival].includes(&groups[group]);
         if !contains {

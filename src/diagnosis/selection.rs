@@ -14,8 +14,8 @@ use super::candidates::{Group, Library};
 use super::gates;
 use crate::effect::registry;
 use crate::model::design::PreparedColumn;
-use crate::model::least_squares::{NormalEquations, Solution};
-use crate::model::line_search::minimum;
+use crate::model::least_squares::{Elimination, NormalEquations, Solution};
+use crate::model::line_search::{FINE, minimum};
 use crate::model::{ModelError, fit};
 use crate::progress::Monitor;
 
@@ -27,6 +27,8 @@ pub const CLOSE: f64 = 6.0;
 const MOST_EFFECTS: usize = 24;
 /// Most rounds of the search, each with a better rigid body.
 const LOAD_ROUNDS: usize = 3;
+/// Steps of a search for a shape that is to be compared with others, not yet kept.
+const COARSE: usize = 6;
 /// Rounds over the shape parameters of an effect that has several.
 const SHAPE_ROUNDS: usize = 2;
 /// A joint must weigh less than this share of its weight before the set is doubted.
@@ -113,8 +115,12 @@ impl<'a> Search<'a> {
 
     /// [`Search::cost`] plus the price of the parameters.
     pub fn priced_cost(&self, groups: &[usize]) -> f64 {
-        let parameters: usize = groups.iter().map(|&group| self.library.groups[group].parameter_count()).sum();
-        self.cost(groups) + parameters as f64 * self.price
+        self.cost(groups) + self.price_of_all(groups)
+    }
+
+    /// The price of the parameters of these groups.
+    pub fn price_of_all(&self, groups: &[usize]) -> f64 {
+        groups.iter().map(|&group| self.price_of(group)).sum()
     }
 
     /// Error of each block with these groups, fitted on the blocks for which `trains(block, left_out)` holds, by left-out
@@ -189,9 +195,11 @@ impl<'a> Search<'a> {
                 }
                 self.settle()?;
             }
-            if self.active == before || !self.reload()? {
+            if self.active == before {
                 break;
             }
+            self.refine_other_forms()?;
+            self.reload()?;
             self.settle()?;
         }
         for _ in 0..LOAD_ROUNDS {
@@ -263,7 +271,6 @@ impl<'a> Search<'a> {
     /// beside the others.
     fn settle(&mut self) -> Result<(), ModelError> {
         self.prune();
-        self.refine_other_forms()?;
         self.swap();
         self.refine_found()
     }
@@ -271,7 +278,7 @@ impl<'a> Search<'a> {
     /// Refines the shapes of what was found, each beside the others, and takes out what then is superfluous.
     fn refine_found(&mut self) -> Result<(), ModelError> {
         for group in self.active.clone() {
-            if let Some(shape) = self.best_shape(group)? {
+            if let Some(shape) = self.best_shape(group, FINE)? {
                 self.reshape(group, shape)?;
             }
         }
@@ -289,7 +296,7 @@ impl<'a> Search<'a> {
             let everyday: Vec<usize> = self
                 .rivals(odd)
                 .into_iter()
-                .map(|(_, rival)| rival)
+                .map(|rival| rival.group)
                 .filter(|&rival| {
                     registry::is_everyday(groups[rival].spec.id) && groups[rival].joint == groups[odd].joint
                 })
@@ -332,7 +339,8 @@ impl<'a> Search<'a> {
                 None => best.push((form, cost)),
             }
         }
-        let shapes = best.par_iter().map(|&(form, _)| self.best_shape(form)).collect::<Result<Vec<_>, ModelError>>()?;
+        let shapes =
+            best.par_iter().map(|&(form, _)| self.best_shape(form, FINE)).collect::<Result<Vec<_>, ModelError>>()?;
         for ((form, _), shape) in best.into_iter().zip(shapes) {
             shape.map_or(Ok(()), |shape| self.reshape(form, shape))?;
         }
@@ -342,7 +350,8 @@ impl<'a> Search<'a> {
     /// The candidate with the best evidence that passes all gates.
     fn next_best(&mut self, refused: &mut Vec<(usize, String)>) -> Result<Option<usize>, ModelError> {
         loop {
-            let now = self.priced_cost(&self.active);
+            let base = Base::new(self, self.active.clone());
+            let (before, now) = (base.elimination.residual_energy(), self.priced_cost(&self.active));
             let score = |group: usize| {
                 let candidate = &self.library.groups[group];
                 let is_refused =
@@ -350,8 +359,12 @@ impl<'a> Search<'a> {
                 if is_refused || !self.is_open(group) {
                     return None;
                 }
-                let score = now - self.priced_cost(&self.with(group));
-                (score > 0.0 && !self.is_absorbed(group, &self.active)).then_some((group, score))
+                let beside = base.with(self, group);
+                let with = self.with(group);
+                let replaces = with.len() <= self.active.len();
+                let score =
+                    if replaces { now - self.priced_cost(&with) } else { before - beside.cost - self.price_of(group) };
+                (score > 0.0 && beside.shows).then_some((group, score))
             };
             let scored: Vec<(usize, f64)> = (0..self.library.groups.len()).into_par_iter().filter_map(score).collect();
             let Some(group) = self.best_when_refined(scored)? else { return Ok(None) };
@@ -377,8 +390,10 @@ impl<'a> Search<'a> {
                 break;
             }
         }
-        let refined =
-            short_list.par_iter().map(|&group| self.best_shape(group)).collect::<Result<Vec<_>, ModelError>>()?;
+        let refined = short_list
+            .par_iter()
+            .map(|&group| self.best_shape(group, COARSE))
+            .collect::<Result<Vec<_>, ModelError>>()?;
         for (&group, shape) in short_list.iter().zip(refined) {
             shape.map_or(Ok(()), |shape| self.reshape(group, shape))?;
         }
@@ -396,7 +411,7 @@ impl<'a> Search<'a> {
 
     /// The best shape of a group beside the active ones, between the neighbours of its start value; `None`
     /// if there is none or it has it.
-    fn best_shape(&self, group: usize) -> Result<Option<Vec<f64>>, ModelError> {
+    fn best_shape(&self, group: usize, steps: usize) -> Result<Option<Vec<f64>>, ModelError> {
         if self.library.groups[group].spec.shapes().next().is_none() {
             return Ok(None);
         }
@@ -417,8 +432,8 @@ impl<'a> Search<'a> {
         let mut shape = candidate.shape.clone();
         let start = cost(&shape)?;
         let mut least = start;
-        // They influence each other.
-        let rounds = candidate.shape.len().min(SHAPE_ROUNDS);
+        // Several shape parameters influence each other.
+        let rounds = if steps == COARSE { 1 } else { candidate.shape.len().min(SHAPE_ROUNDS) };
         for (number, (parameter, grid)) in (0..rounds).flat_map(|_| candidate.spec.shapes().enumerate()) {
             let value = shape[number];
             let below = grid.iter().copied().rfind(|&other| other < 0.999 * value);
@@ -426,7 +441,7 @@ impl<'a> Search<'a> {
             let below = below.unwrap_or(value / 4.0).max(candidate.least_shape[number]);
             let above = above.unwrap_or(parameter.max.min(value * 4.0));
             let mut trial = shape.clone();
-            let (best, found) = minimum(below.ln(), above.ln(), |place| {
+            let (best, found) = minimum(below.ln(), above.ln(), steps, |place| {
                 trial[number] = place.exp();
                 cost(&trial)
             })?;
@@ -443,8 +458,7 @@ impl<'a> Search<'a> {
             let now = self.cost(&self.active);
             let margin = |&group: &usize| {
                 let without: Vec<usize> = self.active.iter().copied().filter(|&other| other != group).collect();
-                let price = self.library.groups[group].parameter_count() as f64 * self.price;
-                (group, self.cost(&without) - now - MARGIN * price)
+                (group, self.cost(&without) - now - MARGIN * self.price_of(group))
             };
             let weakest = self.active.iter().map(margin).min_by(|a, b| a.1.total_cmp(&b.1));
             match weakest {
@@ -460,14 +474,14 @@ impl<'a> Search<'a> {
             let now = self.priced_cost(&self.active);
             let mut best: Option<(Vec<usize>, f64)> = None;
             for &old in &self.active {
-                for (rival, new) in self.rivals(old) {
-                    let cost = self.priced_cost(&rival);
-                    let groups = &self.library.groups;
-                    let is_simpler = groups[new].parameter_count() <= groups[old].parameter_count();
+                let rest = self.price_of_all(&self.active) - self.price_of(old);
+                for rival in self.rivals(old) {
+                    let cost = rival.cost + rest + self.price_of(rival.group);
+                    let is_simpler = self.price_of(rival.group) <= self.price_of(old);
                     if cost < best.as_ref().map_or(now, |(_, cost)| *cost)
-                        && (is_simpler || gates::is_confirmed(self, &self.active, &rival))
+                        && (is_simpler || gates::is_confirmed(self, &self.active, &rival.set))
                     {
-                        best = Some((rival, cost));
+                        best = Some((rival.set, cost));
                     }
                 }
             }
@@ -476,32 +490,87 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The sets in which another effect that meets `group` on a joint, or the same effect on another joint, stands for it, each
-    /// with that effect.
-    pub fn rivals(&self, group: usize) -> Vec<(Vec<usize>, usize)> {
+    /// The sets in which another effect that meets `group` on a joint, or the same effect on another joint, stands for it.
+    pub fn rivals(&self, group: usize) -> Vec<Rival> {
         let groups = &self.library.groups;
         let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != group).collect();
-        let is_free = |candidate: &usize| {
-            let candidate = &groups[*candidate];
-            (candidate.meets(&groups[group]) || candidate.spec.id == groups[group].spec.id)
-                && !candidate.same_place_and_effect(&groups[group])
-                && !others.iter().any(|&other| {
-                    let other = &groups[other];
-                    other.same_place_and_effect(candidate)
-                        || other.includes(candidate)
-                        || candidate.includes(other)
-                        || candidate.is_another_form_of(other)
-                })
-        };
-        let candidates = (0..groups.len()).filter(is_free);
-        candidates
-            .map(|candidate| {
-                let mut groups = others.clone();
-                groups.push(candidate);
-                (groups, candidate)
+        let base = Base::new(self, others);
+        let rival = |candidate: usize| {
+            let candidate_group = &groups[candidate];
+            let meets = candidate_group.meets(&groups[group]) || candidate_group.spec.id == groups[group].spec.id;
+            let excludes = |&other: &usize| {
+                let other = &groups[other];
+                other.same_place_and_effect(candidate_group)
+                    || other.includes(candidate_group)
+                    || candidate_group.includes(other)
+                    || candidate_group.is_another_form_of(other)
+            };
+            if !meets || candidate_group.same_place_and_effect(&groups[group]) || base.groups.iter().any(excludes) {
+                return None;
+            }
+            let beside = base.with(self, candidate);
+            let set = base.groups.iter().copied().chain([candidate]).collect();
+            gates::are_physical(candidate_group.spec, &beside.factors).then_some(Rival {
+                set,
+                group: candidate,
+                cost: beside.cost,
             })
-            .filter(|(groups, candidate)| gates::is_physical(self, groups, *candidate))
-            .collect()
+        };
+        (0..groups.len()).into_par_iter().filter_map(rival).collect()
+    }
+
+    /// The price of a group's parameters.
+    pub fn price_of(&self, group: usize) -> f64 {
+        self.library.groups[group].parameter_count() as f64 * self.price
+    }
+}
+
+/// An effect that stands for another one of the set that was found.
+pub struct Rival {
+    /// The set with it.
+    pub set: Vec<usize>,
+    /// Which it is.
+    pub group: usize,
+    /// Weighted squared error that is left with that set.
+    pub cost: f64,
+}
+
+/// The model's columns and those of some groups, eliminated once, so that one more group after the other can be tried.
+struct Base {
+    groups: Vec<usize>,
+    columns: Vec<usize>,
+    elimination: Elimination,
+}
+
+/// What a group does beside a base.
+struct Beside {
+    cost: f64,
+    factors: Vec<f64>,
+    /// Whether the data show any of its factors.
+    shows: bool,
+}
+
+impl Base {
+    fn new(search: &Search, groups: Vec<usize>) -> Self {
+        let columns = search.columns(&groups);
+        let elimination = search.whole.select(&columns).eliminate();
+        Base { groups, columns, elimination }
+    }
+
+    fn with(&self, search: &Search, group: usize) -> Beside {
+        let mut elimination = self.elimination.clone();
+        let mut columns = self.columns.clone();
+        for column in search.library.groups[group].columns.clone() {
+            let products: Vec<f64> = columns.iter().map(|&other| search.whole.gram[(other, column)]).collect();
+            elimination.push(&products, search.whole.gram[(column, column)], search.whole.moment[column]);
+            columns.push(column);
+        }
+        let first = self.columns.len();
+        Beside {
+            cost: elimination.residual_energy(),
+            factors: elimination.factors_from(first),
+            shows: elimination.identified()[first..].iter().any(|&shows| shows),
+        }
     }
 }
 

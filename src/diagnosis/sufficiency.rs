@@ -55,14 +55,15 @@ pub fn sufficiency(
             continue;
         }
         let without: Vec<usize> = groups.iter().copied().filter(|&other| other != group).collect();
-        let price = search.library.groups[group].parameter_count() as f64 * search.price;
+        let price = search.price_of(group);
         least = least.min((search.priced_cost(&without) - truth) / (MARGIN * price));
-        for (set, rival) in search.rivals(group) {
+        for rival in search.rivals(group) {
             // What contains the effect explains as much for a higher price.
-            if search.library.groups[rival].includes(&search.library.groups[group]) {
+            if search.library.groups[rival.group].includes(&search.library.groups[group]) {
                 continue;
             }
-            least = least.min((search.priced_cost(&set) - truth) / (MARGIN * search.price));
+            let priced = rival.cost + search.price_of_all(&rival.set);
+            least = least.min((priced - truth) / (MARGIN * search.price));
         }
     }
     Ok(least)

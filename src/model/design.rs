@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::least_squares::NormalEquations;
+use super::least_squares::{NormalEquations, dot};
 use super::preparation::Preparation;
 use super::terms::Setting;
 use super::{Model, ModelError, RigidBody, Term};
@@ -459,19 +459,6 @@ fn side_by_side<'a>(columns: impl Iterator<Item = &'a [f64]>, samples: usize) ->
         values.resize(count * samples, 0.0);
     }
     DMatrix::from_vec(samples, count, values)
-}
-
-/// Dot product in eight partial sums, which the compiler turns into vector instructions.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail: f64 = a_chunks.remainder().iter().zip(b_chunks.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a_chunks.zip(b_chunks) {
-        for lane in 0..8 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + tail
 }
 
 /// The training stretches; those of one trajectory that only faulty readings part are one. What lies between does not count.

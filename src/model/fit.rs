@@ -13,7 +13,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::design::{Design, Equations, PreparedColumn};
 use super::evaluate::Prediction;
-use super::line_search::minimum;
+use super::line_search::{FINE, minimum};
 use super::terms::{Factor, Setting};
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::progress::Monitor;
@@ -281,7 +281,7 @@ impl<'a> ShapeSearch<'a> {
         // Between the neighbours of the best grid value, on a logarithmic scale.
         let low = if best == 0 { parameter.min.max(grid[0] / 4.0) } else { grid[best - 1] }.ln();
         let high = grid.get(best + 1).copied().unwrap_or(parameter.max.min(grid[best] * 4.0)).ln();
-        let (refined, found) = minimum(low, high, |place| cost(place.exp()))?;
+        let (refined, found) = minimum(low, high, FINE, |place| cost(place.exp()))?;
         let value = if found < least { refined.exp() } else { grid[best] };
         cost(value)?;
         Ok(())

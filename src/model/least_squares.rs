@@ -77,43 +77,95 @@ impl NormalEquations {
     /// Least squares by Cholesky on scaled columns. Of columns that can't be told apart the first is kept, the others get
     /// the factor 0 and are marked as not identified.
     pub fn solve(&self) -> Solution {
-        let count = self.moment.len();
-        let scale: Vec<f64> = (0..count).map(|i| self.gram[(i, i)].max(0.0).sqrt()).collect();
-        let mut lower = DMatrix::<f64>::zeros(count, count);
-        let mut identified = vec![false; count];
-        for i in 0..count {
-            if scale[i] == 0.0 {
-                continue;
-            }
-            for j in (0..i).filter(|&j| identified[j]) {
-                let rest: f64 = (0..j).map(|k| lower[(i, k)] * lower[(j, k)]).sum();
-                lower[(i, j)] = (self.gram[(i, j)] / (scale[i] * scale[j]) - rest) / lower[(j, j)];
-            }
-            let pivot = 1.0 - (0..i).map(|k| lower[(i, k)].powi(2)).sum::<f64>();
-            if pivot > INDEPENDENT {
-                lower[(i, i)] = pivot.sqrt();
-                identified[i] = true;
-            } else {
-                lower.row_mut(i).fill(0.0);
-            }
+        let elimination = self.eliminate();
+        Solution {
+            factors: DVector::from_vec(elimination.factors_from(0)),
+            residual_energy: elimination.residual_energy(),
+            identified: elimination.identified,
         }
-        let kept: Vec<usize> = (0..count).filter(|&i| identified[i]).collect();
-        let mut half = DVector::<f64>::zeros(count);
-        for &i in &kept {
-            let rest: f64 = kept.iter().take_while(|&&k| k < i).map(|&k| lower[(i, k)] * half[k]).sum();
-            half[i] = (self.moment[i] / scale[i] - rest) / lower[(i, i)];
-        }
-        let mut factors = DVector::<f64>::zeros(count);
-        for &i in kept.iter().rev() {
-            let rest: f64 = kept.iter().filter(|&&k| k > i).map(|&k| lower[(k, i)] * factors[k]).sum();
-            factors[i] = (half[i] - rest) / lower[(i, i)];
-        }
-        for &i in &kept {
-            factors[i] /= scale[i];
-        }
-        let residual_energy = (self.energy - half.norm_squared()).max(0.0);
-        Solution { factors, identified, residual_energy }
     }
+
+    /// Eliminates all columns, so that more of them can be tried beside these.
+    pub fn eliminate(&self) -> Elimination {
+        let mut elimination = Elimination { energy: self.energy, ..Elimination::default() };
+        for i in 0..self.moment.len() {
+            let products: Vec<f64> = (0..i).map(|j| self.gram[(j, i)]).collect();
+            elimination.push(&products, self.gram[(i, i)], self.moment[i]);
+        }
+        elimination
+    }
+}
+
+/// Columns of which all that earlier ones share was taken out, one after the other (the rows of Cholesky's factor).
+#[derive(Debug, Clone, Default)]
+pub struct Elimination {
+    scale: Vec<f64>,
+    rows: Vec<Vec<f64>>,
+    half: Vec<f64>,
+    identified: Vec<bool>,
+    energy: f64,
+}
+
+impl Elimination {
+    /// One more column: its products with all earlier ones, with itself and with y.
+    pub fn push(&mut self, products: &[f64], square: f64, moment: f64) {
+        let count = self.rows.len();
+        let scale = square.max(0.0).sqrt();
+        let mut row = vec![0.0; count + 1];
+        if scale > 0.0 {
+            for j in (0..count).filter(|&j| self.identified[j]) {
+                let rest = dot(&row[..j], &self.rows[j][..j]);
+                row[j] = (products[j] / (scale * self.scale[j]) - rest) / self.rows[j][j];
+            }
+        }
+        let pivot = if scale > 0.0 { 1.0 - dot(&row, &row) } else { 0.0 };
+        let identified = pivot > INDEPENDENT;
+        let mut half = 0.0;
+        if identified {
+            row[count] = pivot.sqrt();
+            half = (moment / scale - dot(&row[..count], &self.half)) / row[count];
+        } else {
+            row.fill(0.0);
+        }
+        self.scale.push(scale);
+        self.rows.push(row);
+        self.half.push(half);
+        self.identified.push(identified);
+    }
+
+    /// What is left of yᵀy.
+    pub fn residual_energy(&self) -> f64 {
+        (self.energy - dot(&self.half, &self.half)).max(0.0)
+    }
+
+    /// Whether each factor is one that the data can show.
+    pub fn identified(&self) -> &[bool] {
+        &self.identified
+    }
+
+    /// The factors of the columns from `first` on.
+    pub fn factors_from(&self, first: usize) -> Vec<f64> {
+        let mut factors = vec![0.0; self.rows.len()];
+        for i in (first..self.rows.len()).rev().filter(|&i| self.identified[i]) {
+            let rest: f64 = (i + 1..self.rows.len()).map(|k| self.rows[k][i] * factors[k]).sum();
+            factors[i] = (self.half[i] - rest) / self.rows[i][i];
+        }
+        let unscaled = |(factor, scale): (&f64, &f64)| if *scale > 0.0 { factor / scale } else { 0.0 };
+        factors.iter().zip(&self.scale).skip(first).map(unscaled).collect()
+    }
+}
+
+/// Dot product in eight partial sums, which the compiler turns into vector instructions.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
+    let tail: f64 = a_chunks.remainder().iter().zip(b_chunks.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a_chunks.zip(b_chunks) {
+        for lane in 0..8 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + tail
 }
 
 #[cfg(test)]

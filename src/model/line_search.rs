@@ -2,17 +2,22 @@
 //!
 //! Source: R. Brent, Algorithms for Minimization without Derivatives (1973), chapter 5.
 
-/// Most times that the function is asked.
-const MOST_STEPS: usize = 24;
+/// Enough steps for a minimum as sharp as the function is smooth.
+pub const FINE: usize = 24;
 /// Places nearer than this share of the first interval are the same.
 const PRECISION: f64 = 1e-5;
 
-/// The place of the least `cost` between `low` and `high`, and that cost. Parabolas through the best three places where they
-/// help, golden sections elsewhere.
+/// The place of the least `cost` between `low` and `high`, and that cost, in at most so many steps. Parabolas through the best
+/// three places where they help, golden sections elsewhere.
 ///
 /// # Errors
 /// Those of `cost`.
-pub fn minimum<E>(low: f64, high: f64, mut cost: impl FnMut(f64) -> Result<f64, E>) -> Result<(f64, f64), E> {
+pub fn minimum<E>(
+    low: f64,
+    high: f64,
+    steps: usize,
+    mut cost: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<(f64, f64), E> {
     let golden = (3.0 - 5f64.sqrt()) / 2.0;
     let near = PRECISION * (high - low);
     let (mut low, mut high) = (low, high);
@@ -21,7 +26,7 @@ pub fn minimum<E>(low: f64, high: f64, mut cost: impl FnMut(f64) -> Result<f64, 
     let mut best = (first, cost(first)?);
     let (mut second, mut third) = (best, best);
     let (mut step, mut step_before) = (0.0f64, 0.0f64);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..steps {
         let middle = 0.5 * (low + high);
         if (best.0 - middle).abs() <= 2.0 * near - 0.5 * (high - low) {
             break;
@@ -79,7 +84,7 @@ mod tests {
 
     fn search(low: f64, high: f64, cost: impl Fn(f64) -> f64) -> (f64, usize) {
         let mut asked = 0;
-        let found = minimum::<Infallible>(low, high, |place| {
+        let found = minimum::<Infallible>(low, high, FINE, |place| {
             asked += 1;
             Ok(cost(place))
         });
@@ -104,6 +109,6 @@ mod tests {
 
     #[test]
     fn an_error_stops_the_search() {
-        assert_eq!(minimum(0.0, 1.0, |_| Err::<f64, _>("no")), Err("no"));
+        assert_eq!(minimum(0.0, 1.0, FINE, |_| Err::<f64, _>("no")), Err("no"));
     }
 }
