@@ -7,8 +7,8 @@
 mod support;
 
 use egui::Theme;
-use egui_kittest::{SnapshotOptions, SnapshotResults};
-use support::{demonstration, diagnosed, experiment, extrapolated, repaired, run, settle, trained, window};
+use egui_kittest::{SnapshotOptions, SnapshotResults, try_image_snapshot_options};
+use support::{SIZE, demonstration, diagnosed, experiment, extrapolated, repaired, run, settle, trained, window};
 use torquescope::app::{Order, Screen};
 use torquescope::session::{Command, Session};
 
@@ -37,8 +37,6 @@ fn every_screen_looks_as_it_did() {
         ("diagnose-unasked", Screen::Diagnose, demonstration()),
         ("ladder", Screen::Ladder, opened),
         ("experiment", Screen::Experiment, Session::default()),
-        ("empty", Screen::Data, Session::default()),
-        ("error", Screen::Compare, Session::default()),
     ];
     let mut results = SnapshotResults::new();
     let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS);
@@ -46,16 +44,54 @@ fn every_screen_looks_as_it_did() {
         for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
             let mut window = window(session.clone(), screen, theme);
             window.run_steps(2);
-            if name == "error" {
-                let missing = ["no/such/recording.csv".into()].to_vec();
-                window.state_mut().order(Order::open(missing));
-                settle(&mut window);
-            }
             if name == "experiment" {
                 window.state_mut().order(Order::Experiment(experiment()));
                 settle(&mut window);
             }
             results.add(window.try_snapshot_options(format!("{name}-{suffix}"), &options));
+        }
+    }
+}
+
+/// All screens on one sheet, two beside each other: empty, with an error, and while something is at work.
+#[cfg(unix)]
+#[test]
+fn every_screen_looks_as_it_did_when_empty_failed_and_busy() {
+    let folder = tempfile::tempdir().unwrap();
+    // A pipe that nobody writes into is a file that is read for as long as one likes.
+    let slow = folder.path().join("slow.torquescope");
+    assert!(std::process::Command::new("mkfifo").arg(&slow).status().unwrap().success());
+    let mut results = SnapshotResults::new();
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * Screen::ALL.len());
+    for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
+        for (state, session) in [("empty", Session::default()), ("error", demonstration()), ("busy", demonstration())] {
+            // Half as large as the screen: what moves or is missing is still seen.
+            let [width, height] = SIZE.map(|side| side as u32 / 2);
+            let mut sheet = image::RgbaImage::new(2 * width, height * Screen::ALL.len().div_ceil(2) as u32);
+            for (number, screen) in (0..).zip(Screen::ALL) {
+                let mut window = window(session.clone(), screen, theme);
+                window.run_steps(2);
+                match state {
+                    "error" => {
+                        window.state_mut().order(Order::open(vec!["no/such/recording.csv".into()]));
+                        settle(&mut window);
+                    }
+                    "busy" => {
+                        window.state_mut().order(Order::open(vec![slow.clone()]));
+                        window.run_steps(3);
+                        assert!(window.state().is_busy());
+                    }
+                    _ => (),
+                }
+                let picture = image::imageops::thumbnail(&window.render().unwrap(), width, height);
+                let corner = [number % 2 * width, number / 2 * height].map(i64::from);
+                image::imageops::replace(&mut sheet, &picture, corner[0], corner[1]);
+                if state == "busy" {
+                    // Its reader ends, and with it the job.
+                    std::fs::OpenOptions::new().write(true).open(&slow).unwrap();
+                }
+            }
+            results.add(try_image_snapshot_options(&sheet, format!("screens-{state}-{suffix}"), &options));
         }
     }
 }

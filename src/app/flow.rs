@@ -3,7 +3,7 @@
 //! Whoever does nothing but take the next step arrives at a repaired model, whatever the recording holds.
 
 use super::screens::Screen;
-use super::state::Order;
+use super::state::{Order, State};
 use crate::diagnosis::Verdict;
 use crate::effect::registry;
 use crate::model::Preset;
@@ -31,8 +31,8 @@ impl NextStep {
     }
 }
 
-/// The next step from this screen; `None` at the end of the way.
-pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
+/// The next step from the screen that is shown; `None` at the end of the way.
+pub fn next(session: &Session, state: &State) -> Option<NextStep> {
     if session.recording.is_none() {
         let demonstration = Command::Simulate(Box::new(Scenario::embedded()));
         return Some(NextStep::run("Demonstration arm", "Simulate an arm with a hidden effect", demonstration));
@@ -41,7 +41,7 @@ pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
         let why = "Identify the arm's base parameters from the data";
         return Some(NextStep::run("Fit a rigid body", why, Command::ChoosePreset(Preset::RigidBody)));
     }
-    Some(match screen {
+    Some(match state.screen {
         Screen::Data => NextStep::show(Screen::Model),
         // Beside the way: it leads back to its beginning.
         Screen::Experiment => NextStep::show(Screen::Data),
@@ -63,7 +63,9 @@ pub fn next(session: &Session, screen: Screen) -> Option<NextStep> {
         Screen::Ladder => after_the_ladder(session),
         Screen::Extrapolation => {
             if session.sweep.is_some() {
-                return None;
+                let why = "Take the plots of any screen with you";
+                let export = NextStep { label: "Export".to_owned(), why, order: Order::Export(None) };
+                return (!state.exported).then_some(export);
             }
             let why = "Test the models at up to three times the speed";
             let sweep = Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed };

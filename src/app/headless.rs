@@ -107,7 +107,8 @@ pub fn plots(session: Session, screen: Screen) -> anyhow::Result<Vec<Panel>> {
     let ctx = egui::Context::default();
     export::begin(&ctx);
     // Its colours are inks of the figure, which has a theme of its own.
-    settle(&ctx, &mut app, &ScreenshotOptions { theme: Look::Light, ..ScreenshotOptions::default() }, |_| ())?;
+    let options = ScreenshotOptions { theme: Look::Light, ..ScreenshotOptions::default() };
+    settle(&ctx, &mut app, &options, |output| output.textures_delta.clear())?;
     Ok(export::panels(&ctx))
 }
 
@@ -197,10 +198,11 @@ pub fn frame_times(session: Session, background: Command) -> anyhow::Result<Fram
         let size = Rect::from_min_size(Pos2::ZERO, vec2(1600.0, 1000.0));
         let input = RawInput { screen_rect: Some(size), time: Some(time), ..RawInput::default() };
         let begin = ThreadTime::try_now().context("this system does not tell the CPU time of a thread")?;
-        let output = ctx.run_ui(input, |ui| {
+        let mut output = ctx.run_ui(input, |ui| {
             app.receive(ui.ctx());
             app.draw(ui);
         });
+        output.textures_delta.clear();
         std::hint::black_box(ctx.tessellate(output.shapes, output.pixels_per_point));
         Ok(1e3 * begin.elapsed().as_secs_f64())
     };

@@ -4,6 +4,8 @@
 //! [`screens`] has one file per screen, [`plot`] what charts are made of, [`theme`] all colours and sizes; [`headless`]
 //! draws the same window without a display.
 
+mod deferred;
+mod dock;
 mod flow;
 mod fonts;
 pub mod headless;
@@ -11,6 +13,7 @@ mod keeper;
 pub mod plot;
 pub mod raster;
 pub mod screens;
+mod settings;
 mod shell;
 mod state;
 pub mod theme;
@@ -23,6 +26,7 @@ use std::time::{Duration, Instant};
 pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use screens::Screen;
 pub use screens::experiment::Shown;
+pub use settings::Settings;
 pub use state::{Order, State};
 
 use crate::session::{Command, Curve, History, Session, file};
@@ -30,7 +34,9 @@ use crate::simulation::Scenario;
 use crate::training::Ending;
 use crate::work::{Job, Outcome};
 use keeper::{Keeper, Kept};
-use state::{Busy, Notice, Toast, Tone};
+use plot::export;
+use shell::Exporting;
+use state::{Busy, Drawing, Notice, Toast, Tone};
 
 /// How long a toast is shown \[s\].
 const TOAST: f64 = 5.0;
@@ -45,15 +51,27 @@ pub struct TorquescopeApp {
     state: State,
     running: Option<Running>,
     dialog: Option<Dialog>,
+    /// The figure that is being written.
+    drawing: Option<Job<PathBuf>>,
     keeper: Keeper,
     orders: Vec<Order>,
+    /// Where the window is shown, to remember its looks.
+    context: Option<egui::Context>,
 }
 
 /// A file dialog that is open.
 struct Dialog {
     job: Job<Option<Vec<PathBuf>>>,
     begin: Instant,
-    saves: bool,
+    asks: Asks,
+}
+
+/// What a file dialog is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Asks {
+    Open,
+    Save,
+    Export,
 }
 
 /// A command at work.
@@ -82,6 +100,10 @@ pub fn run_window(session: Session, first: Option<Command>) -> anyhow::Result<()
     let create: eframe::AppCreator = Box::new(move |context| {
         theme::install(&context.egui_ctx);
         let mut app = TorquescopeApp::new(session);
+        let kept = context.storage.and_then(|storage| eframe::get_value::<Settings>(storage, eframe::APP_KEY));
+        if let Some(settings) = kept {
+            app.restore(settings, &context.egui_ctx);
+        }
         if let Some(copy) = Keeper::usual_place() {
             app.keep_copy(copy);
         }
@@ -104,8 +126,10 @@ impl TorquescopeApp {
             state,
             running: None,
             dialog: None,
+            drawing: None,
             keeper: Keeper::default(),
             orders: Vec::new(),
+            context: None,
         }
     }
 
@@ -113,6 +137,17 @@ impl TorquescopeApp {
     /// already is offered to the user.
     pub fn keep_copy(&mut self, path: PathBuf) {
         self.keeper = Keeper::with_copy(path);
+    }
+
+    /// How the window looks and where its panels are, to be remembered.
+    pub fn settings(&self, ctx: &egui::Context) -> Settings {
+        Settings::of(ctx, self.state.dock.layouts())
+    }
+
+    /// Lets the window look as it was remembered.
+    pub fn restore(&mut self, settings: Settings, ctx: &egui::Context) {
+        settings.apply(ctx);
+        self.state.dock.restore(settings.layouts);
     }
 
     /// The document as it is.
@@ -143,7 +178,12 @@ impl TorquescopeApp {
 
     /// Whether a job is at work.
     pub fn is_busy(&self) -> bool {
-        self.running.is_some() || self.dialog.is_some() || self.keeper.is_busy() || self.state.trials.is_busy()
+        self.running.is_some()
+            || self.dialog.is_some()
+            || self.drawing.is_some()
+            || self.keeper.is_busy()
+            || self.state.trials.is_busy()
+            || self.state.is_computing()
     }
 
     /// Gives an order, as a click would.
@@ -155,6 +195,7 @@ impl TorquescopeApp {
     pub fn receive(&mut self, ctx: &egui::Context) {
         self.poll_job(ctx);
         self.poll_dialog();
+        self.poll_drawing(ctx);
         self.poll_keeper(ctx);
         self.state.trials.poll();
         let dropped: Vec<PathBuf> =
@@ -230,6 +271,7 @@ impl TorquescopeApp {
             Order::TextScale(scale) => ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end())),
             Order::Palette(open) => self.state.palette = open.then(Default::default),
             Order::KeyList(open) => self.state.key_list = open,
+            Order::ResetPanels => self.state.dock.reset(),
             Order::DrawMystery => {
                 let seed = self.state.wish.seed;
                 self.state.wish.seed += 1;
@@ -257,12 +299,19 @@ impl TorquescopeApp {
                     self.keeper.decided();
                 }
             }
-            Order::SaveDialog => self.open_dialog(ctx, true),
-            Order::OpenDialog => self.open_dialog(ctx, false),
             Order::Experiment(shown) => {
                 self.state.trials.shown = shown;
                 self.state.screen = Screen::Experiment;
             }
+            Order::SaveDialog => self.open_dialog(ctx, Asks::Save),
+            Order::OpenDialog => self.open_dialog(ctx, Asks::Open),
+            Order::ExportDialog => self.open_dialog(ctx, Asks::Export),
+            Order::Export(only) => {
+                // The screen describes its plots when it is drawn next.
+                export::begin(ctx);
+                self.state.exporting = Some(Exporting::new(self.history.current(), self.state.screen, only));
+            }
+            Order::Draw(drawing) => self.write_figure(*drawing, ctx),
             Order::Dismiss(notice) => {
                 if notice < self.state.notices.len() {
                     self.state.notices.remove(notice);
@@ -399,7 +448,36 @@ impl TorquescopeApp {
         }
     }
 
-    fn open_dialog(&mut self, ctx: &egui::Context, saves: bool) {
+    fn write_figure(&mut self, drawing: Drawing, ctx: &egui::Context) {
+        let context = ctx.clone();
+        let wake = move || context.request_repaint();
+        self.drawing = Some(Job::spawn("export", wake, move |_| {
+            let Drawing { figure, format, style, path } = drawing;
+            let bytes = crate::figure::render(&figure, format, &style).map_err(|error| error.to_string())?;
+            match std::fs::write(&path, bytes) {
+                Ok(()) => Ok(path),
+                Err(error) => Err(format!("{} can't be written ({error})", path.display())),
+            }
+        }));
+    }
+
+    fn poll_drawing(&mut self, ctx: &egui::Context) {
+        let Some(outcome) = self.drawing.as_mut().and_then(Job::poll) else { return };
+        self.drawing = None;
+        match outcome {
+            Outcome::Done(path) => {
+                let until = ctx.input(|input| input.time) + TOAST;
+                self.state.toasts.push(Toast { text: format!("Exported: {}.", path.display()), until });
+                self.state.exported = true;
+            }
+            Outcome::Failed(message) | Outcome::Stopped(message) | Outcome::Panicked(message) => {
+                let text = format!("Nothing was exported: {message}.");
+                self.state.notices.push(Notice::new(Tone::Error, text, "Check the folder, or export elsewhere."));
+            }
+        }
+    }
+
+    fn open_dialog(&mut self, ctx: &egui::Context, asks: Asks) {
         if self.dialog.is_some() {
             return;
         }
@@ -407,34 +485,49 @@ impl TorquescopeApp {
         let wake = move || context.request_repaint();
         let name = self.history.current().recording.as_ref().map_or("session", |recording| &recording.name);
         let name = format!("{name}.{}", file::ENDING);
+        let figure = self.state.exporting.as_ref().map_or(String::new(), |exporting| exporting.path.clone());
         let job = Job::spawn("choose files", wake, move |_| {
             let dialog = rfd::FileDialog::new();
-            Ok::<_, String>(if saves {
-                let dialog = dialog.set_title("Save the session").set_file_name(name);
-                dialog.add_filter("sessions", &[file::ENDING]).save_file().map(|path| vec![path])
-            } else {
-                let endings = ["csv", "npz", "npy", "txt", file::ENDING];
-                dialog.set_title("Open recordings or a session").add_filter("recordings", &endings).pick_files()
+            Ok::<_, String>(match asks {
+                Asks::Save => {
+                    let dialog = dialog.set_title("Save the session").set_file_name(name);
+                    dialog.add_filter("sessions", &[file::ENDING]).save_file().map(|path| vec![path])
+                }
+                Asks::Export => {
+                    dialog.set_title("Export plots").set_file_name(figure).save_file().map(|path| vec![path])
+                }
+                Asks::Open => {
+                    let endings = ["csv", "npz", "npy", "txt", file::ENDING];
+                    dialog.set_title("Open recordings or a session").add_filter("recordings", &endings).pick_files()
+                }
             })
         });
-        self.dialog = Some(Dialog { job, begin: Instant::now(), saves });
+        self.dialog = Some(Dialog { job, begin: Instant::now(), asks });
     }
 
     fn poll_dialog(&mut self) {
         let Some(dialog) = &mut self.dialog else { return };
         let Some(outcome) = dialog.job.poll() else { return };
-        let (at_once, saves) = (dialog.begin.elapsed() < FASTEST_CANCEL, dialog.saves);
+        let (at_once, asks) = (dialog.begin.elapsed() < FASTEST_CANCEL, dialog.asks);
         self.dialog = None;
         match outcome {
-            Outcome::Done(Some(mut paths)) if !paths.is_empty() => {
-                self.orders.push(if saves { Order::Save(paths.remove(0)) } else { Order::open(paths) });
-            }
+            Outcome::Done(Some(mut paths)) if !paths.is_empty() => match (asks, &mut self.state.exporting) {
+                (Asks::Open, _) => self.orders.push(Order::open(paths)),
+                (Asks::Save, _) => self.orders.push(Order::Save(paths.remove(0))),
+                (Asks::Export, Some(exporting)) => exporting.path = paths[0].display().to_string(),
+                (Asks::Export, None) => (),
+            },
             Outcome::Done(_) if !at_once => (),
             _ => {
                 let text = "This system shows no file dialog.";
-                let remedy = "Type the path into the field on the Data screen, or drop the file onto the window.";
+                let remedy = match asks {
+                    Asks::Export => "Type the path into the field.",
+                    _ => "Type the path into the field on the Data screen, or drop the file onto the window.",
+                };
                 self.state.notices.push(Notice::new(Tone::Warning, text, remedy));
-                self.state.screen = Screen::Data;
+                if asks != Asks::Export {
+                    self.state.screen = Screen::Data;
+                }
             }
         }
     }
@@ -467,7 +560,14 @@ fn same_recording(one: &Session, other: &Session) -> bool {
 
 impl eframe::App for TorquescopeApp {
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        self.context.get_or_insert_with(|| ctx.clone());
         self.receive(ctx);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        if let Some(ctx) = &self.context {
+            eframe::set_value(storage, eframe::APP_KEY, &self.settings(ctx));
+        }
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {

@@ -4,19 +4,23 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
+use super::deferred::Deferred;
+use super::dock::Dock;
 use super::plot::{Cells, Decimator, Window};
 use super::screens::Screen;
+use super::screens::TorquePart;
 use super::screens::experiment::{Shown, Trials};
 use super::screens::residuals::{Brush, Looking, Quantity, Table};
-use super::shell::CommandPalette;
+use super::shell::{CommandPalette, Exporting};
 use crate::arm::Arm;
+use crate::figure::{Figure, Format, Style};
 use crate::model::Preset;
 use crate::progress::Progress;
 use crate::recording::read::ReadOptions;
 use crate::recording::{PerJoint, Recording, spectrum};
 use crate::session::{Command, Session, Step, file};
-use crate::simulation::Scenario;
 use crate::simulation::extrapolation::{Replay, Stretch};
+use crate::simulation::{Excitation, Scenario};
 use crate::training::Epoch;
 use crate::training::fit::Plan;
 
@@ -61,8 +65,29 @@ pub enum Order {
     KeyList(bool),
     /// Look at the results of an experiment.
     Experiment(Shown),
+    /// Ask how to export the plots of the screen, or the one of this title.
+    Export(Option<String>),
+    /// Let the user choose where to export.
+    ExportDialog,
+    /// Write plots into a file.
+    Draw(Box<Drawing>),
+    /// Put the panels of the screen back where they stood at first.
+    ResetPanels,
     /// Remove a message.
     Dismiss(usize),
+}
+
+/// Plots, and the file that shows them.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    /// What is drawn.
+    pub figure: Figure,
+    /// As what.
+    pub format: Format,
+    /// How.
+    pub style: Style,
+    /// Where.
+    pub path: PathBuf,
 }
 
 impl Order {
@@ -155,6 +180,7 @@ pub(super) struct Wish {
     pub effect: Option<usize>,
     pub joints: Vec<bool>,
     pub arm: Arm,
+    pub motion: Excitation,
     /// Steps of the encoders in a turn; 0 for exact positions.
     pub encoder_steps: u32,
     pub strength_percent: f64,
@@ -169,6 +195,8 @@ pub(super) struct Training {
     pub window: Window,
     /// The epoch whose values are shown.
     pub cursor: Option<f64>,
+    /// How much of the smoothed curves is from earlier epochs, 0 for none.
+    pub smoothing: f64,
     /// Earlier trainings whose curves are not drawn.
     pub unseen: HashSet<usize>,
 }
@@ -213,9 +241,18 @@ pub struct State {
     pub(super) screen: Screen,
     pub(super) trajectory: usize,
     pub(super) joint: usize,
+    pub(super) dock: Dock,
     pub(super) window: Window,
     pub(super) cursor: Option<f64>,
     pub(super) show_terms: bool,
+    /// Whether the parts of the torque are shown in place of the residual.
+    pub(super) show_parts: bool,
+    /// The parts of the torque, of a model along a trajectory, with the truth or without.
+    pub(super) parts: Deferred<(usize, usize, bool), Vec<TorquePart>>,
+    /// Whether time goes on by itself.
+    pub(super) is_playing: bool,
+    /// Whether the view moves with the time cursor.
+    pub(super) follows: bool,
     pub(super) held_out_only: bool,
     pub(super) chosen_effect: usize,
     pub(super) path: String,
@@ -231,6 +268,9 @@ pub struct State {
     pub(super) toasts: Vec<Toast>,
     pub(super) palette: Option<CommandPalette>,
     pub(super) key_list: bool,
+    pub(super) exporting: Option<Exporting>,
+    /// Whether something of this recording was exported, which is the end of the way.
+    pub(super) exported: bool,
     shares: Option<Arc<Vec<Vec<Share>>>>,
     /// Addresses of the models that are drawn over the current one.
     pub(super) overlaid: Vec<usize>,
@@ -258,9 +298,14 @@ impl Default for State {
             screen: Screen::Data,
             trajectory: 0,
             joint: 0,
+            dock: Dock::default(),
             window: Window::default(),
             cursor: None,
             show_terms: false,
+            show_parts: false,
+            parts: Deferred::default(),
+            is_playing: false,
+            follows: true,
             held_out_only: true,
             chosen_effect: 0,
             path: String::new(),
@@ -271,6 +316,7 @@ impl Default for State {
                 effect: Some(1),
                 joints: vec![true, false, false],
                 arm: Scenario::embedded().arm,
+                motion: Scenario::embedded().motion,
                 encoder_steps: 0,
                 strength_percent: 10.0,
                 noise_percent: 2.0,
@@ -283,6 +329,8 @@ impl Default for State {
             toasts: Vec::new(),
             palette: None,
             key_list: false,
+            exporting: None,
+            exported: false,
             shares: None,
             overlaid: Vec::new(),
             error_order: None,
@@ -318,6 +366,12 @@ impl State {
         self.coverage.clear();
         self.spectra.clear();
         self.chosen_effect = 0;
+        self.parts = Deferred::default();
+    }
+
+    /// Whether something that is drawn is still being computed.
+    pub(super) fn is_computing(&self) -> bool {
+        self.parts.is_busy()
     }
 
     /// Remembers how the session's recording was opened.
@@ -350,6 +404,7 @@ impl State {
         (self.trajectory, self.joint) = (session.split.held_out.first().map_or(0, |segment| segment.trajectory), 0);
         self.window = Window::default();
         self.cursor = None;
+        self.exported = false;
         self.looking = Looking { map: self.looking.map, ..Looking::default() };
         self.outside = Outside { stretch: self.outside.stretch, ..Outside::default() };
     }

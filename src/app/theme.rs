@@ -16,8 +16,6 @@ pub const GAP: f32 = 8.0;
 pub const GROUP: f32 = 16.0;
 /// Rounding of cards and buttons \[points\].
 pub const RADIUS: u8 = 6;
-/// Width of the column beside the main content \[points\].
-pub const SIDE: f32 = 320.0;
 
 /// Size of a screen's headline \[points\].
 pub const HEADLINE: f32 = 20.0;

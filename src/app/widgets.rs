@@ -115,27 +115,6 @@ pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
     });
 }
 
-/// The main part of a screen and a column of this width at its right; below it where there is no room beside it.
-pub fn beside(ui: &Ui, side: f32) -> [egui::Rect; 2] {
-    let whole = ui.available_rect_before_wrap();
-    if whole.width() < 2.0 * side {
-        let middle = whole.top() + 0.6 * whole.height();
-        let main = egui::Rect::from_min_max(whole.min, egui::pos2(whole.right(), middle - GAP));
-        return [main, egui::Rect::from_min_max(egui::pos2(whole.left(), middle), whole.max)];
-    }
-    let middle = whole.right() - side;
-    let main = egui::Rect::from_min_max(whole.min, egui::pos2(middle - GAP, whole.bottom()));
-    [main, egui::Rect::from_min_max(egui::pos2(middle, whole.top()), whole.max)]
-}
-
-/// Content that scrolls within a part of the screen.
-pub fn scrolling(ui: &mut Ui, id: &str, rect: egui::Rect, content: impl FnOnce(&mut Ui)) {
-    let builder = egui::UiBuilder::new().max_rect(rect).layout(Layout::top_down(Align::Min));
-    ui.scope_builder(builder, |ui| {
-        egui::ScrollArea::vertical().id_salt(id).auto_shrink(false).show(ui, content);
-    });
-}
-
 /// What an empty screen says, and its way out.
 pub fn empty(ui: &mut Ui, title: &str, sentence: &str, action: &str) -> bool {
     let palette = Palette::in_ui(ui);

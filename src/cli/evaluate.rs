@@ -8,6 +8,7 @@ use super::data::{Data, read_model};
 use super::table::{number, table};
 use super::truth::{self, ComponentError, ParameterError};
 use crate::model::{Evaluation, Fitted, JointError};
+use crate::recording::Recording;
 use crate::recording::split::{Segment, Split};
 use crate::session::Session;
 use crate::training::components;
@@ -81,6 +82,7 @@ impl Evaluate {
         let terms = term_shares(&session, &fitted, &evaluation)?;
         let mass_eigenvalues = mass_eigenvalues(&session, &fitted)?;
         let joints = evaluation.held_out;
+        let recording = session.recording.as_deref().context("no recording was read")?;
         let mean_r2 = joints.iter().map(|joint| joint.r2).sum::<f64>() / joints.len().max(1) as f64;
         if self.json {
             let noise_floor_nmse = evaluation.noise_floor_nmse;
@@ -88,7 +90,7 @@ impl Evaluate {
                 Answer { data, joints, mean_r2, noise_floor_nmse, terms, components, parameters, mass_eigenvalues };
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
-            println!("{data}:\n{}", error_table(&joints));
+            println!("{data}:\n{}", error_table(recording, &joints));
             if let Some(floor) = &evaluation.noise_floor_nmse {
                 println!("noise floor (nMSE): {}", super::table::numbers(floor));
             }
@@ -106,9 +108,10 @@ impl Evaluate {
             }
             if let Some(MassEigenvalues { smallest, largest, not_positive }) = mass_eigenvalues {
                 println!(
-                    "eigenvalues of the mass matrix: {} to {} kg m², not all positive in {} % of the samples",
+                    "eigenvalues of the mass matrix: {} to {} {}, not all positive in {} % of the samples",
                     number(smallest),
                     number(largest),
+                    if recording.units()[3] == "N" { "kg" } else { "kg m²" },
                     number(100.0 * not_positive)
                 );
             }
@@ -179,10 +182,14 @@ fn parameter_table(parameters: &[ParameterError]) -> String {
 }
 
 /// Errors by joint as text.
-pub fn error_table(joints: &[JointError]) -> String {
+pub fn error_table(recording: &Recording, joints: &[JointError]) -> String {
     let row = |(joint, error): (usize, &JointError)| {
         vec![(joint + 1).to_string(), number(error.mse), number(error.nmse), format!("{:.4}", error.r2)]
     };
     let rows: Vec<Vec<String>> = joints.iter().enumerate().map(row).collect();
-    table(&["joint", "MSE [(N m)²]", "nMSE", "R²"], &rows)
+    let mse = match recording.units()[3].as_str() {
+        "N" => "MSE [N²]".to_owned(),
+        unit => format!("MSE [({unit})²]"),
+    };
+    table(&["joint", &mse, "nMSE", "R²"], &rows)
 }

@@ -13,7 +13,7 @@ use crate::simulation::extrapolation::{Basis, Stretch};
 pub struct Extrapolate {
     #[command(flatten)]
     data: Data,
-    /// Faster, or wider about the middle of each path.
+    /// Faster, wider about the middle of each path, or with a heavier last link.
     #[arg(long, default_value = "speed")]
     stretch: Way,
     /// Print the result as JSON.
@@ -28,6 +28,8 @@ enum Way {
     Speed,
     /// Wider paths in the same time.
     Range,
+    /// The same paths with a heavier last link; of measured data, blocks of larger torque.
+    Load,
 }
 
 impl Extrapolate {
@@ -37,6 +39,7 @@ impl Extrapolate {
         let stretch = match self.stretch {
             Way::Speed => Stretch::Speed,
             Way::Range => Stretch::Range,
+            Way::Load => Stretch::Load,
         };
         let session = progress::run(Command::Extrapolate { steps: session.ladder.clone(), stretch }, &session)?;
         let Some(sweep) = &session.sweep else { return Ok(()) };

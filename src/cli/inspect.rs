@@ -5,7 +5,7 @@ use super::data::Files;
 use super::table::{number, table};
 use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
-use crate::recording::{Joint, JointKind, PerJoint, Provenance, Recording};
+use crate::recording::{Joint, PerJoint, Provenance, Recording};
 
 /// Show what a recording holds, and what is odd about it.
 #[derive(Args)]
@@ -132,12 +132,9 @@ fn ranges(recording: &Recording) -> String {
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
         format!("{} … {}", number(low), number(high))
     };
-    let slides = recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic);
-    let heads: [&str; 5] = if slides {
-        ["joint", "q [m]", "qd [m/s]", "qdd [m/s²]", "tau [N]"]
-    } else {
-        ["joint", "q [rad]", "qd [rad/s]", "qdd [rad/s²]", "tau [N m]"]
-    };
+    let [q, qd, qdd, tau] = recording.units();
+    let heads = [format!("q [{q}]"), format!("qd [{qd}]"), format!("qdd [{qdd}]"), format!("tau [{tau}]")];
+    let heads: Vec<&str> = ["joint"].into_iter().chain(heads.iter().map(String::as_str)).collect();
     let rows: Vec<Vec<String>> = (0..recording.joint_count())
         .map(|joint| {
             vec![

@@ -100,8 +100,9 @@ impl Train {
         if !rows.is_empty() {
             println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
         }
-        println!("training data:\n{}\n", evaluate::error_table(&evaluation.train));
-        println!("held-out data:\n{}", evaluate::error_table(&evaluation.held_out));
+        let recording = session.recording.as_deref().context("no recording was read")?;
+        println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train));
+        println!("held-out data:\n{}", evaluate::error_table(recording, &evaluation.held_out));
         if let Some(path) = &self.output {
             println!("\nsaved as {}", path.display());
         }

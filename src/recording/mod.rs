@@ -185,6 +185,17 @@ impl std::fmt::Display for Origin {
 }
 
 impl Recording {
+    /// Units of position, velocity, acceleration and torque; where joints of both kinds are mixed, both, as `N m or N`.
+    pub fn units(&self) -> [String; 4] {
+        let mut kinds: Vec<JointKind> = Vec::new();
+        for joint in &self.joints {
+            if !kinds.contains(&joint.kind) {
+                kinds.push(joint.kind);
+            }
+        }
+        [0, 1, 2, 3].map(|channel| kinds.iter().map(|kind| kind.units()[channel]).collect::<Vec<_>>().join(" or "))
+    }
+
     /// How many joints the arm has.
     pub fn joint_count(&self) -> usize {
         self.joints.len()

@@ -1,6 +1,6 @@
 //! How the error of models grows outside the data they were identified from.
 //!
-//! Where the recording was simulated, the held-out runs are travelled again, faster or wider, and the exact torque is computed
+//! Where the recording was simulated, the held-out runs are travelled again, faster, wider or under load, and the exact torque is computed
 //! from the sealed arm and effects: a new experiment on the same arm, which tells nothing of what is hidden. Where it was
 //! measured, nobody can drive the arm again, so the held-out data are cut into blocks and sorted by how fast (or how far out)
 //! they are.
@@ -37,6 +37,22 @@ pub enum Stretch {
     Speed,
     /// Paths so many times as wide about their middle, in the same time.
     Range,
+    /// The same paths with a last link so many times as heavy.
+    Load,
+}
+
+impl Stretch {
+    /// All.
+    pub const ALL: [Stretch; 3] = [Stretch::Speed, Stretch::Range, Stretch::Load];
+
+    /// What is scaled, in a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stretch::Speed => "speed",
+            Stretch::Range => "range",
+            Stretch::Load => "load",
+        }
+    }
 }
 
 /// Where the torque of the curves is from.
@@ -157,7 +173,7 @@ pub fn replay(
     demand("scale", scale, scale > 0.0, "a finite number above 0")?;
     let mut motion = stretched(&recording.trajectories[trajectory], stretch, scale);
     if let Some(seal) = &recording.seal {
-        set_exact_torque(&mut motion, &seal.open()?)?;
+        set_exact_torque(&mut motion, &loaded(seal.open()?, stretch, scale))?;
     }
     let predicted = fitted.predict(&motion)?.total;
     Ok(Replay { exact: recording.seal.is_some() || scale == 1.0, motion, predicted })
@@ -180,11 +196,12 @@ fn simulated(
 ) -> Result<Vec<Vec<Point>>, ExtrapolationError> {
     let mut curves = vec![Vec::new(); models.len()];
     for (number, scale) in SCALES.into_iter().enumerate() {
+        let truth = loaded(truth.clone(), stretch, scale);
         let mut blocks: Vec<Vec<Block>> = models.iter().map(|_| Vec::new()).collect();
         for trajectory in trajectories(&split.held_out) {
             monitor.report(number as f32 / SCALES.len() as f32, &format!("scale {scale}"))?;
             let mut run = stretched(&recording.trajectories[trajectory], stretch, scale);
-            set_exact_torque(&mut run, truth)?;
+            set_exact_torque(&mut run, &truth)?;
             for ((_, fitted), blocks) in models.iter().zip(&mut blocks) {
                 monitor.check()?;
                 let predicted = fitted.predict(&run)?.total;
@@ -272,8 +289,18 @@ fn stretched(run: &Trajectory, stretch: Stretch, scale: f64) -> Trajectory {
             }
             (new.qd, new.qdd) = (times(&run.qd, scale), times(&run.qdd, scale));
         }
+        // The arm changes, not its path.
+        Stretch::Load => (),
     }
     new
+}
+
+/// The arm with a heavier last link, where the load is what is scaled.
+fn loaded(mut truth: Truth, stretch: Stretch, scale: f64) -> Truth {
+    if let (Stretch::Load, Some(last)) = (stretch, truth.arm.links.last_mut()) {
+        (last.mass, last.inertia) = (scale * last.mass, scale * last.inertia);
+    }
+    truth
 }
 
 /// Gives the run the torque that the true arm with its hidden effects needs for it, without noise.
@@ -334,7 +361,7 @@ fn point(scale: f64, blocks: &[&Block]) -> Point {
     }
 }
 
-/// What is usual in the training part: mean and size of q, or size of q̇, by joint.
+/// What is usual in the training part: mean and size of q, or size of q̇ or τ, by joint.
 struct Usual {
     stretch: Stretch,
     centre: Vec<f64>,
@@ -360,7 +387,11 @@ impl Usual {
     }
 
     fn signal(run: &Trajectory, stretch: Stretch) -> &PerJoint {
-        if stretch == Stretch::Speed { &run.qd } else { &run.q }
+        match stretch {
+            Stretch::Speed => &run.qd,
+            Stretch::Range => &run.q,
+            Stretch::Load => &run.tau,
+        }
     }
 
     /// Root mean square over samples and joints, in units of what is usual.
@@ -414,13 +445,18 @@ mod tests {
         let recording = simulate(&scenario, &Monitor::new()).unwrap();
         let model = fitted(&recording, &Split::automatic(&recording), None);
         let at = |stretch, scale| replay(&recording, 1, stretch, scale, &model).unwrap();
-        for stretch in [Stretch::Speed, Stretch::Range] {
+        for stretch in Stretch::ALL {
             let replay = at(stretch, 1.0);
             for (one, other) in replay.motion.tau.iter().flatten().zip(recording.trajectories[1].tau.iter().flatten()) {
                 assert!((one - other).abs() < 1e-9);
             }
         }
         let fast = at(Stretch::Speed, 2.0).motion;
+        let heavy = at(Stretch::Load, 2.0).motion;
+        assert_eq!(heavy.q, recording.trajectories[1].q);
+        let size = |tau: &PerJoint| tau[2].iter().map(|tau| tau * tau).sum::<f64>().sqrt();
+        let ratio = size(&heavy.tau) / size(&recording.trajectories[1].tau);
+        assert!((ratio - 2.0).abs() < 1e-9, "the last joint bears its own link only: {ratio}");
         let central = (fast.q[0][101] - fast.q[0][99]) / (fast.time[101] - fast.time[99]);
         assert!((central - fast.qd[0][100]).abs() < 1e-2, "{central} {}", fast.qd[0][100]);
         assert!(replay(&recording, 1, Stretch::Speed, 0.0, &model).is_err());

@@ -5,10 +5,11 @@ use rand::{Rng, RngExt};
 
 use super::{Draw, Scenario, SimulationError, demand, random};
 use crate::arm::Arm;
+use crate::arm::dynamics::Components;
 use crate::effect::{self, Effect, Load, Motion, NotApplicable, ParameterSpec, Scope, Spec, registry};
 use crate::progress::Monitor;
 use crate::recording::fault::FaultKind;
-use crate::recording::seal::HiddenEffect;
+use crate::recording::seal::{HiddenEffect, Truth};
 use crate::recording::{JointKind, PerJoint, Trajectory};
 
 /// Steps in which the size of a fault is found.
@@ -73,6 +74,30 @@ impl<'a> Hidden<'a> {
         let load = self.effect.depends_on_load().then(|| Load::of_arm(arm, trajectory));
         let motion = Motion { trajectory, kinds: &kinds, posture: arm.posture, arm: Some(arm), load: load.as_ref() };
         Ok(work(&motion)?)
+    }
+}
+
+/// What the true torque is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrueParts {
+    /// Of the bare arm \[N m\].
+    pub arm: Components,
+    /// Of each hidden effect, in the order of the truth \[N m\].
+    pub effects: Vec<PerJoint>,
+}
+
+impl TrueParts {
+    /// Along a motion.
+    ///
+    /// # Errors
+    /// If the truth holds an effect that is not known, or that its arm can't have.
+    pub fn along(truth: &Truth, motion: &Trajectory) -> Result<Self, SimulationError> {
+        let arm = truth.arm.components_along(&motion.q, &motion.qd, &motion.qdd);
+        let tau = truth.arm.inverse_dynamics_along(&motion.q, &motion.qd, &motion.qdd);
+        let bare = Trajectory { tau, ..motion.clone() };
+        let torque = |hidden| Hidden::resolve(hidden, truth.arm.joint_count())?.torque(&truth.arm, &bare);
+        let effects = truth.effects.iter().map(torque).collect::<Result<_, SimulationError>>()?;
+        Ok(TrueParts { arm, effects })
     }
 }
 

@@ -19,6 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 pub use excitation::Excitation;
+pub use hidden::TrueParts;
 
 use crate::arm::{Arm, ArmError, GRAVITY, Link, Posture};
 use crate::effect::registry::UnknownEffect;

@@ -222,7 +222,7 @@ impl<'a> Chart<'a> {
         response.widget_info(|| WidgetInfo::labeled(egui::Role::GraphicsObject, true, &spoken));
         let bottom = if self.ticks_shown { TICKS } else { 4.0 } + if self.x_label.is_empty() { 0.0 } else { LABEL };
         let plot = Rect::from_min_max(outer.min + vec2(LEFT, TOP), outer.max - vec2(8.0, bottom));
-        super::export::offer(ui, || self.panel(palette, window));
+        super::export::offer(ui, &response, || self.panel(palette, window));
         if !ui.is_rect_visible(outer) || plot.width() < 10.0 || plot.height() < 10.0 {
             return response;
         }
@@ -307,7 +307,34 @@ impl<'a> Chart<'a> {
             window.measured,
             response.hover_pos().filter(|_| self.cursor.is_none()).map(|at| place.value(at)),
         );
+        let beside_cursor = response.hover_pos().filter(|at| self.cursor.is_some() && plot.contains(*at));
+        if let Some(pointer) = beside_cursor.filter(|_| !response.dragged()) {
+            self.draw_values(&clipped, palette, &place, pointer);
+        }
         response
+    }
+
+    /// The values under the pointer, beside it.
+    fn draw_values(&self, painter: &egui::Painter, palette: &Palette, place: &Place, pointer: Pos2) {
+        let [x, _] = place.value(pointer);
+        let of_line = |line: &Line| {
+            let value = value_at(line, x)?;
+            Some(format!("{} {} {}", line.name, self.number(value), self.unit).trim().to_owned())
+        };
+        let texts: Vec<String> = self.lines.iter().filter_map(of_line).collect();
+        if texts.is_empty() {
+            return;
+        }
+        let galley = painter.layout_no_wrap(texts.join("\n"), FontId::proportional(SMALL), palette.text);
+        let size = galley.size() + vec2(10.0, 6.0);
+        // At the other side of the pointer where there is no room.
+        let right = pointer.x + 12.0 + size.x < place.plot.right();
+        let left = if right { pointer.x + 12.0 } else { pointer.x - 12.0 - size.x };
+        let top =
+            (pointer.y - 0.5 * size.y).clamp(place.plot.top(), (place.plot.bottom() - size.y).max(place.plot.top()));
+        let around = Rect::from_min_size(pos2(left, top), size);
+        painter.rect(around, 4, palette.card, Stroke::new(1.0, palette.border), StrokeKind::Inside);
+        painter.galley(around.min + vec2(5.0, 3.0), galley, palette.text);
     }
 
     /// The same as data: all samples of what is shown.

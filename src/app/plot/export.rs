@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use egui::mutex::Mutex;
-use egui::{Context, Id, Ui};
+use egui::{Context, Id, Key, Response, Ui};
 
 use crate::figure::Panel;
 
@@ -20,6 +20,10 @@ fn key() -> Id {
     Id::unique("collected plots")
 }
 
+fn wish() -> Id {
+    Id::unique("plot that asks to be exported")
+}
+
 /// From now on plots are described, too.
 pub fn begin(ctx: &Context) {
     ctx.data_mut(|data| data.insert_temp(key(), Shared::default()));
@@ -31,8 +35,25 @@ pub fn panels(ctx: &Context) -> Vec<Panel> {
     shared.map(|shared| shared.lock().panels.clone()).unwrap_or_default()
 }
 
-/// Describes a plot, if somebody collects.
-pub fn offer(ui: &Ui, describe: impl FnOnce() -> Panel) {
+/// Plots are no longer described, which would cost every frame a copy of their numbers.
+pub fn end(ctx: &Context) {
+    ctx.data_mut(|data| data.remove_temp::<Shared>(key()));
+}
+
+/// Lets the user export a plot by its own menu or key, and describes it if somebody collects.
+pub fn offer(ui: &Ui, response: &Response, describe: impl FnOnce() -> Panel) {
+    let mut wanted = response.has_focus() && ui.input(|input| input.key_pressed(Key::E));
+    response.context_menu(|ui| wanted |= ui.button("Export this plot… (E)").clicked());
+    if wanted {
+        let title = describe().title;
+        ui.data_mut(|data| data.insert_temp(wish(), title));
+    } else {
+        add(ui, describe);
+    }
+}
+
+/// Describes what is drawn otherwise than as a plot, if somebody collects.
+pub fn add(ui: &Ui, describe: impl FnOnce() -> Panel) {
     let Some(shared) = ui.data(|data| data.get_temp::<Shared>(key())) else { return };
     let frame = ui.ctx().cumulative_pass_nr();
     let mut collected = shared.lock();
@@ -40,4 +61,14 @@ pub fn offer(ui: &Ui, describe: impl FnOnce() -> Panel) {
         *collected = Collected { frame, panels: Vec::new() };
     }
     collected.panels.push(describe());
+}
+
+/// The title of the plot that the user wants to export, given once.
+pub fn wanted(ctx: &Context) -> Option<String> {
+    ctx.data_mut(|data| data.remove_temp(wish()))
+}
+
+/// Whether somebody collects.
+pub fn is_collecting(ctx: &Context) -> bool {
+    ctx.data(|data| data.get_temp::<Shared>(key()).is_some())
 }

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use egui::{RichText, Slider, Ui, WidgetInfo, WidgetText};
 
-use super::data::units;
 use super::{time_extent, trajectory_chooser};
+use crate::app::dock::{self, Part};
 use crate::app::plot::{Chart, Decimator, ticks};
 use crate::app::state::{Desk, ReplayKey};
-use crate::app::theme::{GAP, GROUP, MEASURED_DASH, PREDICTED_DASH, Palette, SIDE, SMALL};
+use crate::app::theme::{GAP, GROUP, MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
 use crate::recording::Recording;
 use crate::session::{Command, Step};
@@ -17,20 +17,25 @@ use crate::simulation::extrapolation::{Basis, Curve, Point, Replay, Stretch, Swe
 /// Scales that the replay can have.
 const REPLAYED: std::ops::RangeInclusive<f64> = 1.0..=3.0;
 
+const PANELS: Part = Part::Beside(&[
+    (2.9, Part::Stack(&[(1.0, Part::Panel("Error over scale", errors)), (1.1, Part::Panel("Replay", replayed))])),
+    (1.0, Part::Panel("Models", choices)),
+]);
+
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else { return };
     widgets::headline(ui, "Outside the data", &sentence(desk, &recording));
-    let [main, side] = widgets::beside(ui, SIDE);
-    widgets::scrolling(ui, "curves", main, |ui| {
-        match desk.session.sweep.clone() {
-            Some(sweep) => curves(ui, desk, &recording, &sweep),
-            None => widgets::card(ui, "Error over scale", |ui| {
-                widgets::weak(ui, "Nothing was computed yet: choose the models at the right, then press Compute.");
-            }),
-        }
-        replayed(ui, desk, &recording);
-    });
-    widgets::scrolling(ui, "models outside", side, |ui| choices(ui, desk));
+    dock::show(ui, desk, "extrapolation", &PANELS);
+}
+
+fn errors(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    match desk.session.sweep.clone() {
+        Some(sweep) => curves(ui, desk, &recording, &sweep),
+        None => widgets::card(ui, "Error over scale", |ui| {
+            widgets::weak(ui, "Nothing was computed yet: choose the models at the right, then press Compute.");
+        }),
+    }
 }
 
 /// What the curves are made of, said before anything is believed.
@@ -45,7 +50,7 @@ fn sentence(desk: &Desk, recording: &Recording) -> String {
             let (first, last) = (&points[0], &points[points.len() - 1]);
             let (from, to) = (ticks::number(first.overall), ticks::number(last.overall));
             let scale = ticks::short((100.0 * last.scale).round() / 100.0);
-            let what = if stretch == Stretch::Speed { "speed" } else { "range" };
+            let what = stretch.name();
             format!("“{model}” goes from an error (nMSE) of {from} to {to} at {scale} times the {what}; {how}.")
         }
         _ => format!("Does the model hold where nothing was recorded? For the answer {how}."),
@@ -54,13 +59,11 @@ fn sentence(desk: &Desk, recording: &Recording) -> String {
 
 fn curves(ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
     let palette = Palette::in_ui(ui);
-    let title = match (sweep.stretch, sweep.basis) {
-        (Stretch::Speed, Basis::Simulated) => "Error over speed, exact truth",
-        (Stretch::Range, Basis::Simulated) => "Error over range, exact truth",
-        (Stretch::Speed, Basis::Measured) => "Error over speed, held-out blocks as measured",
-        (Stretch::Range, Basis::Measured) => "Error over range, held-out blocks as measured",
+    let what = match sweep.basis {
+        Basis::Simulated => "exact truth",
+        Basis::Measured => "held-out blocks as measured",
     };
-    widgets::card(ui, title, |ui| {
+    widgets::card(ui, &format!("Error over {}, {what}", sweep.stretch.name()), |ui| {
         ui.horizontal_wrapped(|ui| {
             let outside = &mut desk.state.outside;
             ui.selectable_value(&mut outside.joint, None, "All joints");
@@ -69,17 +72,17 @@ fn curves(ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
             }
         });
         let shown = desk.state.outside.joint.filter(|joint| *joint < recording.joint_count());
-        let lines: Vec<Drawn> = sweep.curves.iter().map(|curve| Drawn::of(curve, shown)).collect();
+        let lines: Vec<Drawn> = by_title(&sweep.curves).iter().map(|group| Drawn::of(group, shown)).collect();
         let scales = || lines.iter().flat_map(|line| line.x.iter().copied());
         let extent = [scales().fold(f64::INFINITY, f64::min), scales().fold(f64::NEG_INFINITY, f64::max)];
-        let axis = if sweep.stretch == Stretch::Speed { "times the speed" } else { "times the range" };
+        let axis = format!("times the {}", sweep.stretch.name());
         let mut chart = Chart::new("error (nMSE), logarithmic", "", extent)
             .logarithmic()
-            .x_axis(axis, "")
-            .height((ui.available_height() * 0.42).clamp(190.0, 340.0));
-        for (number, (curve, Drawn { x, y, band })) in sweep.curves.iter().zip(&lines).enumerate() {
+            .x_axis(&axis, "")
+            .height((ui.available_height() - 128.0).clamp(130.0, 420.0));
+        for (number, Drawn { name, x, y, band }) in lines.iter().enumerate() {
             let style = palette.nth(number);
-            chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(&curve.model, x, y, style);
+            chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(name, x, y, style);
         }
         let outside = &mut desk.state.outside;
         let mut cursor = outside.scale;
@@ -88,43 +91,74 @@ fn curves(ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
         if cursor != outside.scale {
             outside.scale = cursor.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
         }
-        let text = "Bands: four in five blocks of a second. nMSE: squared error over squared torque. Drag: scale of the replay.";
+        let text = "Bands: four in five blocks of a second, or all trainings of a model that was trained several times, whose \
+                    median is the line. nMSE: squared error over squared torque. Drag: scale of the replay.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });
 }
 
+/// Models of the same title are trainings of one model from several seeds.
+fn by_title(curves: &[Curve]) -> Vec<Vec<&Curve>> {
+    let mut groups: Vec<Vec<&Curve>> = Vec::new();
+    for curve in curves {
+        match groups.iter_mut().find(|group| group[0].model == curve.model) {
+            Some(group) => group.push(curve),
+            None => groups.push(vec![curve]),
+        }
+    }
+    groups
+}
+
 /// A curve ready to be drawn: decimal logarithms of the errors, and of the band around them.
 struct Drawn {
+    name: String,
     x: Vec<f64>,
     y: Vec<f64>,
     band: Vec<[f64; 3]>,
 }
 
 impl Drawn {
-    /// Of one joint, which has no band, or of all together.
-    fn of(curve: &Curve, joint: Option<usize>) -> Self {
+    /// Of one joint or of all together. One model has the band of its blocks, if of all joints; several have that from the best
+    /// to the worst, around their median.
+    fn of(curves: &[&Curve], joint: Option<usize>) -> Self {
         let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
         let error = |point: &Point| log(joint.map_or(point.overall, |joint| point.joints[joint]));
-        let band = |point: &Point| {
-            let [low, high] = point.band.map(log);
-            (joint.is_none() && low.is_finite() && high.is_finite()).then_some([point.scale, low, high])
+        let first = &curves[0].points;
+        let mut drawn = Drawn {
+            name: curves[0].model.clone(),
+            x: first.iter().map(|point| point.scale).collect(),
+            y: first.iter().map(error).collect(),
+            band: Vec::new(),
         };
-        Drawn {
-            x: curve.points.iter().map(|point| point.scale).collect(),
-            y: curve.points.iter().map(error).collect(),
-            band: curve.points.iter().filter_map(band).collect(),
+        let within = |band: &[f64; 3]| band.iter().all(|value| value.is_finite());
+        if curves.len() == 1 {
+            let of_blocks = |point: &Point| [point.scale, log(point.band[0]), log(point.band[1])];
+            if joint.is_none() {
+                drawn.band = first.iter().map(of_blocks).filter(within).collect();
+            }
+            return drawn;
         }
+        drawn.name = format!("{}, {} trainings", drawn.name, curves.len());
+        for (number, y) in drawn.y.iter_mut().enumerate() {
+            let mut errors: Vec<f64> = curves.iter().filter_map(|curve| curve.points.get(number)).map(error).collect();
+            errors.sort_by(f64::total_cmp);
+            *y = 0.5 * (errors[(errors.len() - 1) / 2] + errors[errors.len() / 2]);
+            drawn.band.push([drawn.x[number], errors[0], errors[errors.len() - 1]]);
+        }
+        drawn.band.retain(within);
+        drawn
     }
 }
 
 /// The chosen trajectory at the chosen scale.
-fn replayed(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+fn replayed(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
     let palette = Palette::in_ui(ui);
     let Some(step) = desk.session.current().cloned() else { return };
-    widgets::card(ui, "Replay", |ui| {
+    widgets::card(ui, "", |ui| {
         ui.horizontal_wrapped(|ui| {
             let mut scale = desk.state.outside.scale.unwrap_or(1.0);
-            let label = ui.label(if desk.state.outside.stretch == Stretch::Speed { "Speed" } else { "Range" });
+            let label = ui.label(widgets::sentence_case(desk.state.outside.stretch.name()));
             let slider = Slider::new(&mut scale, REPLAYED).fixed_decimals(2).suffix(" ×");
             let slider = ui.add(slider).labelled_by(label.id);
             slider.widget_info(|| WidgetInfo::slider(true, scale, "scale of the replay"));
@@ -139,13 +173,13 @@ fn replayed(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 ui.selectable_value(&mut desk.state.joint, joint, &info.name);
             }
         });
-        let Some(replay) = current_replay(ui, desk, recording, &step) else { return };
+        let Some(replay) = current_replay(ui, desk, &recording, &step) else { return };
         let joint = desk.state.joint;
-        let unit = units(recording.joints[joint].kind);
+        let unit = recording.joints[joint].kind.units();
         let motion = &replay.motion;
         let extent = time_extent(&motion.time);
         let name = &recording.joints[joint].name;
-        let height = (ui.available_height() * 0.5).clamp(130.0, 240.0);
+        let height = (ui.available_height() - 190.0).clamp(90.0, 300.0);
         let mut decimator = Decimator::default();
         let mut chart = Chart::new(format!("{name}: torque at this scale"), unit[3], extent)
             .cursor(&mut desk.state.outside.cursor)
@@ -204,8 +238,10 @@ fn choices(ui: &mut Ui, desk: &mut Desk) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "What to compute", |ui| {
         ui.horizontal(|ui| {
-            ui.radio_value(&mut desk.state.outside.stretch, Stretch::Speed, "Faster");
-            ui.radio_value(&mut desk.state.outside.stretch, Stretch::Range, "Wider");
+            let choices = [(Stretch::Speed, "Faster"), (Stretch::Range, "Wider"), (Stretch::Load, "Under load")];
+            for (stretch, name) in choices {
+                ui.radio_value(&mut desk.state.outside.stretch, stretch, name);
+            }
         });
         ui.add_space(2.0);
         widgets::weak(ui, "Models of this session");

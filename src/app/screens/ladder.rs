@@ -1,12 +1,10 @@
 //! The ladder: held-out error of every joint over the steps of the model, beside the noise; and the seal.
 
-use egui::{
-    Align2, FontId, Rect, RichText, ScrollArea, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, WidgetText, pos2,
-    vec2,
-};
+use egui::{Align2, FontId, Rect, RichText, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, WidgetText, pos2, vec2};
 
 use super::Screen;
 use super::diagnose::parameter_row;
+use crate::app::dock::{self, Part};
 use crate::app::plot::{export, ticks};
 use crate::app::state::{Desk, Order};
 use crate::app::theme::{GAP, Palette, SMALL};
@@ -18,17 +16,20 @@ use crate::recording::Recording;
 use crate::recording::seal::{HiddenEffect, Truth};
 use crate::session::{Command, Session};
 
+const PANELS: Part = Part::Stack(&[
+    (2.2, Part::Panel("Steps", ladder)),
+    (1.0, Part::Beside(&[(1.0, Part::Panel("What was found", found)), (1.0, Part::Panel("The truth", seal))])),
+]);
+
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
     widgets::headline(ui, "The ladder", &summary(desk.session));
-    ScrollArea::vertical().id_salt("ladder").auto_shrink(false).show(ui, |ui| {
-        widgets::card(ui, "Held-out error by step (nMSE, logarithmic)", |ui| bars(ui, desk.session, &recording));
-        steps(ui, desk, &recording);
-        ui.columns(2, |columns| {
-            found(&mut columns[0], desk);
-            seal(&mut columns[1], desk, &recording);
-        });
-    });
+    dock::show(ui, desk, "ladder", &PANELS);
+}
+
+fn ladder(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    widgets::card(ui, "Held-out error by step (nMSE, logarithmic)", |ui| bars(ui, desk, &recording));
+    steps(ui, desk, &recording);
 }
 
 /// One sentence: from where to where.
@@ -90,10 +91,12 @@ fn panel(session: &Session, errors: &[Vec<f64>], floor: Option<&[f64]>, recordin
     panel
 }
 
-/// For every step a group of bars, one for each joint, down from 100 % on a logarithmic axis; a line marks the noise floor.
-fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
+/// For every step a group of bars, one for each joint, down from 100 % on a logarithmic axis; a line marks the noise floor. A
+/// click on a group goes back to its step.
+fn bars(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
-    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 270.0), Sense::hover());
+    let session = desk.session;
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 230.0), Sense::click());
     response.widget_info(|| {
         WidgetInfo::labeled(egui::Role::GraphicsObject, true, "bars of held-out error by step and joint")
     });
@@ -111,10 +114,10 @@ fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
         widgets::weak(ui, "There are no held-out samples, so there is no error to show.");
         return;
     }
-    export::offer(ui, || panel(session, &errors, floor.as_deref(), recording));
+    export::offer(ui, &response, || panel(session, &errors, floor.as_deref(), recording));
     let (bottom, top) = ((0.7 * low).log10().floor(), (1.05 * high).log10().ceil());
     let plot = Rect::from_min_max(rect.min + vec2(62.0, 26.0), rect.max - vec2(8.0, 26.0));
-    let painter = ui.painter();
+    let painter = ui.painter().clone();
     painter.rect_filled(plot, 0, palette.canvas);
     let y = |error: f64| {
         plot.bottom() - ((error.max(1e-300).log10() - bottom) / (top - bottom).max(1.0)) as f32 * plot.height()
@@ -131,6 +134,9 @@ fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
     let width = (group * 0.7 / joints as f32).min(64.0);
     for (step, errors) in errors.iter().enumerate() {
         let middle = plot.left() + group * (step as f32 + 0.5);
+        if step + 1 < session.ladder.len() {
+            go_back(ui, desk, step, Rect::from_center_size(pos2(middle, plot.center().y), vec2(group, plot.height())));
+        }
         for (joint, error) in errors.iter().enumerate() {
             let left = middle + (joint as f32 - joints as f32 / 2.0) * width;
             let bar = Rect::from_min_max(pos2(left + 2.0, y(*error)), pos2(left + width - 2.0, plot.bottom()));
@@ -171,9 +177,22 @@ fn bars(ui: &mut Ui, session: &Session, recording: &Recording) {
     painter.text(pos2(plot.right(), rect.top() + 4.0), Align2::RIGHT_TOP, legend, font, palette.weak);
 }
 
+/// The place of a step's bars, which takes one back there.
+fn go_back(ui: &mut Ui, desk: &mut Desk, step: usize, rect: Rect) {
+    let response = ui.interact(rect, ui.scope_id().with(("step", step)), Sense::click());
+    let spoken = format!("bars of step {}", step + 1);
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &spoken));
+    if response.hovered() || response.has_focus() {
+        ui.painter().rect_filled(rect, 4, Palette::in_ui(ui).accent_soft);
+    }
+    if response.on_hover_text(format!("Go back to step {}; undo brings the later ones back", step + 1)).clicked() {
+        desk.run(Command::GoTo { step });
+    }
+}
+
 fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
-    widgets::card(ui, "Steps", |ui| {
+    widgets::card(ui, "", |ui| {
         let count = desk.session.ladder.len();
         egui::Grid::new("steps").striped(true).spacing([18.0, 6.0]).show(ui, |ui| {
             ui.label(RichText::new("step").size(SMALL).color(palette.weak));
@@ -224,7 +243,7 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 /// The parameters of the effects in the current model.
 fn found(ui: &mut Ui, desk: &mut Desk) {
     let Some(step) = desk.session.current() else { return };
-    widgets::card(ui, "What was found", |ui| {
+    widgets::card(ui, "", |ui| {
         let of_effects = |term: usize| matches!(step.fitted.model.terms.get(term), Some(Term::Effect(_)));
         let rows: Vec<Vec<WidgetText>> = step
             .fitted
@@ -245,9 +264,10 @@ fn found(ui: &mut Ui, desk: &mut Desk) {
 }
 
 /// The sealed truth beside what was found.
-fn seal(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+fn seal(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
     let Some(truth) = desk.session.truth.clone() else {
-        widgets::card(ui, "The truth", |ui| {
+        widgets::card(ui, "", |ui| {
             if recording.seal.is_none() {
                 widgets::weak(
                     ui,
@@ -263,10 +283,10 @@ fn seal(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         });
         return;
     };
-    widgets::card(ui, "The truth, from the seal", |ui| revealed(ui, desk.session, &truth));
+    widgets::card(ui, "From the seal", |ui| revealed(ui, desk.session, &recording, &truth));
 }
 
-fn revealed(ui: &mut Ui, session: &Session, truth: &Truth) {
+fn revealed(ui: &mut Ui, session: &Session, recording: &Recording, truth: &Truth) {
     let palette = Palette::in_ui(ui);
     if truth.effects.is_empty() {
         ui.label("Nothing was hidden.");
@@ -294,8 +314,9 @@ fn revealed(ui: &mut Ui, session: &Session, truth: &Truth) {
             });
         }
     }
+    let [.., unit] = recording.units();
     let noise: Vec<String> = truth.torque_noise.iter().copied().map(ticks::number).collect();
-    widgets::weak(ui, format!("Torque noise by joint: {} N m. Seed {}.", noise.join(" · "), truth.seed));
+    widgets::weak(ui, format!("Torque noise by joint: {} {unit}. Seed {}.", noise.join(" · "), truth.seed));
 }
 
 /// The current model's value and interval of a hidden parameter.

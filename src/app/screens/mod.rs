@@ -10,6 +10,7 @@ mod model;
 pub(super) mod residuals;
 mod train;
 
+pub(super) use compare::TorquePart;
 pub(super) use data::covered;
 
 use std::str::FromStr;

@@ -2,8 +2,11 @@
 
 use std::sync::Arc;
 
-use egui::{Align, Button, Checkbox, Color32, ComboBox, DragValue, Layout, ProgressBar, RadioButton, RichText, Ui};
+use egui::{
+    Align, Button, Checkbox, Color32, ComboBox, DragValue, Layout, ProgressBar, RadioButton, RichText, Slider, Ui,
+};
 
+use crate::app::dock::{self, Part};
 use crate::app::plot::{Chart, Decimator, ticks};
 use crate::app::shell::thousands;
 use crate::app::state::{Busy, Desk, Order};
@@ -19,25 +22,26 @@ use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
 use crate::training::{Ending, Epoch, Precision, Recipe};
 
-/// Width of the choices \[points\].
-const CHOICES: f32 = 440.0;
 /// Height of the chart of the learning rate \[points\].
 const RATE: f32 = 112.0;
 /// Height of a line in the list of trainings \[points\].
 const RUN: f32 = 56.0;
 
+const PANELS: Part =
+    Part::Beside(&[(1.84, Part::Panel("Curves", course)), (1.0, Part::Panel("Model and settings", choices))]);
+
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
     widgets::headline(ui, "Training", &summary(desk));
-    let [main, side] = widgets::beside(ui, CHOICES);
-    widgets::scrolling(ui, "curves", main, |ui| course(ui, desk, &recording));
-    widgets::scrolling(ui, "choices", side, |ui| {
-        start(ui, desk);
-        models(ui, desk, &recording);
-        if is_learned(desk.state.training.preset) {
-            settings(ui, desk);
-        }
-    });
+    dock::show(ui, desk, "train", &PANELS);
+}
+
+fn choices(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    start(ui, desk);
+    models(ui, desk, &recording);
+    if is_learned(desk.state.training.preset) {
+        settings(ui, desk);
+    }
 }
 
 /// One sentence: what the current model is.
@@ -55,7 +59,8 @@ fn is_learned(preset: Preset) -> bool {
 }
 
 /// The running training, or the last one.
-fn course(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+fn course(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
     if let Some(busy @ Busy { epochs: Some(epochs), .. }) = desk.busy {
         running(ui, desk, busy, epochs);
         let height = ui.available_height();
@@ -71,7 +76,7 @@ fn course(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             ui.columns(2, |columns| {
                 widgets::card(&mut columns[0], "How it ended", |ui| ending(ui, &step));
                 past_runs(&mut columns[0], desk);
-                super::compare::errors(&mut columns[1], recording, &step);
+                super::compare::errors(&mut columns[1], &recording, &step);
             });
         }
         _ => {
@@ -150,16 +155,21 @@ fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], height: f32) {
         }
         // The lines live for this frame only, so their decimation is not to be kept.
         let mut decimator = Decimator::default();
+        let smooth = [&loss, &held_out].map(|raw| smoothed(raw, training.smoothing));
         let mut chart = Chart::new("errors", "", extent).logarithmic().points(&best, palette.text, 4.5);
+        if training.smoothing > 0.0 {
+            let raw = |color: Color32| (color.gamma_multiply(0.35), &[][..]);
+            chart = chart.line("", &x, &loss, raw(palette.nth(0).0)).line("", &x, &held_out, raw(palette.predicted));
+        }
         for other in &others {
             chart = chart.curve(&other.name, &other.x, &other.held_out, (other.color, PREDICTED_DASH));
         }
         chart
-            .curve("loss on train", &x, &loss, palette.nth(0))
-            .curve("held-out nMSE", &x, &held_out, (palette.predicted, PREDICTED_DASH))
+            .curve("loss on train", &x, &smooth[0], palette.nth(0))
+            .curve("held-out nMSE", &x, &smooth[1], (palette.predicted, PREDICTED_DASH))
             .cursor(&mut training.cursor)
             .without_ticks()
-            .height((height - RATE - 96.0).clamp(180.0, 420.0))
+            .height((height - RATE - 128.0).clamp(180.0, 420.0))
             .show(ui, &mut training.window, &mut decimator);
         Chart::new("learning rate", "", extent)
             .curve("rate", &x, &rate, palette.nth(4))
@@ -170,7 +180,25 @@ fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], height: f32) {
         let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch, \
                     whose weights are kept.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        ui.horizontal(|ui| {
+            let label = ui.label("Smoothing");
+            let slider = Slider::new(&mut training.smoothing, 0.0..=0.98).max_decimals(2);
+            ui.add(slider).labelled_by(label.id).on_hover_text("Pale: as it was. 0: only as it was");
+        });
     });
+}
+
+/// The running mean, in which each epoch before counts `share` times as much as the next; gaps stay gaps.
+fn smoothed(raw: &[f64], share: f64) -> Vec<f64> {
+    let (mut sum, mut weight) = (0.0, 0.0);
+    let mut mean = |value: &f64| {
+        if !value.is_finite() {
+            return *value;
+        }
+        (sum, weight) = (share * sum + value, share * weight + 1.0);
+        sum / weight
+    };
+    raw.iter().map(&mut mean).collect()
 }
 
 /// The held-out error of an earlier training.

@@ -24,7 +24,7 @@ pub fn all(desk: &Desk) -> Vec<Action> {
     let mut actions = Vec::new();
     let mut add = |name: String, keys: &'static str, order: Order| actions.push(Action { name, keys, order });
     let betting = desk.state.is_betting(desk.session);
-    if let Some(next) = flow::next(desk.session, desk.state.screen).filter(|_| !betting) {
+    if let Some(next) = flow::next(desk.session, desk.state).filter(|_| !betting) {
         add(format!("Next: {}", next.label), "Ctrl+Enter", next.order);
     }
     for screen in Screen::ALL {
@@ -38,6 +38,7 @@ pub fn all(desk: &Desk) -> Vec<Action> {
     }
     if desk.session.recording.is_some() {
         add("Save the session…".into(), "Ctrl+S", Order::SaveDialog);
+        add("Export the plots of this screen…".into(), "Ctrl+E", Order::Export(None));
     }
     if desk.busy.is_some() {
         add("Stop".into(), "Esc", Order::Stop);
@@ -56,10 +57,9 @@ pub fn all(desk: &Desk) -> Vec<Action> {
     }
     if desk.session.current().is_some() {
         add("Diagnose".into(), "", Order::run(Command::Diagnose));
-        for stretch in [Stretch::Speed, Stretch::Range] {
-            let name = if stretch == Stretch::Speed { "Extrapolate in speed" } else { "Extrapolate in range" };
+        for stretch in Stretch::ALL {
             let steps = desk.session.ladder.clone();
-            add(name.into(), "", Order::run(Command::Extrapolate { steps, stretch }));
+            add(format!("Extrapolate in {}", stretch.name()), "", Order::run(Command::Extrapolate { steps, stretch }));
         }
         let joints = desk.session.recording.as_ref().map_or(0, |recording| recording.joint_count());
         for effect in registry::ALL {
@@ -79,6 +79,7 @@ pub fn all(desk: &Desk) -> Vec<Action> {
             }
         }
     }
+    add("Put the panels of this screen back".into(), "", Order::ResetPanels);
     add("Change between light and dark".into(), "Ctrl+T", Order::ToggleTheme);
     add("Change the contrast".into(), "", Order::ToggleContrast);
     for percent in [80, 100, 125, 150, 200] {

@@ -32,7 +32,7 @@ pub fn tools(ui: &mut Ui, desk: &mut Desk) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
             let menu = MenuButton::new("View").config(stays).ui(ui, |ui| view(ui, desk));
-            menu.0.on_hover_text("Theme, contrast, size of text");
+            menu.0.on_hover_text("Panels, theme, contrast, size of text");
             let all = format!("Find any command by its name ({})", keys::text(ui, &keys::PALETTE));
             if ui.button("Commands").on_hover_text(all).clicked() {
                 desk.orders.push(Order::Palette(true));
@@ -73,6 +73,16 @@ fn view(ui: &mut Ui, desk: &mut Desk) {
         }
     });
     ui.separator();
+    ui.label("Panels of this screen");
+    for (name, mut shown) in desk.state.dock.panels() {
+        if ui.checkbox(&mut shown, name).changed() {
+            desk.state.dock.set_shown(name, shown);
+        }
+    }
+    if ui.button("Put them back").on_hover_text("Every panel where it stood at first").clicked() {
+        desk.orders.push(Order::ResetPanels);
+    }
+    ui.separator();
     if ui.button(format!("Keyboard shortcuts ({})", keys::text(ui, &keys::LIST))).clicked() {
         desk.orders.push(Order::KeyList(true));
     }
@@ -83,7 +93,7 @@ pub fn way(ui: &mut Ui, desk: &mut Desk) {
     let palette = Palette::in_ui(ui);
     let betting = desk.state.is_betting(desk.session);
     // The next step would tell the answer.
-    let next = flow::next(desk.session, desk.state.screen).filter(|_| !betting);
+    let next = flow::next(desk.session, desk.state).filter(|_| !betting);
     let leads_to =
         next.as_ref().and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
     let narrow = is_narrow(ui);
@@ -118,6 +128,8 @@ pub fn way(ui: &mut Ui, desk: &mut Desk) {
                 desk.orders.push(Order::Show(screen));
             }
         }
+        ui.label(RichText::new("›").color(palette.weak));
+        export(ui, desk, next.as_ref().is_some_and(|next| matches!(next.order, Order::Export(_))));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let Some(next) = next else {
                 let (text, color) =
@@ -135,4 +147,24 @@ pub fn way(ui: &mut Ui, desk: &mut Desk) {
             }
         });
     });
+}
+
+/// The end of the way: the plots of the screen as a file.
+fn export(ui: &mut Ui, desk: &mut Desk, is_next: bool) {
+    let palette = Palette::in_ui(ui);
+    let done = desk.state.exported;
+    let color = match (is_next, done) {
+        (true, _) => palette.accent,
+        (_, true) => palette.text,
+        _ => palette.weak,
+    };
+    let name = if done && !is_narrow(ui) { "✔ Export" } else { "Export" };
+    let stroke = if is_next { Stroke::new(1.0, palette.accent) } else { Stroke::NONE };
+    let button = Button::new(RichText::new(name).color(color)).fill(Color32::TRANSPARENT).stroke(stroke);
+    let response = ui.add(button);
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Export"));
+    let hint = format!("The plots of this screen as SVG, PDF, PNG or CSV ({})", keys::text(ui, &keys::EXPORT));
+    if response.on_hover_text(hint).clicked() {
+        desk.orders.push(Order::Export(None));
+    }
 }

@@ -12,6 +12,7 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 pub const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
 pub const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
+pub const EXPORT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::E);
 pub const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
 pub const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Y);
 pub const NEXT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Enter);
@@ -53,6 +54,7 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
             (UNDO, Order::Undo),
             (OPEN, Order::OpenDialog),
             (SAVE, Order::SaveDialog),
+            (EXPORT, Order::Export(None)),
             (STOP, Order::Stop),
             (THEME, Order::ToggleTheme),
         ];
@@ -62,7 +64,7 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
             }
         }
         if input.consume_shortcut(&NEXT) && !state.is_betting(session) {
-            orders.extend(flow::next(session, state.screen).map(|next| next.order));
+            orders.extend(flow::next(session, state).map(|next| next.order));
         }
         for (key, screen) in NUMBERS.into_iter().zip(Screen::ALL) {
             if input.consume_shortcut(&KeyboardShortcut::new(Modifiers::COMMAND, key)) {
@@ -91,6 +93,7 @@ pub fn list(ui: &mut Ui, desk: &mut Desk) {
         (format!("{} or {}", text(&PALETTE), text(&PALETTE_TOO)), "find any command"),
         (text(&OPEN), "open recordings or a session"),
         (text(&SAVE), "save the session"),
+        (text(&EXPORT), "export the plots of the screen"),
         (text(&UNDO), "undo"),
         (format!("{} or {}", text(&REDO), text(&REDO_TOO)), "redo"),
         (text(&STOP), "stop what is at work; close a list"),
@@ -102,6 +105,7 @@ pub fn list(ui: &mut Ui, desk: &mut Desk) {
         ("in a chart: Ctrl+wheel".to_owned(), "zoom about the pointer"),
         ("in a chart: right drag, Shift+drag".to_owned(), "move the view"),
         ("in a chart: double click, F".to_owned(), "show everything"),
+        ("in a chart: right click, E".to_owned(), "export this plot"),
     ];
     let modal = egui::Modal::new(egui::Id::unique("key list")).show(ui.ctx(), |ui| {
         ui.heading("Keyboard and mouse");

@@ -2,6 +2,7 @@
 
 mod actions;
 mod bar;
+mod export;
 mod keys;
 mod messages;
 mod palette;
@@ -9,6 +10,7 @@ mod status;
 
 use egui::{CentralPanel, Frame, Margin, Panel, Ui};
 
+pub use export::Exporting;
 pub use keys::shortcuts;
 pub use palette::CommandPalette;
 
@@ -29,6 +31,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
         messages::notices(ui, desk);
         screens::show(ui, desk);
     });
+    export::show(ui, desk);
     messages::toasts(ui, desk);
     messages::drop_hint(ui);
     palette::show(ui, desk);

@@ -3,18 +3,18 @@
 use egui::{Button, RichText, ScrollArea, Ui, WidgetInfo};
 
 use crate::app::plot::{Chart, Decimator, Window, ticks};
-use crate::app::screens::data::units;
 use crate::app::state::Desk;
 use crate::app::theme::{GROUP, Palette, SMALL};
 use crate::app::widgets;
-use crate::recording::Recording;
-use crate::session::Step;
 
 /// Most points of one plot.
 const MOST_POINTS: usize = 2500;
 
 /// Predicted against measured torque of every joint on held-out data: on the diagonal where the model is right.
-pub fn scatter(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step) {
+pub fn scatter(ui: &mut Ui, desk: &mut Desk) {
+    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+        return;
+    };
     let palette = Palette::in_ui(ui);
     let samples: usize = desk.session.split.held_out.iter().map(|segment| segment.samples.len()).sum();
     if samples == 0 {
@@ -35,7 +35,7 @@ pub fn scatter(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step)
                     }
                     let ends = |[low, high]: [f64; 2], point: &[f64; 2]| [low.min(point[0]), high.max(point[0])];
                     let extent = points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
-                    let unit = units(recording.joints[joint].kind)[3];
+                    let unit = recording.joints[joint].kind.units()[3];
                     Chart::new(format!("{}: τ̂", recording.joints[joint].name), unit, extent)
                         .x_axis("measured τ", unit)
                         .height(200.0)
@@ -52,9 +52,12 @@ pub fn scatter(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step)
 }
 
 /// nMSE by trajectory and joint; a click on a head sorts, on a name shows that trajectory.
-pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step) {
+pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk) {
+    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+        return;
+    };
     let palette = Palette::in_ui(ui);
-    let errors = desk.state.errors_by_run(recording, step);
+    let errors = desk.state.errors_by_run(&recording, &step);
     widgets::card(ui, "Error by trajectory and joint (nMSE)", |ui| {
         let mut order: Vec<usize> = (0..errors.len()).collect();
         if let Some((joint, down)) = desk.state.error_order {

@@ -2,13 +2,17 @@
 
 mod errors;
 mod overlay;
+mod parts;
 
 use egui::{RichText, Slider, Ui, WidgetText};
 
-use super::{data::units, held_out_times, time_extent, trajectory_chooser};
+pub(in crate::app) use parts::Part as TorquePart;
+
+use super::{held_out_times, time_extent, trajectory_chooser};
+use crate::app::dock::{self, Part};
 use crate::app::plot::{Chart, arm, chart, ticks};
 use crate::app::state::Desk;
-use crate::app::theme::{GAP, MEASURED_DASH, PREDICTED_DASH, Palette, SIDE, SMALL};
+use crate::app::theme::{GAP, MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
 use crate::arm::Arm;
 use crate::model::Term;
@@ -19,6 +23,20 @@ pub(super) const HINT: &str = "Drag: time cursor. Ctrl+wheel: zoom. Right drag: 
 
 /// Where the cursor stands at first, as a part of the trajectory.
 const START: f64 = 0.35;
+/// The most that time goes on in a frame \[s\].
+const LONGEST_STEP: f64 = 0.1;
+
+const PANELS: Part = Part::Beside(&[
+    (
+        2.75,
+        Part::Tabs(&[
+            Part::Panel("Torques", torques),
+            Part::Panel("Predicted against measured", errors::scatter),
+            Part::Panel("Errors by trajectory", errors::by_trajectory),
+        ]),
+    ),
+    (1.0, Part::Panel("At the cursor", at_cursor)),
+]);
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
@@ -30,9 +48,11 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     ui.horizontal_wrapped(|ui| {
         trajectory_chooser(ui, desk);
         ui.add_space(GAP);
-        ui.checkbox(&mut desk.state.show_terms, "Show each term of the model");
+        ui.checkbox(&mut desk.state.show_terms, "Terms").on_hover_text("Draw each term of the model, too");
+        let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
+        ui.checkbox(&mut desk.state.show_parts, "Decompose").on_hover_text(what);
         overlay::chooser(ui, desk, &step);
-        if ui.button("Show all of the time").clicked() {
+        if ui.button("Fit").on_hover_text("Show all of the time (F in a chart)").clicked() {
             desk.state.window = Default::default();
         }
         ui.label(RichText::new(HINT).size(SMALL).color(Palette::in_ui(ui).weak));
@@ -40,16 +60,13 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     ui.add_space(4.0);
     let extent = time_extent(&recording.trajectories[desk.state.trajectory].time);
     desk.state.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
-    let [main, side] = widgets::beside(ui, SIDE + GAP);
-    widgets::scrolling(ui, "torques", main, |ui| {
-        torques(ui, desk, &recording, &step);
-        errors::scatter(ui, desk, &recording, &step);
-        errors::by_trajectory(ui, desk, &recording, &step);
-    });
-    widgets::scrolling(ui, "at the cursor", side, |ui| at_cursor(ui, desk, &recording, &step));
+    dock::show(ui, desk, "compare", &PANELS);
 }
 
-fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &std::sync::Arc<crate::session::Step>) {
+fn torques(ui: &mut Ui, desk: &mut Desk) {
+    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+        return;
+    };
     let palette = Palette::in_ui(ui);
     let index = desk.state.trajectory;
     let (Some(residual), Some(facts)) =
@@ -62,12 +79,16 @@ fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &std::sync
     let extent = time_extent(&run.time);
     let shades = held_out_times(desk.session, index);
     let joints = recording.joint_count();
-    let overlaid = overlay::chosen(desk, step);
+    let parts = if desk.state.show_parts { parts::of(ui, desk, &step) } else { None };
+    if desk.state.show_parts && parts.is_none() {
+        widgets::weak(ui, "The torque is being decomposed…");
+    }
+    let overlaid = overlay::chosen(desk, &step);
     let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
     let last_extra = 31.0;
-    let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(170.0, 380.0);
+    let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 380.0);
     for joint in 0..joints {
-        let unit = units(recording.joints[joint].kind)[3];
+        let unit = recording.joints[joint].kind.units()[3];
         let name = &recording.joints[joint].name;
         let mut chart = Chart::new(format!("{name}: torque"), unit, extent).shaded(shades.iter().copied()).under_line(
             "measured τ",
@@ -91,14 +112,29 @@ fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &std::sync
             .line("predicted τ̂", &run.time, &prediction.total[joint], (palette.predicted, PREDICTED_DASH))
             .cursor(&mut desk.state.cursor)
             .without_ticks()
-            .height(per_joint * 0.62)
+            .height(per_joint * if parts.is_some() { 0.5 } else { 0.62 })
             .show(ui, &mut desk.state.window, &mut desk.state.decimator);
         let last = joint + 1 == joints;
-        let chart = Chart::new(format!("{name}: residual"), unit, extent)
-            .shaded(shades.iter().copied())
-            .line("τ − τ̂", &run.time, &residual[joint], (palette.residual, &[]))
-            .cursor(&mut desk.state.cursor);
-        let height = per_joint * 0.38;
+        let what = if parts.is_some() { "decomposition" } else { "residual" };
+        let mut chart = Chart::new(format!("{name}: {what}"), unit, extent).shaded(shades.iter().copied());
+        match &parts {
+            None => chart = chart.line("τ − τ̂", &run.time, &residual[joint], (palette.residual, &[])),
+            Some(parts) => {
+                for (number, part) in parts.iter().enumerate() {
+                    let (color, dash) = palette.nth(number);
+                    let acts = |torque: &&Vec<f64>| torque.iter().any(|value| *value != 0.0);
+                    if let Some(truth) = part.truth.as_ref().map(|truth| &truth[joint]).filter(acts) {
+                        let name = if part.own.is_none() { part.name.as_str() } else { "" };
+                        chart = chart.strong_line(name, &run.time, truth, (color.gamma_multiply(0.45), &[]));
+                    }
+                    if let Some(own) = part.own.as_ref().map(|own| &own[joint]).filter(acts) {
+                        chart = chart.line(&part.name, &run.time, own, (color, dash));
+                    }
+                }
+            }
+        }
+        let chart = chart.cursor(&mut desk.state.cursor);
+        let height = per_joint * if parts.is_some() { 0.5 } else { 0.38 };
         let chart = if last {
             chart.x_axis("time t", "s").height(height + last_extra)
         } else {
@@ -111,7 +147,10 @@ fn torques(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &std::sync
     }
 }
 
-fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::session::Step) {
+fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
+    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+        return;
+    };
     let palette = Palette::in_ui(ui);
     let index = desk.state.trajectory;
     let run = &recording.trajectories[index];
@@ -120,8 +159,17 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
     let extent = time_extent(&run.time);
     let mut time = desk.state.cursor.unwrap_or(extent[0]).clamp(extent[0], extent[1]);
     let before = time;
-    widgets::card(ui, "At the cursor", |ui| {
-        ui.spacing_mut().slider_width = ui.available_width() - 100.0;
+    play(ui, desk, extent, &mut time);
+    widgets::card(ui, "", |ui| {
+        ui.horizontal_wrapped(|ui| {
+            let name = if desk.state.is_playing { "Pause" } else { "▶ Play" };
+            let button = ui.button(name).on_hover_text("Let time go on, as fast as it was recorded");
+            if button.clicked() {
+                desk.state.is_playing = !desk.state.is_playing;
+            }
+            ui.checkbox(&mut desk.state.follows, "Follow").on_hover_text("A zoomed view moves with the cursor");
+        });
+        ui.spacing_mut().slider_width = (ui.available_width() - 100.0).max(60.0);
         let slider = Slider::new(&mut time, extent[0]..=extent[1]).suffix(" s").fixed_decimals(2);
         let response = ui.add(slider);
         response.widget_info(|| egui::WidgetInfo::slider(true, time, "time cursor"));
@@ -166,7 +214,7 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
                 row
             })
             .collect();
-        let unit = units(recording.joints[0].kind);
+        let unit = recording.units();
         let header = ["", &format!("q [{}]", unit[0]), "τ", "τ̂", &format!("τ − τ̂ [{}]", unit[3])];
         ui.scope(|ui| {
             ui.style_mut().spacing.item_spacing.x = 4.0;
@@ -176,7 +224,22 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &crate::
     if time != before {
         desk.state.cursor = Some(time);
     }
-    errors(ui, recording, step);
+    errors(ui, &recording, &step);
+}
+
+/// Lets time go on, from the end again from the beginning, and the view with it.
+fn play(ui: &Ui, desk: &mut Desk, [first, last]: [f64; 2], time: &mut f64) {
+    if !desk.state.is_playing {
+        return;
+    }
+    let step = f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP);
+    *time = if *time + step > last { first } else { *time + step };
+    if let Some([from, to]) = desk.state.window.range.filter(|_| desk.state.follows) {
+        let half = 0.5 * (to - from);
+        let middle = time.clamp(first + half, (last - half).max(first + half));
+        desk.state.window.range = Some([middle - half, middle + half]);
+    }
+    ui.ctx().request_repaint();
 }
 
 /// The error of each joint.
@@ -197,7 +260,7 @@ pub(super) fn errors(ui: &mut Ui, recording: &Recording, step: &crate::session::
                 ]
             })
             .collect();
-        let unit = units(recording.joints[0].kind)[3];
+        let [.., unit] = recording.units();
         widgets::table(ui, "errors", &["", "nMSE", "on train", &format!("RMS [{unit}]")], &rows);
         let text = "nMSE: squared error over squared torque; 0 % is perfect.";
         ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));

@@ -2,7 +2,6 @@
 
 use egui::{RichText, Ui};
 
-use super::units;
 use crate::app::plot::{Cells, Chart, Decimator, Window};
 use crate::app::state::Desk;
 use crate::app::theme::{Palette, SMALL};
@@ -44,7 +43,16 @@ pub fn covered(recording: &Recording, split: &Split, joint: usize) -> Cells {
     Cells { size: SIZE, extent: ends, values, signed: false }
 }
 
-pub fn show(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+pub fn show(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else {
+        widgets::weak(ui, "There is no recording yet.");
+        return;
+    };
+    density(ui, desk, &recording);
+    spectrum(ui, desk, &recording);
+}
+
+fn density(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "Coverage of the training data", |ui| {
         let joints: Vec<usize> = (0..recording.joint_count()).collect();
@@ -53,7 +61,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             ui.columns(columns, |columns| {
                 for (ui, &joint) in columns.iter_mut().zip(row) {
                     let Some(cells) = desk.state.coverage(desk.session, joint) else { continue };
-                    let unit = units(recording.joints[joint].kind);
+                    let unit = recording.joints[joint].kind.units();
                     Chart::new(format!("{}: q̇", recording.joints[joint].name), unit[1], [0.0, 1.0])
                         .x_axis("position q", unit[0])
                         .height(190.0)
@@ -68,7 +76,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 }
 
 /// The power of the chosen trajectory's torque.
-pub fn spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+fn spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     let (trajectory, joint) = (desk.state.trajectory, desk.state.joint);
     let Some(spectrum) = desk.state.spectrum(desk.session, trajectory, joint) else { return };

@@ -1,6 +1,8 @@
 //! Data: what was measured, where it came from, what is odd about it; and the panel that simulates.
 
+mod arm_editor;
 mod coverage;
+mod motion;
 mod simulate;
 
 use egui::{Button, DragValue, RichText, TextEdit, Ui};
@@ -8,23 +10,27 @@ use egui::{Button, DragValue, RichText, TextEdit, Ui};
 pub(in crate::app) use coverage::covered;
 
 use super::{held_out_times, time_extent, trajectory_chooser};
+use crate::app::dock::{self, Part};
 use crate::app::plot::{Chart, ticks};
 use crate::app::shell::thousands;
 use crate::app::state::{Desk, Order};
-use crate::app::theme::{GAP, GROUP, Palette, SIDE, SMALL};
+use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets;
 use crate::arm::Posture;
 use crate::model::Preset;
 use crate::recording::check::Severity;
 use crate::recording::read::ReadOptions;
-use crate::recording::{JointKind, Origin, Recording};
+use crate::recording::{Origin, Recording};
 use crate::session::Command;
 use crate::simulation::Scenario;
 
+const PANELS: Part = Part::Beside(&[
+    (2.9, Part::Tabs(&[Part::Panel("Recording", measured), Part::Panel("Coverage and spectrum", coverage::show)])),
+    (1.0, Part::Tabs(&[Part::Panel("Sources", sources), Part::Panel("Simulate your own", simulate::show)])),
+]);
+
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let [main, side] = widgets::beside(ui, SIDE);
-    widgets::scrolling(ui, "data", main, |ui| measured(ui, desk));
-    widgets::scrolling(ui, "sources", side, |ui| sources(ui, desk));
+    dock::show(ui, desk, "data", &PANELS);
 }
 
 fn measured(ui: &mut Ui, desk: &mut Desk) {
@@ -51,8 +57,6 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
     posture(ui, desk, &recording);
     signals(ui, desk, &recording);
     trajectories(ui, desk, &recording);
-    coverage::show(ui, desk, &recording);
-    coverage::spectrum(ui, desk, &recording);
 }
 
 fn findings(ui: &mut Ui, desk: &Desk, recording: &Recording) {
@@ -136,7 +140,7 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         let extent = time_extent(&run.time);
         let shades = held_out_times(desk.session, index);
         let style = palette.nth(joint);
-        let [position, velocity, acceleration, torque] = units(recording.joints[joint].kind);
+        let [position, velocity, acceleration, torque] = recording.joints[joint].kind.units();
         let channels = [
             ("position q", position, &run.q),
             ("velocity q̇", velocity, &run.qd),
@@ -158,11 +162,6 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         let hint = format!("Shaded: held out. {}", super::compare::HINT);
         ui.label(RichText::new(hint).size(SMALL).color(palette.weak));
     });
-}
-
-/// Units of position, velocity, acceleration and torque.
-pub(super) fn units(kind: JointKind) -> [&'static str; 4] {
-    kind.units()
 }
 
 fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
@@ -277,5 +276,4 @@ fn sources(ui: &mut Ui, desk: &mut Desk) {
             }
         });
     });
-    widgets::card(ui, "Simulate your own", |ui| simulate::show(ui, desk));
 }

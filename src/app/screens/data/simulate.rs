@@ -1,4 +1,4 @@
-//! The panel that simulates: arm, hidden effect, noise, encoders.
+//! The panel that simulates: arm, motion, hidden effect, noise, encoders.
 
 use egui::{Button, CollapsingHeader, ComboBox, DragValue, Grid, RichText, Slider, Ui};
 
@@ -14,8 +14,14 @@ use crate::simulation::{Scenario, SimulationError};
 const NEW_LINK: Link = Link { mass: 1.0, length: 0.3, com: 0.15, inertia: 0.0075 };
 
 pub fn show(ui: &mut Ui, desk: &mut Desk) {
+    widgets::card(ui, "Arm, motion and what is hidden", |ui| own(ui, desk));
+}
+
+fn own(ui: &mut Ui, desk: &mut Desk) {
     let wish = &mut desk.state.wish;
+    super::arm_editor::show(ui, &mut wish.arm);
     arm(ui, wish);
+    super::motion::show(ui, &mut wish.motion);
     let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].spec().name);
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Hidden effect");
@@ -107,6 +113,7 @@ fn scenario(wish: &Wish) -> Result<Scenario, SimulationError> {
     let bare = Scenario {
         name: "simulated arm".to_owned(),
         arm: wish.arm.clone(),
+        motion: wish.motion.clone(),
         torque_noise: wish.noise_percent / 100.0,
         seed: wish.seed,
         encoder_resolution,

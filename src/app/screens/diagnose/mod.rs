@@ -5,8 +5,8 @@ mod bet;
 use egui::{Align, Layout, RichText, Ui, WidgetText};
 
 use super::Screen;
-use super::data::units;
 use super::residuals::Quantity;
+use crate::app::dock::{self, Part};
 use crate::app::plot::{Chart, Decimator, Window, ticks};
 use crate::app::state::{Busy, Desk, Order};
 use crate::app::theme::{GAP, Palette, SMALL};
@@ -17,8 +17,8 @@ use crate::model::Parameter;
 use crate::recording::{Recording, joints_text};
 use crate::session::Command;
 
-/// Width of the list of candidates \[points\].
-const LIST: f32 = 400.0;
+const PANELS: Part =
+    Part::Beside(&[(2.1, Part::Panel("Evidence", evidence)), (1.0, Part::Panel("Candidates", ranking))]);
 
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else { return };
@@ -30,7 +30,10 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
             "Every known effect is laid beside the model and judged on data that it has not seen."
         };
         if let Some(Busy { name, progress, .. }) = desk.busy {
-            widgets::empty(ui, "Looking for what is missing…", &format!("{name}: {}", progress.activity), "");
+            let is_diagnosis = *name == Command::Diagnose.title();
+            let title = if is_diagnosis { "Looking for what is missing…" } else { "Something else is at work…" };
+            let activity = if progress.activity.is_empty() { name } else { &progress.activity };
+            widgets::empty(ui, title, activity, "");
         } else {
             if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
                 desk.run(Command::Diagnose);
@@ -44,19 +47,23 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     }
     headline(ui, &report, &recording);
     bet::outcome(ui, desk, &report);
-    let [main, side] = widgets::beside(ui, LIST);
-    widgets::scrolling(ui, "verdict", main, |ui| {
-        if report.effects.is_empty() {
-            return without_effect(ui, desk, &report, &recording);
-        }
-        chooser(ui, desk, &report);
-        let chosen = desk.state.chosen_effect.min(report.effects.len() - 1);
-        effect(ui, desk, &report.effects[chosen], &recording);
-    });
-    widgets::scrolling(ui, "candidates", side, |ui| {
-        widgets::card(ui, "What to do", |ui| ui.label(&report.advice));
-        candidates(ui, desk, &report);
-    });
+    dock::show(ui, desk, "diagnose", &PANELS);
+}
+
+fn evidence(ui: &mut Ui, desk: &mut Desk) {
+    let (Some(recording), Some(report)) = (desk.session.recording.clone(), desk.session.report.clone()) else { return };
+    if report.effects.is_empty() {
+        return without_effect(ui, desk, &report, &recording);
+    }
+    chooser(ui, desk, &report);
+    let chosen = desk.state.chosen_effect.min(report.effects.len() - 1);
+    effect(ui, desk, &report.effects[chosen], &recording);
+}
+
+fn ranking(ui: &mut Ui, desk: &mut Desk) {
+    let Some(report) = desk.session.report.clone() else { return };
+    widgets::card(ui, "What to do", |ui| ui.label(&report.advice));
+    candidates(ui, desk, &report);
 }
 
 /// The verdict as one sentence.
@@ -205,7 +212,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
 
 fn evidence_plot(ui: &mut Ui, evidence: &Evidence, after: bool, recording: &Recording, height: f32) {
     let palette = Palette::in_ui(ui);
-    let unit = units(recording.joints[evidence.joint].kind);
+    let unit = recording.joints[evidence.joint].kind.units();
     let (name, label, x_unit) = Quantity::from(evidence.axis).text(unit);
     let (x, y): (Vec<f64>, Vec<f64>) = evidence.explained.iter().map(|point| (point[0], point[1])).unzip();
     let extent = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0)];
@@ -329,12 +336,6 @@ fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
     let mark = if candidate.accepted { "✔" } else { "·" };
     let response = ui.horizontal(|ui| {
         ui.label(RichText::new(mark).color(color));
-        let text = RichText::new(format!("{name}, {place}")).color(if candidate.accepted {
-            palette.text
-        } else {
-            palette.weak
-        });
-        ui.label(text);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let add = ui.add_enabled(desk.busy.is_none(), egui::Button::new("+").small());
             let spoken = format!("Add {name}, {place}");
@@ -345,8 +346,13 @@ fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
                     joints: candidate.joint.into_iter().collect(),
                 });
             }
-            widgets::share_bar(ui, candidate.error_drop, 60.0, color);
+            widgets::share_bar(ui, candidate.error_drop, 26.0, color);
             ui.label(RichText::new(ticks::percent(candidate.error_drop)).color(color));
+            let name_color = if candidate.accepted { palette.text } else { palette.weak };
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let text = RichText::new(format!("{name}, {place}")).color(name_color);
+                ui.add(egui::Label::new(text).wrap());
+            });
         });
     });
     response.response.on_hover_text(&candidate.reason);

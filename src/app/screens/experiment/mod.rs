@@ -9,9 +9,10 @@ use egui::{Checkbox, ProgressBar, RichText, ScrollArea, TextEdit, Ui, WidgetText
 pub use state::Shown;
 pub(in crate::app) use state::{Joined, Said, Trials};
 
+use crate::app::dock::{self, Part};
 use crate::app::plot::{Chart, Decimator, ticks};
 use crate::app::state::Desk;
-use crate::app::theme::{GAP, Palette, SIDE, SMALL};
+use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::experiment::catalogue;
 use crate::experiment::run::State;
@@ -28,26 +29,30 @@ const QUANTITIES: [(&str, &str); 5] = [
 /// Height of the chart of a curve \[points\].
 const CURVE: f32 = 300.0;
 
+const PANELS: Part = Part::Beside(&[(2.9, Part::Panel("Results", outcome)), (1.0, Part::Panel("Choose", choices))]);
+
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     desk.state.trials.look(ui.ctx());
     let joined = desk.state.trials.joined.clone();
     let sentence = joined.as_ref().map_or(String::new(), |joined| format!("{}.", joined.experiment.title));
     widgets::headline(ui, "Experiments", &sentence);
-    let [main, side] = widgets::beside(ui, SIDE);
-    widgets::scrolling(ui, "results", main, |ui| {
-        run(ui, desk);
-        match &joined {
-            Some(joined) => results(ui, desk, joined),
-            None if desk.state.trials.is_busy() => drop(widgets::weak(ui, "Reading…")),
-            None => (),
-        }
-    });
-    widgets::scrolling(ui, "experiments", side, |ui| {
-        which(ui, desk);
-        if let Some(joined) = &joined {
-            models(ui, desk, joined);
-        }
-    });
+    dock::show(ui, desk, "experiment", &PANELS);
+}
+
+fn outcome(ui: &mut Ui, desk: &mut Desk) {
+    run(ui, desk);
+    match desk.state.trials.joined.clone() {
+        Some(joined) => results(ui, desk, &joined),
+        None if desk.state.trials.is_busy() => drop(widgets::weak(ui, "Reading…")),
+        None => (),
+    }
+}
+
+fn choices(ui: &mut Ui, desk: &mut Desk) {
+    which(ui, desk);
+    if let Some(joined) = desk.state.trials.joined.clone() {
+        models(ui, desk, &joined);
+    }
 }
 
 /// Progress and Stop while it runs; what became of it afterwards.

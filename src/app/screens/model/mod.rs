@@ -6,11 +6,13 @@ use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichT
 
 use super::Screen;
 use super::diagnose::parameter_row;
-use crate::app::plot::ticks;
+use crate::app::dock::{self, Part};
+use crate::app::plot::{export, ticks};
 use crate::app::state::{Desk, Order, Share};
-use crate::app::theme::{GAP, Palette, SIDE, SMALL};
+use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::effect::{Scope, registry};
+use crate::figure::{Axis, Ink, Mark, Panel};
 use crate::model::learned::LearnedTerm;
 use crate::model::{Parameter, Preset, RigidBody, Term};
 use crate::recording::Recording;
@@ -19,29 +21,55 @@ use crate::session::{Command, Step, TermEdit};
 /// With more parameters than this, a card shows them only when asked.
 const MOST_PARAMETERS: usize = 6;
 
+const PANELS: Part =
+    Part::Beside(&[(2.9, Part::Panel("Terms", terms)), (1.0, Part::Panel("Change the model", change))]);
+
 pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
-        return;
-    };
+    let Some(step) = desk.session.current().cloned() else { return };
     let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
     let sentence = format!("The torque is the sum of {}: {}.", terms_text(terms.len()), terms.join(" + "));
     widgets::headline(ui, "The model", &sentence);
-    let [main, side] = widgets::beside(ui, SIDE);
-    widgets::scrolling(ui, "terms", main, |ui| {
-        widgets::card(ui, "How it is wired", |ui| diagram::show(ui, &step.fitted.model, recording.joint_count()));
-        let shares = desk.state.shares(desk.session);
-        for (place, term) in step.fitted.model.terms.iter().enumerate() {
-            let shares = shares.as_ref().map_or(&[][..], |shares| &shares[place]);
-            card(ui, desk, &recording, &step, place, term, shares);
-        }
-        for (place, term) in desk.session.set_aside.iter().enumerate() {
-            set_aside(ui, desk.orders, desk.busy.is_none(), place, term);
-        }
-    });
-    widgets::scrolling(ui, "change the model", side, |ui| {
-        add(ui, desk, &recording);
-        presets(ui, desk, &recording);
-    });
+    dock::show(ui, desk, "model", &PANELS);
+}
+
+fn terms(ui: &mut Ui, desk: &mut Desk) {
+    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+        return;
+    };
+    widgets::card(ui, "How it is wired", |ui| diagram::show(ui, &step.fitted.model, recording.joint_count()));
+    let shares = desk.state.shares(desk.session);
+    if let Some(shares) = &shares {
+        export::add(ui, || shares_panel(&recording, &step, shares));
+    }
+    for (place, term) in step.fitted.model.terms.iter().enumerate() {
+        let shares = shares.as_ref().map_or(&[][..], |shares| &shares[place]);
+        card(ui, desk, &recording, &step, place, term, shares);
+    }
+    for (place, term) in desk.session.set_aside.iter().enumerate() {
+        set_aside(ui, desk.orders, desk.busy.is_none(), place, term);
+    }
+}
+
+/// What each term carries, as bars.
+fn shares_panel(recording: &Recording, step: &Step, shares: &[Vec<Share>]) -> Panel {
+    let terms = step.fitted.model.terms.iter().map(Term::label).collect();
+    let axes = [Axis::names("", terms), Axis::new("RMS over that of the measured torque", "")];
+    let mut panel = Panel::new("what each term carries", axes);
+    let joints = recording.joint_count();
+    let width = 0.7 / joints.max(1) as f64;
+    for (joint, info) in recording.joints.iter().enumerate() {
+        let at = |term: usize| term as f64 + (joint as f64 - (joints as f64 - 1.0) / 2.0) * width;
+        let bars = shares.iter().enumerate();
+        let bars = bars.map(|(term, shares)| [at(term), shares[joint].part, f64::NAN, f64::NAN]).collect();
+        panel.marks.push(Mark::Bars { name: info.name.clone(), bars, width: 0.9 * width, ink: Ink::Series(joint) });
+    }
+    panel
+}
+
+fn change(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    add(ui, desk, &recording);
+    presets(ui, desk, &recording);
 }
 
 fn terms_text(count: usize) -> String {
@@ -83,7 +111,7 @@ fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place:
             ui.horizontal(|ui| {
                 ui.label(&recording.joints[joint].name);
                 widgets::share_bar(ui, share.part, 120.0, palette.nth(place).0);
-                let unit = super::data::units(recording.joints[joint].kind)[3];
+                let unit = recording.joints[joint].kind.units()[3];
                 let text =
                     format!("{} of the torque, {} {unit} RMS", ticks::percent(share.part), ticks::number(share.rms));
                 ui.label(RichText::new(text).size(SMALL).color(palette.weak));

@@ -6,23 +6,24 @@ mod moments;
 mod table;
 mod views;
 
-use std::sync::Arc;
-
 use egui::{Align, Layout, RichText, Ui, vec2};
 
 pub use table::{Brush, Quantity, Table};
 
-use super::data::units;
+use crate::app::dock::{self, Part};
 use crate::app::plot::{Chart, Decimator, Window};
 use crate::app::shell::{is_narrow, thousands};
 use crate::app::state::Desk;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets;
 
-/// Width of the list of moments \[points\].
-const LIST: f32 = 236.0;
-/// Height of the time line \[points\].
-const TIME_LINE: f32 = 118.0;
+/// Least height of the time line \[points\].
+const LEAST_TIME_LINE: f32 = 90.0;
+
+const PANELS: Part = Part::Stack(&[
+    (3.2, Part::Beside(&[(4.0, Part::Panel("Views", grid)), (1.0, Part::Panel("Worst moments", worst))])),
+    (1.0, Part::Panel("Time line", time_line)),
+]);
 
 /// What is marked, and how each view is zoomed.
 #[derive(Debug)]
@@ -67,29 +68,29 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         desk.state.looking = Looking { map: desk.state.looking.map, ..Looking::default() };
     }
     ui.add_space(4.0);
-    let table = desk.state.table(desk.session);
-    if table.len() == 0 {
+    if desk.state.table(desk.session).len() == 0 {
         widgets::card(ui, "", |ui| widgets::weak(ui, "No samples in this part of the data: look at the other part."));
         return;
     }
-    let lit = desk.state.lit(&table);
-    let unit = units(recording.joints[desk.state.joint].kind);
-    let whole = ui.available_rect_before_wrap();
-    let line = if narrow { 0.0 } else { TIME_LINE };
-    let upper = egui::Rect::from_min_max(whole.min, whole.max - vec2(0.0, line));
-    ui.scope_builder(egui::UiBuilder::new().max_rect(upper), |ui| {
-        let [main, side] = widgets::beside(ui, LIST);
-        widgets::scrolling(ui, "views", main, |ui| grid(ui, desk, &table, &lit, unit));
-        widgets::scrolling(ui, "moments", side, |ui| moments::show(ui, desk, &recording, &table, unit[3]));
-    });
-    if line > 0.0 {
-        let lower = egui::Rect::from_min_max(egui::pos2(whole.left(), upper.bottom() + 4.0), whole.max);
-        ui.scope_builder(egui::UiBuilder::new().max_rect(lower), |ui| time_line(ui, desk, &table, &lit, unit[3]));
-    }
+    dock::show(ui, desk, "residuals", &PANELS);
+}
+
+/// Units of the shown joint.
+fn unit(desk: &Desk) -> [&'static str; 4] {
+    let joints = desk.session.recording.iter().flat_map(|recording| &recording.joints);
+    joints.map(|joint| joint.kind).nth(desk.state.joint).unwrap_or_default().units()
+}
+
+fn worst(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.clone() else { return };
+    let (table, unit) = (desk.state.table(desk.session), unit(desk));
+    moments::show(ui, desk, &recording, &table, unit[3]);
 }
 
 /// All views, two beside each other where there is room.
-fn grid(ui: &mut Ui, desk: &mut Desk, table: &Arc<Table>, lit: &Arc<Vec<usize>>, unit: [&'static str; 4]) {
+fn grid(ui: &mut Ui, desk: &mut Desk) {
+    let (table, unit) = (desk.state.table(desk.session), unit(desk));
+    let lit = desk.state.lit(&table);
     let columns = if ui.available_width() > 640.0 { 2 } else { 1 };
     let width = (ui.available_width() - GAP * (columns as f32 - 1.0)) / columns as f32;
     let size = vec2(width, (ui.available_height() / 2.0 - GAP).clamp(250.0, 400.0));
@@ -99,7 +100,7 @@ fn grid(ui: &mut Ui, desk: &mut Desk, table: &Arc<Table>, lit: &Arc<Vec<usize>>,
             for view in row {
                 ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
                     ui.set_width(size.x);
-                    views::show(ui, desk, *view, table, lit, unit, size.y);
+                    views::show(ui, desk, *view, &table, &lit, unit, size.y);
                 });
             }
         });
@@ -107,24 +108,26 @@ fn grid(ui: &mut Ui, desk: &mut Desk, table: &Arc<Table>, lit: &Arc<Vec<usize>>,
 }
 
 /// The residual over the time of all segments, with what is marked and where the cursor is.
-fn time_line(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: &'static str) {
+fn time_line(ui: &mut Ui, desk: &mut Desk) {
     let palette = Palette::in_ui(ui);
+    let (table, [.., unit]) = (desk.state.table(desk.session), unit(desk));
+    let lit = desk.state.lit(&table);
     let (time, residual) = (table.column(Quantity::Time), table.column(Quantity::Residual));
     let extent = [time[0], time[time.len() - 1].max(time[0] + 1e-9)];
-    let mut cursor = moments::row_at_cursor(desk, table).map(|row| time[row]);
+    let mut cursor = moments::row_at_cursor(desk, &table).map(|row| time[row]);
     let before = cursor;
     let marked = if lit.is_empty() { String::new() } else { format!(": {} samples marked", thousands(lit.len())) };
     let chart = Chart::new(format!("time line{marked}"), unit, extent)
         .x_axis("time t, all trajectories end to end", "s")
-        .height(TIME_LINE - 8.0)
-        .lit(table.stretches(lit))
+        .height((ui.available_height() - 4.0).clamp(LEAST_TIME_LINE, 300.0))
+        .lit(table.stretches(&lit))
         .line("τ − τ̂", time, residual, (palette.residual, &[]))
         .cursor(&mut cursor);
     chart.show(ui, &mut desk.state.looking.time, &mut desk.state.decimator);
     if cursor != before
         && let Some(at) = cursor
     {
-        moments::jump(desk, table, crate::app::plot::chart::nearest(time, at));
+        moments::jump(desk, &table, crate::app::plot::chart::nearest(time, at));
     }
 }
 

@@ -61,7 +61,7 @@ pub fn show(
         match view {
             View::Over(x) => over(ui, desk, x, table, lit, unit, height),
             View::Map => map(ui, desk, table, lit, unit, height),
-            View::Loop => circle(ui, desk, table, unit, height),
+            View::Loop => circle(ui, desk, table, lit, unit, height),
             View::Power => {
                 let line = table.power();
                 let title = "power of the residual over frequency, logarithmic";
@@ -198,7 +198,7 @@ fn map(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: [&'stat
 }
 
 /// The residual against velocity, in the order of time, around the cursor.
-fn circle(ui: &mut Ui, desk: &mut Desk, table: &Table, unit: [&'static str; 4], height: f32) {
+fn circle(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: [&'static str; 4], height: f32) {
     let palette = Palette::in_ui(ui);
     let row = moments::row_at_cursor(desk, table).unwrap_or(0);
     let rows = table.around(row, LOOP);
@@ -209,11 +209,14 @@ fn circle(ui: &mut Ui, desk: &mut Desk, table: &Table, unit: [&'static str; 4], 
     let extent = path.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
     let (_, label, x_unit) = Quantity::Velocity.text(unit);
     let here = [[x[row], y[row]]];
+    let lit: Vec<usize> = lit.iter().copied().filter(|row| rows.contains(row)).collect();
+    let lit = points(table, &lit, Quantity::Velocity, Quantity::Residual);
     with_brush(desk, Quantity::Velocity, Quantity::Residual, |_, region| {
         Chart::new("residual–velocity loop around the cursor", unit[3], extent)
             .x_axis(label, x_unit)
             .height(height)
             .path(&path, palette.residual)
+            .points(&lit, palette.accent, 1.6)
             .points(&here, palette.cursor, 4.0)
             .brush(region)
             .show(ui, &mut Window::default(), &mut fleeting());

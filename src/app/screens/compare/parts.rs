@@ -1,0 +1,68 @@
+//! What the predicted torque is made of: inertial, Coriolis, gravity and each effect, beside the truth where the seal is open.
+
+use std::sync::Arc;
+
+use egui::Ui;
+
+use crate::app::state::Desk;
+use crate::effect::registry;
+use crate::model::Term;
+use crate::recording::PerJoint;
+use crate::session::Step;
+use crate::simulation::TrueParts;
+use crate::training::components;
+
+/// One part of the torque.
+pub struct Part {
+    pub name: String,
+    /// Of the model \[N m\]; `None` if it has no such part.
+    pub own: Option<PerJoint>,
+    /// The truth \[N m\]; `None` while it is sealed, or if nobody knows it.
+    pub truth: Option<PerJoint>,
+}
+
+/// The parts along the shown trajectory; `None` while they are computed, or if the model has none.
+pub fn of(ui: &Ui, desk: &mut Desk, step: &Arc<Step>) -> Option<Arc<Vec<Part>>> {
+    let (index, recording) = (desk.state.trajectory, desk.session.recording.clone()?);
+    let truth = desk.session.truth.clone();
+    let key = (Arc::as_ptr(step) as usize, index, truth.is_some());
+    let step = Arc::clone(step);
+    let compute = move || {
+        let run = recording.trajectories.get(index).ok_or("there is no such trajectory")?;
+        let named = components(&step.fitted, run).map_err(|error| error.to_string())?;
+        let exact = truth.as_ref().map(|truth| TrueParts::along(truth, run)).transpose();
+        let exact = exact.map_err(|error| error.to_string())?;
+        let rigid = ["inertial", "coriolis", "gravity"].into_iter().enumerate().map(|(number, id)| Part {
+            name: if id == "coriolis" { "Coriolis".to_owned() } else { id.to_owned() },
+            own: named.iter().find(|(name, _)| *name == id).map(|(_, torque)| torque.clone()),
+            truth: exact.as_ref().map(|exact| {
+                let parts = &exact.arm;
+                [&parts.inertial, &parts.coriolis, &parts.gravity][number].clone()
+            }),
+        });
+        let mut parts: Vec<Part> = rigid.collect();
+        for (number, term) in step.fitted.model.terms.iter().enumerate() {
+            if let Term::Effect(_) = term {
+                let own = step.evaluation.predictions.get(index).map(|prediction| prediction.terms[number].clone());
+                parts.push(Part { name: term.label(), own, truth: None });
+            }
+        }
+        for (hidden, torque) in
+            truth.iter().flat_map(|truth| &truth.effects).zip(exact.into_iter().flat_map(|exact| exact.effects))
+        {
+            let same = step.fitted.model.terms.iter().find_map(|term| match term {
+                Term::Effect(own) if own.effect == hidden.effect && own.joint == hidden.joint => Some(term.label()),
+                _ => None,
+            });
+            match parts.iter_mut().find(|part| Some(&part.name) == same.as_ref()) {
+                Some(part) => part.truth = Some(torque),
+                None => {
+                    let name = registry::find(&hidden.effect).map_or("unknown", |effect| effect.spec().name);
+                    parts.push(Part { name: format!("hidden: {name}"), own: None, truth: Some(torque) });
+                }
+            }
+        }
+        Ok(parts)
+    };
+    desk.state.parts.get(ui.ctx(), key, compute)?.ok()
+}

@@ -1,0 +1,47 @@
+//! What the window remembers from one start to the next: how it looks, and where its panels are.
+
+use egui::{Context, ThemePreference};
+use serde::{Deserialize, Serialize};
+
+use super::dock::Layouts;
+use super::theme;
+
+/// The user's choices.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    theme: ThemePreference,
+    high_contrast: bool,
+    text_scale: f32,
+    pub(super) layouts: Layouts,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            theme: ThemePreference::default(),
+            high_contrast: false,
+            text_scale: 1.0,
+            layouts: Layouts::default(),
+        }
+    }
+}
+
+impl Settings {
+    /// As the window looks now.
+    pub(super) fn of(ctx: &Context, layouts: Layouts) -> Self {
+        Settings {
+            theme: ctx.options(|options| options.theme_preference),
+            high_contrast: theme::is_high_contrast(ctx),
+            text_scale: ctx.zoom_factor(),
+            layouts,
+        }
+    }
+
+    /// Lets the window look so.
+    pub(super) fn apply(&self, ctx: &Context) {
+        ctx.set_theme(self.theme);
+        theme::set_contrast(ctx, self.high_contrast);
+        ctx.set_zoom_factor(self.text_scale);
+    }
+}
