@@ -1,6 +1,9 @@
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use anyhow::Context;
 use clap::Args;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
@@ -12,6 +15,7 @@ use crate::cli::progress;
 use crate::cli::table::{number, table};
 use crate::diagnosis::{MissingEffect, Report, Suspect, Verdict, diagnose_among, sufficiency};
 use crate::effect::{Effect, Spec, registry};
+use crate::figure;
 use crate::progress::Monitor;
 use crate::recording::seal::{HiddenEffect, Truth};
 use crate::session::{Command, Session, SessionError};
@@ -57,6 +61,9 @@ pub struct Diagnosis {
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
+    /// Save the confusion matrix and the reliability diagram in this folder, as SVG and CSV.
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
 }
 
 /// The rates, as shares of the draws that they are about; `None` without such draws.
@@ -167,6 +174,9 @@ impl Diagnosis {
             println!("{}", serde_json::to_string_pretty(&rates)?);
         } else {
             print(&rates);
+        }
+        if let Some(folder) = &self.figures {
+            save_figures(&score, folder)?;
         }
         if self.list {
             score.told.iter().for_each(|draw| eprintln!("{draw}"));
@@ -411,6 +421,29 @@ impl Score {
             confusion: self.confusion.clone(),
         }
     }
+}
+
+fn save_figures(score: &Score, folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let hidden: Vec<String> = score.confusion.keys().cloned().collect();
+    let named: BTreeSet<&String> = score.confusion.values().flat_map(BTreeMap::keys).collect();
+    let named: Vec<String> = named.into_iter().cloned().collect();
+    let count = |row: &String, column: &String| score.confusion[row].get(column).map_or(0, |&count| count as usize);
+    let row = |hidden: &String| named.iter().map(|named| count(hidden, named)).collect();
+    let counts: Vec<Vec<usize>> = hidden.iter().map(row).collect();
+    let figures = [
+        ("confusion", figure::diagnosis::confusion(&hidden, &named, &counts)),
+        ("reliability", figure::diagnosis::reliability(&score.confidences, 10)),
+    ];
+    for (name, drawn) in figures {
+        for (ending, format) in [("svg", figure::Format::Svg), ("csv", figure::Format::Csv)] {
+            let path = folder.join(name).with_extension(ending);
+            let bytes = figure::render(&drawn, format, &figure::Style::default())?;
+            fs::write(&path, bytes).with_context(|| path.display().to_string())?;
+            eprintln!("saved {}", path.display());
+        }
+    }
+    Ok(())
 }
 
 fn share(hits: &[bool]) -> Option<f64> {
