@@ -2,12 +2,15 @@
 
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
+use torquescope::arm::Arm;
 use torquescope::diagnosis::{Report, Verdict};
 use torquescope::model::Preset;
+use torquescope::model::learned::LearnedPreset;
 use torquescope::progress::Monitor;
 use torquescope::recording::seal::{HiddenEffect, Seal, Truth};
 use torquescope::session::{Command, History, Session};
 use torquescope::simulation::Scenario;
+use torquescope::training::fit::Plan;
 
 fn run(command: Command, session: &Session) -> Session {
     command.run(session, &Monitor::new()).unwrap()
@@ -63,6 +66,21 @@ fn what_was_added_helps_at_higher_speed_too() {
         fast.trajectories.iter().map(of_trajectory).sum()
     };
     assert!(error(&after.fitted) < 0.5 * error(&before.fitted));
+}
+
+#[test]
+fn a_trained_lagrangian_is_told_its_friction_and_its_error_falls() {
+    let mut scenario = Scenario { arm: Arm::uniform(2), seed: 8, effects: Vec::new(), ..Scenario::embedded() };
+    scenario.effects = scenario.hide_by_strength("coulomb-friction", &[0], 0.15).unwrap();
+    let mut plan = Plan::default();
+    (plan.options.epochs, plan.options.batch) = (20, 64);
+    let train = Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan: Box::new(plan) };
+    let session = run(Command::Diagnose, &run(train, &simulated(scenario)));
+    let named: Vec<(&str, &[usize])> =
+        report(&session).effects.iter().map(|effect| (effect.effect.as_str(), effect.joints.as_slice())).collect();
+    assert_eq!(named, [("coulomb-friction", [0].as_slice())], "{}", report(&session).advice);
+    let (before, after) = (held_out(&session), held_out(&add_all(&session)));
+    assert!(after < 0.3 * before, "held-out nMSE {before} -> {after}");
 }
 
 #[test]

@@ -164,12 +164,15 @@ fn row(model: &str, test_set: &str, point: Option<Point>, paper: BTreeMap<String
     }
 }
 
-/// Mean and its interval by Student's t; no interval for one value.
+/// Mean and its interval by Student's t; no interval for one value, and none but itself for a value that never changes.
 fn statistic(values: &[f64]) -> Statistic {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     if values.len() < 2 {
         return (mean, None);
+    }
+    if values.iter().all(|value| *value == values[0]) {
+        return (values[0], Some([values[0]; 2]));
     }
     let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
     let quantile = StudentsT::new(0.0, 1.0, count - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.5 + 0.5 * COVERAGE));
@@ -265,6 +268,7 @@ mod tests {
         let [low, high] = interval.unwrap();
         assert!((low - (3.0 - half)).abs() < 1e-3 && (high - (3.0 + half)).abs() < 1e-3, "{low} {high}");
         assert_eq!(statistic(&[7.0]), (7.0, None));
+        assert_eq!(statistic(&[0.1; 5]), (0.1, Some([0.1, 0.1])));
     }
 
     #[test]
