@@ -134,7 +134,7 @@ fn options_with_posture(mapping: &str) -> ReadOptions {
 #[test]
 fn real_files_that_lack_something_say_what_they_have() {
     for (path, words) in [
-        ("emps/DATA_EMPS.mat", "kp"),
+        ("emps/DATA_EMPS.mat", "may take as factor: `gtau`, `kp`, `kv`"),
         ("delan-characters/character_data.pickle", "pickle"),
         ("ur10-rosbag/validation_trajectory.db3", "trajectory_msgs/msg/JointTrajectory"),
         ("tx40/curr_data.csv", "`Joint_1`"),

@@ -813,6 +813,7 @@ fn a_monkey_breaks_nothing() {
         if window.query_by_label("Write the file").is_some() {
             // It must not leave files where the test runs.
             window.key_press(Key::Escape);
+            window.step();
         }
         let at = egui::pos2(random.random_range(0.0..support::SIZE[0]), random.random_range(0.0..support::SIZE[1]));
         match random.random_range(0..10) {

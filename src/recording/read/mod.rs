@@ -164,12 +164,14 @@ pub enum ReadError {
         problem: TransformError,
     },
     /// The columns can't be mapped.
-    #[error("{file}: {problem}{}", and_passed_over(.passed_over))]
+    #[error("{file}: {problem}{}{}", and_constants(.constants), and_passed_over(.passed_over))]
     Mapping {
         /// Its name.
         file: String,
         /// What is wrong.
         problem: Box<MappingError>,
+        /// Numbers of the file that hold for all samples.
+        constants: Vec<String>,
         /// Parts of the file that no column was made of.
         passed_over: Vec<String>,
     },
@@ -264,6 +266,10 @@ pub enum ReadError {
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+fn and_constants(names: &[String]) -> String {
+    if names.is_empty() { String::new() } else { format!("; a mapping file may take as factor: {}", names.join(", ")) }
 }
 
 fn and_passed_over(parts: &[String]) -> String {
@@ -437,6 +443,7 @@ impl Merge {
         let mut mapping = Mapping::find(&table.names(), &spec).map_err(|problem| ReadError::Mapping {
             file: file.to_owned(),
             problem: Box::new(problem),
+            constants: table.constants.keys().map(|name| format!("`{name}`")).collect(),
             passed_over: table.passed_over.clone(),
         })?;
         if let Some(joints) = table.joints.as_ref().filter(|joints| joints.len() == mapping.joints.len()) {
