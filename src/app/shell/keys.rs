@@ -33,6 +33,8 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
     // While text is typed, undo is the text's own, and a question mark is one.
     let typing = ctx.text_edit_focused();
     let overlay = state.palette.is_some() || state.key_list;
+    // What lies on top takes Escape for itself.
+    let covered = typing || state.exporting.is_some() || egui::Popup::is_any_open(ctx);
     ctx.input_mut(|input| {
         // Those with Shift have to be asked for first: Ctrl+Z would match Ctrl+Shift+Z too.
         for key in [PALETTE_TOO, PALETTE] {
@@ -55,13 +57,15 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
             (OPEN, Order::OpenDialog),
             (SAVE, Order::SaveDialog),
             (EXPORT, Order::Export(None)),
-            (STOP, Order::Stop),
             (THEME, Order::ToggleTheme),
         ];
         for (shortcut, order) in general {
             if !typing && input.consume_shortcut(&shortcut) {
                 orders.push(order);
             }
+        }
+        if !covered && input.consume_shortcut(&STOP) {
+            orders.push(Order::Stop);
         }
         if input.consume_shortcut(&NEXT) && !state.is_betting(session) {
             orders.extend(flow::next(session, state).map(|next| next.order));
