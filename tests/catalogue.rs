@@ -50,6 +50,7 @@ journeys! {
     cogging: "cogging",
     tip_payload: "tip-payload",
     base_tilt: "base-tilt",
+    com_offset: "com-offset",
     rotor_inertia: "rotor-inertia",
     inertia_coupling: "inertia-coupling",
     joint_elasticity: "joint-elasticity",

@@ -9,6 +9,8 @@
 //! No link length is needed. Which of the β a recording can show (they are the base parameters of that motion) is found by
 //! the rank of the stacked regressor: [`base_columns`].
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::DMatrix;
 
 use super::kinematics::Absolute;
@@ -82,6 +84,46 @@ pub fn fill(posture: Posture, gravity: f64, q: &[f64], qd: &[f64], qdd: &[f64], 
     }
 }
 
+/// The torque \[N m/rad\] along a trajectory that the arm with these lumped parameters needs more for each radian by which the
+/// first moment of `link` (from 0; its own and of what it carries at its end) leans from the line between its joints, in the
+/// direction of growing q.
+///
+/// Only Gⱼ and the Kᵢⱼ of the links before it are about that moment, so it is their part with θⱼ a quarter further.
+///
+/// # Panics
+/// If `lumped` does not have [`parameter_count`] elements, or there is no such link.
+pub fn leaning_along(
+    posture: Posture,
+    gravity: f64,
+    lumped: &[f64],
+    link: usize,
+    q: &[Vec<f64>],
+    qd: &[Vec<f64>],
+    qdd: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let n = q.len();
+    assert_eq!(lumped.len(), parameter_count(n), "the lumped parameters of {n} joints");
+    let sign = posture.sign();
+    let inertia = |before: usize| lumped[before * n - before * before.saturating_sub(1) / 2 + link - before];
+    let moment = lumped[n * (n + 1) / 2 + link];
+    let mut torque = vec![vec![0.0; q[0].len()]; n];
+    for sample in 0..q[0].len() {
+        let at = |joint: &Vec<f64>| joint[sample];
+        let Absolute { angle: theta, velocity, acceleration } =
+            Absolute::of(posture, q.iter().map(at), qd.iter().map(at), qdd.iter().map(at));
+        let leaning = theta[link] + sign * FRAC_PI_2;
+        let mut add =
+            |angle: usize, force: f64| torque[..=angle].iter_mut().for_each(|joint| joint[sample] += sign * force);
+        for before in 0..link {
+            let (sin, cos) = (theta[before] - leaning).sin_cos();
+            add(before, inertia(before) * (cos * acceleration[link] + sin * velocity[link].powi(2)));
+            add(link, inertia(before) * (cos * acceleration[before] - sin * velocity[before].powi(2)));
+        }
+        add(link, gravity * moment * leaning.cos());
+    }
+    torque
+}
+
 /// The base parameters that a stacked regressor can show: indices of the columns that are linearly independent, in order.
 ///
 /// Rank-revealing QR by modified Gram–Schmidt with the columns in their own order, so that of two columns that can't be told
@@ -130,6 +172,38 @@ mod tests {
             let torque = DMatrix::from_row_slice(n, parameter_count(n), &rows)
                 * DVector::from_vec(arm.lumped_parameters());
             close(torque.as_slice(), &arm.inverse_dynamics(&q, &qd, &qdd), 1e-12)?;
+        }
+    }
+
+    proptest! {
+        /// The part of the regressor about that moment, with the moment turned a little to either side.
+        #[test]
+        fn a_leaning_moment_is_the_derivative_of_its_torque((arm, [q, qd, qdd]) in arm_and_state(), share in 0.0..1.0) {
+            let n = q.len();
+            let link = (share * n as f64) as usize;
+            let one = |values: &[f64]| values.iter().map(|&value| vec![value]).collect::<Vec<_>>();
+            let lumped = arm.lumped_parameters();
+            let found = leaning_along(arm.posture, arm.gravity, &lumped, link, &one(&q), &one(&qd), &one(&qdd));
+            let torque = |lean: f64| {
+                let mut turned = q.clone();
+                turned[link] += lean;
+                let mut only = vec![0.0; lumped.len()];
+                let names = parameter_names(n);
+                for (index, name) in names.iter().enumerate() {
+                    let of_link = (0..link).any(|before| *name == format!("K{}{}", before + 1, link + 1));
+                    if of_link || *name == format!("G{}", link + 1) {
+                        only[index] = lumped[index];
+                    }
+                }
+                let mut rows = vec![0.0; n * parameter_count(n)];
+                fill(arm.posture, arm.gravity, &turned, &qd, &qdd, &mut rows);
+                DMatrix::from_row_slice(n, parameter_count(n), &rows) * DVector::from_vec(only)
+            };
+            let slope = (torque(1e-6) - torque(-1e-6)) / 2e-6;
+            for joint in 0..n {
+                let scale = slope.amax().max(1.0);
+                prop_assert!((found[joint][0] - slope[joint]).abs() < 1e-7 * scale, "{} {}", found[joint][0], slope[joint]);
+            }
         }
     }
 

@@ -21,6 +21,7 @@ mod backlash;
 mod base_tilt;
 mod bouc_wen_hysteresis;
 mod cogging;
+mod com_offset;
 mod coulomb_friction;
 mod dahl_hysteresis;
 mod dead_zone;
@@ -145,6 +146,8 @@ pub struct Load {
     pub torque: PerJoint,
     /// Derivative of its gravity torque by the zero angle of the posture \[N m/rad\].
     pub turned_gravity: PerJoint,
+    /// Its lumped parameters, if it is a planar arm; see [`crate::arm::regressor`].
+    pub lumped: Option<Vec<f64>>,
     /// Its torque \[N m\] along any other trajectory.
     pub body: Arc<dyn Fn(&Trajectory) -> PerJoint + Send + Sync>,
 }
@@ -159,19 +162,20 @@ impl Load {
     /// The load of a known arm.
     pub fn of_arm(arm: &Arm, trajectory: &Trajectory) -> Load {
         let turned_gravity = arm.turned_gravity_along(&trajectory.q);
-        let arm = arm.clone();
+        let (arm, lumped) = (arm.clone(), arm.lumped_parameters());
         let body =
             move |trajectory: &Trajectory| arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
-        Load::by(body, turned_gravity, trajectory)
+        Load::by(body, turned_gravity, Some(lumped), trajectory)
     }
 
     /// The load of a rigid body that gives its torque along any trajectory.
     pub fn by(
         body: impl Fn(&Trajectory) -> PerJoint + Send + Sync + 'static,
         turned_gravity: PerJoint,
+        lumped: Option<Vec<f64>>,
         trajectory: &Trajectory,
     ) -> Load {
-        Load { torque: body(trajectory), turned_gravity, body: Arc::new(body) }
+        Load { torque: body(trajectory), turned_gravity, lumped, body: Arc::new(body) }
     }
 }
 
@@ -551,7 +555,7 @@ pub(crate) mod testing {
             let turned_gravity = arm.turned_gravity_along(&q);
             let of_arm = arm.clone();
             let body = move |motion: &Trajectory| of_arm.inverse_dynamics_along(&motion.q, &motion.qd, &motion.qdd);
-            let load = Load { torque, turned_gravity, body: Arc::new(body) };
+            let load = Load { torque, turned_gravity, lumped: Some(arm.lumped_parameters()), body: Arc::new(body) };
             let trajectory = Trajectory { name: String::new(), time, q, qd, qdd, tau: Vec::new() };
             Sample { arm, trajectory, kinds: vec![JointKind::Revolute; 3], load }
         }

@@ -25,6 +25,7 @@ pub static ALL: &[&dyn Effect] = &[
     &cogging::Cogging,
     &tip_payload::TipPayload,
     &base_tilt::BaseTilt,
+    &com_offset::ComOffset,
     &rotor_inertia::RotorInertia,
     &inertia_coupling::InertiaCoupling,
     &joint_elasticity::JointElasticity,

@@ -69,6 +69,8 @@ impl Setting {
     }
 
     fn load_by(&self, factors: &[f64], trajectory: &Trajectory) -> Load {
+        let is_planar = self.chain.is_none() && !self.kinds.contains(&JointKind::Prismatic);
+        let lumped = is_planar.then(|| factors.to_vec());
         let factors = factors.to_vec();
         let sum = move |setting: &Setting, trajectory: &Trajectory| {
             let mut torque = vec![vec![0.0; trajectory.len()]; trajectory.joint_count()];
@@ -89,7 +91,7 @@ impl Setting {
         let chain = self.chain.as_ref().map(Chain::turned);
         let turned = Setting { posture: Posture { zero_angle, ..self.posture }, chain, ..self.clone() };
         let (own, turned_gravity) = (self.clone(), sum(&turned, &still));
-        Load::by(move |trajectory| sum(&own, trajectory), turned_gravity, trajectory)
+        Load::by(move |trajectory| sum(&own, trajectory), turned_gravity, lumped, trajectory)
     }
 }
 

@@ -204,13 +204,13 @@ impl Scenario {
             joint,
             parameters: linear.into_iter().chain(shape.iter().copied()).collect(),
         };
-        let norm_with = |linear: Vec<f64>| -> Result<f64, SimulationError> {
+        let torque_with = |linear: Vec<f64>| -> Result<Vec<PerJoint>, SimulationError> {
             // Not yet the final parameters, so they may lie outside their bounds.
             let parameters = with(linear).parameters;
             let hidden = Hidden { effect, joint: place, parameters: &parameters };
-            let torque = runs.iter().map(|run| hidden.torque(&self.arm, run)).collect::<Result<Vec<_>, _>>()?;
-            Ok(norm(torque.iter().flatten().flatten()))
+            runs.iter().map(|run| hidden.torque(&self.arm, run)).collect()
         };
+        let norm_with = |linear| Ok::<f64, SimulationError>(norm(torque_with(linear)?.iter().flatten().flatten()));
 
         let count = spec.linear().count();
         let alone = |index| (0..count).map(|other| if other == index { 1.0 } else { 0.0 }).collect();
@@ -226,15 +226,12 @@ impl Scenario {
         };
         let drawn: Vec<f64> =
             spec.linear().map(|parameter| draw_share(parameter, random) / size_of(parameter.dimension)).collect();
-        let wanted = strength
-            * match joint {
-                Some(joint) if spec.scope == Scope::Pair => {
-                    norm(runs.iter().flat_map(|run| run.tau[joint - 1].iter().chain(&run.tau[joint])))
-                }
-                Some(joint) => norm(runs.iter().flat_map(|run| &run.tau[joint])),
-                None => norm(runs.iter().flat_map(|run| run.tau.iter().flatten())),
-            };
-        let factor = wanted / norm_with(drawn.clone())?;
+        // It is measured by the torque of the joints that feel it.
+        let torque = torque_with(drawn.clone())?;
+        let feels = |joint: &usize| torque.iter().any(|run| run[*joint].iter().any(|value| *value != 0.0));
+        let feeling: Vec<usize> = (0..self.arm.joint_count()).filter(feels).collect();
+        let wanted = strength * norm(runs.iter().flat_map(|run| feeling.iter().flat_map(|joint| &run.tau[*joint])));
+        let factor = wanted / norm(torque.iter().flatten().flatten());
         if !(factor.is_finite() && factor > 0.0) {
             return Err(SimulationError::NoTorque { effect: spec.name, joint });
         }
@@ -304,12 +301,6 @@ mod tests {
     use super::*;
     use crate::effect::Role;
 
-    /// A pair is measured on both of its joints.
-    fn is_measured_on(hidden: &HiddenEffect, joint: usize) -> bool {
-        let pair = registry::find(&hidden.effect).unwrap().spec().scope == Scope::Pair;
-        hidden.joint.is_none_or(|only| only == joint || (pair && only == joint + 1))
-    }
-
     fn rms_ratio(scenario: &Scenario, hidden: &HiddenEffect) -> f64 {
         let runs = scenario.exact_runs(&Monitor::new()).unwrap();
         let effect = Hidden::resolve(hidden, scenario.arm.joint_count()).unwrap();
@@ -317,7 +308,7 @@ mod tests {
         for run in &runs {
             let torque = effect.torque(&scenario.arm, run).unwrap();
             for joint in 0..run.joint_count() {
-                if is_measured_on(hidden, joint) {
+                if torque[joint].iter().any(|value| *value != 0.0) {
                     of_effect += torque[joint].iter().map(|x| x * x).sum::<f64>();
                     of_arm += run.tau[joint].iter().map(|x| x * x).sum::<f64>();
                 }
