@@ -53,7 +53,52 @@ fn every_screen_looks_as_it_did() {
     }
 }
 
-/// All screens on one sheet, two beside each other: empty, with an error, and while something is at work.
+/// All screens on one sheet, full, with high contrast.
+#[test]
+fn every_screen_looks_as_it_did_with_high_contrast() {
+    let session = run(Command::Diagnose, &run(Command::OpenSeal, &extrapolated()));
+    let mut results = SnapshotResults::new();
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * Screen::ALL.len());
+    for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
+        let mut sheet = Sheet::new();
+        for screen in Screen::ALL {
+            let mut window = window(session.clone(), screen, theme);
+            window.state_mut().order(Order::HighContrast(true));
+            if screen == Screen::Experiment {
+                window.state_mut().order(Order::Experiment(experiment()));
+            }
+            settle(&mut window);
+            sheet.add(&mut window);
+        }
+        results.add(try_image_snapshot_options(&sheet.picture, format!("screens-contrast-{suffix}"), &options));
+    }
+}
+
+/// Pictures of all screens, two beside each other, half as large as the window: what moves or is missing is still seen.
+struct Sheet {
+    picture: image::RgbaImage,
+    count: u32,
+}
+
+impl Sheet {
+    const SIDES: [u32; 2] = [SIZE[0] as u32 / 2, SIZE[1] as u32 / 2];
+
+    fn new() -> Self {
+        let [width, height] = Sheet::SIDES;
+        let rows = Screen::ALL.len().div_ceil(2) as u32;
+        Sheet { picture: image::RgbaImage::new(2 * width, height * rows), count: 0 }
+    }
+
+    fn add(&mut self, window: &mut support::Window) {
+        let [width, height] = Sheet::SIDES;
+        let picture = image::imageops::thumbnail(&window.render().unwrap(), width, height);
+        let corner = [self.count % 2 * width, self.count / 2 * height].map(i64::from);
+        image::imageops::replace(&mut self.picture, &picture, corner[0], corner[1]);
+        self.count += 1;
+    }
+}
+
+/// All screens on one sheet: empty, with an error, and while something is at work.
 #[cfg(unix)]
 #[test]
 fn every_screen_looks_as_it_did_when_empty_failed_and_busy() {
@@ -65,10 +110,8 @@ fn every_screen_looks_as_it_did_when_empty_failed_and_busy() {
     let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * Screen::ALL.len());
     for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
         for (state, session) in [("empty", Session::default()), ("error", demonstration()), ("busy", demonstration())] {
-            // Half as large as the screen: what moves or is missing is still seen.
-            let [width, height] = SIZE.map(|side| side as u32 / 2);
-            let mut sheet = image::RgbaImage::new(2 * width, height * Screen::ALL.len().div_ceil(2) as u32);
-            for (number, screen) in (0..).zip(Screen::ALL) {
+            let mut sheet = Sheet::new();
+            for screen in Screen::ALL {
                 let mut window = window(session.clone(), screen, theme);
                 window.run_steps(2);
                 match state {
@@ -83,15 +126,13 @@ fn every_screen_looks_as_it_did_when_empty_failed_and_busy() {
                     }
                     _ => (),
                 }
-                let picture = image::imageops::thumbnail(&window.render().unwrap(), width, height);
-                let corner = [number % 2 * width, number / 2 * height].map(i64::from);
-                image::imageops::replace(&mut sheet, &picture, corner[0], corner[1]);
+                sheet.add(&mut window);
                 if state == "busy" {
                     // Its reader ends, and with it the job.
                     std::fs::OpenOptions::new().write(true).open(&slow).unwrap();
                 }
             }
-            results.add(try_image_snapshot_options(&sheet, format!("screens-{state}-{suffix}"), &options));
+            results.add(try_image_snapshot_options(&sheet.picture, format!("screens-{state}-{suffix}"), &options));
         }
     }
 }

@@ -31,6 +31,12 @@ impl<K: PartialEq, T: Send + 'static> Deferred<K, T> {
             let job = Job::spawn("derive", wake, move |_| compute());
             *self = Deferred { key: Some(key), job: Some(job), answer: None };
         }
+        self.poll();
+        self.answer.clone()
+    }
+
+    /// Receives the answer, also while nobody asks for it.
+    pub fn poll(&mut self) {
         if let Some(outcome) = self.job.as_mut().and_then(Job::poll) {
             self.job = None;
             self.answer = Some(match outcome {
@@ -38,7 +44,6 @@ impl<K: PartialEq, T: Send + 'static> Deferred<K, T> {
                 Outcome::Failed(reason) | Outcome::Stopped(reason) | Outcome::Panicked(reason) => Err(reason),
             });
         }
-        self.answer.clone()
     }
 
     /// Whether the thread is at work.

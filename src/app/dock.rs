@@ -3,12 +3,17 @@
 
 use std::collections::BTreeMap;
 
-use egui::{Color32, Rect, Response, ScrollArea, Stroke, StrokeKind, Style, Ui, UiBuilder, Visuals, WidgetText, vec2};
-use egui_tiles::{Behavior, Linear, LinearDir, SimplificationOptions, TabState, TileId, Tiles, Tree, UiResponse};
+use egui::{
+    Color32, EventFilter, Id, Key, Modifiers, Rect, Response, ScrollArea, Stroke, StrokeKind, Style, Ui, UiBuilder,
+    Visuals, WidgetText, vec2,
+};
+use egui_tiles::{
+    Behavior, Container, Linear, LinearDir, SimplificationOptions, TabState, Tile, TileId, Tiles, Tree, UiResponse,
+};
 
 use super::plot::export;
 use super::shell::is_narrow;
-use super::state::Desk;
+use super::state::{Desk, Order};
 use super::theme::{GAP, RADIUS};
 use super::widgets;
 
@@ -65,6 +70,29 @@ pub struct Dock {
     current: String,
     /// Its panels.
     names: Vec<&'static str>,
+    /// The tabs that were drawn last, and by which id they take the focus.
+    tabs: Vec<Id>,
+}
+
+/// A side of the screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    Left,
+    Right,
+    Top,
+    Bottom,
+}
+
+/// What can be done with a panel without a pointer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Change {
+    /// Shows it, in front of the others of its tabs.
+    Show,
+    Hide,
+    /// Moves it to a side of the screen.
+    Move(Side),
+    /// Moves it behind the same tabs as another panel.
+    Join(String),
 }
 
 /// Arrangements by screen, as they are kept.
@@ -91,6 +119,64 @@ impl Dock {
         let Some(tree) = self.trees.get(&self.current) else { return Vec::new() };
         let is_shown = |name: &str| tree.tiles.find_pane(&name.to_owned()).is_some_and(|id| tree.is_visible(id));
         self.names.iter().map(|name| (*name, is_shown(name))).collect()
+    }
+
+    /// Changes where a panel of the shown screen is.
+    pub fn change(&mut self, name: &str, change: &Change) {
+        match change {
+            Change::Show => self.set_shown(name, true),
+            Change::Hide => self.set_shown(name, false),
+            Change::Move(side) => self.move_to(name, *side),
+            Change::Join(other) => self.join(name, other),
+        }
+    }
+
+    fn move_to(&mut self, name: &str, side: Side) {
+        let Some(tree) = self.trees.get_mut(&self.current) else { return };
+        let (Some(id), Some(root)) = (tree.tiles.find_pane(&name.to_owned()), tree.root()) else { return };
+        let direction = match side {
+            Side::Left | Side::Right => LinearDir::Horizontal,
+            Side::Top | Side::Bottom => LinearDir::Vertical,
+        };
+        let fits =
+            |tile: &Tile<String>| matches!(tile, Tile::Container(Container::Linear(line)) if line.dir == direction);
+        let line = match tree.tiles.get(root).is_some_and(fits) {
+            true => root,
+            false => {
+                let around = tree.tiles.insert_container(Linear::new(direction, vec![root]));
+                tree.root = Some(around);
+                around
+            }
+        };
+        let place = if matches!(side, Side::Left | Side::Top) { 0 } else { usize::MAX };
+        tree.move_tile_to_container(id, line, place, true);
+        self.set_shown(name, true);
+    }
+
+    fn join(&mut self, name: &str, other: &str) {
+        let Some(tree) = self.trees.get_mut(&self.current) else { return };
+        let (id, other) = (tree.tiles.find_pane(&name.to_owned()), tree.tiles.find_pane(&other.to_owned()));
+        if let (Some(id), Some(tabs)) = (id, other.and_then(|other| tree.tiles.parent_of(other))) {
+            tree.move_tile_to_container(id, tabs, usize::MAX, true);
+            self.set_shown(name, true);
+        }
+    }
+
+    /// Whether two panels stand behind the same tabs.
+    pub fn is_beside(&self, name: &str, other: &str) -> bool {
+        let Some(tree) = self.trees.get(&self.current) else { return false };
+        let [one, other] = [name, other].map(|name| tree.tiles.parent_of(tree.tiles.find_pane(&name.to_owned())?));
+        one.is_some() && one == other
+    }
+
+    /// The focus goes to the tab of the next panel.
+    pub fn focus_next(&self, ctx: &egui::Context) {
+        let focused = ctx.memory(|memory| memory.focused());
+        let place = self.tabs.iter().position(|tab| Some(*tab) == focused);
+        let next = place.map_or(0, |place| (place + 1) % self.tabs.len());
+        if let Some(tab) = self.tabs.get(next) {
+            ctx.memory_mut(|memory| memory.request_focus(*tab));
+        }
     }
 
     /// Shows or hides a panel of the shown screen.
@@ -138,9 +224,10 @@ pub fn show(ui: &mut Ui, desk: &mut Desk, screen: &str, arrangement: &Part) {
         }
     } else {
         let room = ui.available_rect_before_wrap();
-        let mut drawer = Drawer { panels: &panels, drawn: Vec::new(), desk };
+        let mut drawer = Drawer { panels: &panels, drawn: Vec::new(), tabs: Vec::new(), desk };
         tree.ui(&mut drawer, ui);
-        let drawn = drawer.drawn;
+        let Drawer { drawn, tabs, .. } = drawer;
+        desk.state.dock.tabs = tabs;
         if export::is_collecting(ui.ctx()) {
             describe_hidden(ui, desk, &panels, &drawn, room);
         }
@@ -159,10 +246,29 @@ fn describe_hidden(ui: &mut Ui, desk: &mut Desk, panels: &[(&'static str, Draw)]
     }
 }
 
+/// What the keys ask of the panel whose tab has the focus.
+fn by_keys(tab: &Response) -> Option<Change> {
+    // The arrows are the tab's while it has the focus; else they would move the focus.
+    let arrows = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+    tab.ctx.memory_mut(|memory| memory.set_focus_lock_filter(tab.id, arrows));
+    let sides = [
+        (Key::ArrowLeft, Side::Left),
+        (Key::ArrowRight, Side::Right),
+        (Key::ArrowUp, Side::Top),
+        (Key::ArrowDown, Side::Bottom),
+    ];
+    tab.ctx.input_mut(|input| {
+        let pressed = sides.into_iter().find(|(key, _)| input.consume_key(Modifiers::SHIFT, *key));
+        let hidden = input.consume_key(Modifiers::NONE, Key::Delete).then_some(Change::Hide);
+        pressed.map(|(_, side)| Change::Move(side)).or(hidden)
+    })
+}
+
 /// Draws panels for the tree that places them.
 struct Drawer<'a, 'b> {
     panels: &'a [(&'static str, Draw)],
     drawn: Vec<String>,
+    tabs: Vec<Id>,
     desk: &'a mut Desk<'b>,
 }
 
@@ -191,13 +297,18 @@ impl Behavior<String> for Drawer<'_, '_> {
         SimplificationOptions { all_panes_must_have_tabs: true, ..SimplificationOptions::default() }
     }
 
-    fn on_tab_button(&mut self, _: &mut Tiles<String>, _: TileId, tab: Response) -> Response {
-        if tab.has_focus() {
+    fn on_tab_button(&mut self, tiles: &mut Tiles<String>, id: TileId, tab: Response) -> Response {
+        self.tabs.push(tab.id);
+        if let Some(name) = tiles.get_pane(&id).filter(|_| tab.has_focus()) {
+            if let Some(change) = by_keys(&tab) {
+                self.desk.orders.push(Order::Panel(name.clone(), change));
+            }
             let painter = tab.ctx.layer_painter(tab.layer_id);
             let stroke = tab.ctx.global_style().visuals.selection.stroke;
             painter.rect_stroke(tab.rect.shrink(1.0), RADIUS, stroke, StrokeKind::Inside);
         }
-        tab.on_hover_text("Drag it to another place; View hides panels and puts them back")
+        let keys = "With the keyboard: F6 goes to the next tab, Shift and an arrow moves its panel, Delete hides it.";
+        tab.on_hover_text(format!("Drag it to another place; View hides panels and puts them back. {keys}"))
     }
 
     fn gap_width(&self, _: &Style) -> f32 {

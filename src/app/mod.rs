@@ -34,7 +34,7 @@ use crate::simulation::Scenario;
 use crate::training::Ending;
 use crate::work::{Job, Outcome};
 use keeper::{Keeper, Kept};
-use plot::export;
+use plot::{Along, export};
 use shell::Exporting;
 use state::{Busy, Drawing, Notice, Toast, Tone};
 
@@ -171,8 +171,10 @@ impl TorquescopeApp {
         let Some(run) = runs.and_then(|runs| runs.get(self.state.trajectory)) else { return };
         let (from, to) = (run.time.first().copied().unwrap_or(0.0), run.time.last().copied().unwrap_or(1.0));
         let at = |share: f64| from + share * (to - from);
-        self.state.window.range = part.map(|part| part.map(at));
-        self.state.looking.time.range = self.state.window.range;
+        let range = part.map(|part| part.map(at));
+        for along in [Along::Time, Along::WholeTime] {
+            self.state.views.of(along).range = range;
+        }
         self.state.cursor = Some(at(cursor));
     }
 
@@ -198,6 +200,7 @@ impl TorquescopeApp {
         self.poll_drawing(ctx);
         self.poll_keeper(ctx);
         self.state.trials.poll();
+        self.state.poll();
         let dropped: Vec<PathBuf> =
             ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
         if !dropped.is_empty() {
@@ -221,6 +224,7 @@ impl TorquescopeApp {
             paused: running.job.is_paused(),
             finishing: running.finishing,
             epochs: running.curve.as_ref().map(Curve::epochs),
+            plan: running.command.plan(self.history.current()).cloned(),
         });
         let session = self.history.current().clone();
         let mut desk = state::Desk {
@@ -271,6 +275,12 @@ impl TorquescopeApp {
             Order::TextScale(scale) => ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end())),
             Order::Palette(open) => self.state.palette = open.then(Default::default),
             Order::KeyList(open) => self.state.key_list = open,
+            Order::FitAll => {
+                self.state.views.fit_all();
+                self.state.trials.window = plot::Window::default();
+            }
+            Order::Panel(name, change) => self.state.dock.change(&name, &change),
+            Order::NextPanel => self.state.dock.focus_next(ctx),
             Order::ResetPanels => self.state.dock.reset(),
             Order::DrawMystery => {
                 let seed = self.state.wish.seed;

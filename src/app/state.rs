@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::sync::{Arc, Weak};
 
 use super::deferred::Deferred;
-use super::dock::Dock;
-use super::plot::{Cells, Decimator, Window};
+use super::dock::{Change, Dock};
+use super::plot::{Along, Cells, Decimator, Views};
 use super::screens::Screen;
 use super::screens::TorquePart;
 use super::screens::experiment::{Shown, Trials};
-use super::screens::residuals::{Brush, Looking, Quantity, Table};
+use super::screens::residuals::{Brush, Looking, Quantity, Spectra, Table};
 use super::shell::{CommandPalette, Exporting};
 use crate::arm::Arm;
 use crate::figure::{Figure, Format, Style};
@@ -71,8 +71,14 @@ pub enum Order {
     ExportDialog,
     /// Write plots into a file.
     Draw(Box<Drawing>),
+    /// Show, hide or move a panel of the screen.
+    Panel(String, Change),
+    /// The focus goes to the next panel.
+    NextPanel,
     /// Put the panels of the screen back where they stood at first.
     ResetPanels,
+    /// All charts show everything.
+    FitAll,
     /// Remove a message.
     Dismiss(usize),
 }
@@ -153,8 +159,6 @@ pub(super) struct Outside {
     pub scale: Option<f64>,
     /// Titles of models that are not to be computed.
     pub left_out: Vec<usize>,
-    pub window: Window,
-    pub time: Window,
     pub cursor: Option<f64>,
     /// The newest replay, and what it is of.
     pub replay: Option<(ReplayKey, Arc<Replay>)>,
@@ -192,7 +196,6 @@ pub(super) struct Wish {
 pub(super) struct Training {
     pub preset: Preset,
     pub plan: Plan,
-    pub window: Window,
     /// The epoch whose values are shown.
     pub cursor: Option<f64>,
     /// How much of the smoothed curves is from earlier epochs, 0 for none.
@@ -242,7 +245,8 @@ pub struct State {
     pub(super) trajectory: usize,
     pub(super) joint: usize,
     pub(super) dock: Dock,
-    pub(super) window: Window,
+    /// Which part of each quantity the charts show.
+    pub(super) views: Views,
     pub(super) cursor: Option<f64>,
     pub(super) show_terms: bool,
     /// Whether the parts of the torque are shown in place of the residual.
@@ -289,6 +293,8 @@ pub struct State {
     pub(super) looking: Looking,
     tables: HashMap<TableKey, Arc<Table>>,
     lit: Option<Lit>,
+    /// Frequencies and past of the marked region.
+    marked: Deferred<(TableKey, Brush), Spectra>,
     maps: HashMap<(TableKey, [Quantity; 2]), Arc<Cells>>,
 }
 
@@ -299,7 +305,7 @@ impl Default for State {
             trajectory: 0,
             joint: 0,
             dock: Dock::default(),
-            window: Window::default(),
+            views: Views::default(),
             cursor: None,
             show_terms: false,
             show_parts: false,
@@ -346,6 +352,7 @@ impl Default for State {
             looking: Looking::default(),
             tables: HashMap::new(),
             lit: None,
+            marked: Deferred::default(),
             maps: HashMap::new(),
         }
     }
@@ -367,11 +374,18 @@ impl State {
         self.spectra.clear();
         self.chosen_effect = 0;
         self.parts = Deferred::default();
+        self.marked = Deferred::default();
+    }
+
+    /// Receives what was computed for drawing.
+    pub(super) fn poll(&mut self) {
+        self.parts.poll();
+        self.marked.poll();
     }
 
     /// Whether something that is drawn is still being computed.
     pub(super) fn is_computing(&self) -> bool {
-        self.parts.is_busy()
+        self.parts.is_busy() || self.marked.is_busy()
     }
 
     /// Remembers how the session's recording was opened.
@@ -396,16 +410,17 @@ impl State {
         if before.plan != after.plan {
             self.training.plan = after.plan.clone();
         }
-        (self.training.window, self.training.cursor) = (Window::default(), None);
+        self.views.fit(Along::Epoch);
+        self.training.cursor = None;
     }
 
     /// Looks at another recording: at the first trajectory of which something is held out, since the error is measured there.
     pub(super) fn recording_changed(&mut self, session: &Session) {
         (self.trajectory, self.joint) = (session.split.held_out.first().map_or(0, |segment| segment.trajectory), 0);
-        self.window = Window::default();
+        self.views.fit_all();
         self.cursor = None;
         self.exported = false;
-        self.looking = Looking { map: self.looking.map, ..Looking::default() };
+        self.looking.brush = None;
         self.outside = Outside { stretch: self.outside.stretch, ..Outside::default() };
     }
 
@@ -416,6 +431,15 @@ impl State {
             Arc::new(runs.map(|run| run.time_step()).collect())
         };
         Arc::clone(self.time_steps.get_or_insert_with(compute))
+    }
+
+    /// Looks at another trajectory, at all of its time.
+    pub(super) fn show_trajectory(&mut self, trajectory: usize) {
+        if self.trajectory != trajectory {
+            self.trajectory = trajectory;
+            self.views.fit(Along::Time);
+            self.cursor = None;
+        }
     }
 
     /// What drawing asks of one trajectory; `None` without a model.
@@ -459,6 +483,17 @@ impl State {
                 rows
             }
         }
+    }
+
+    /// Frequencies and past of the marked region; `None` without one, while it is drawn, and until they are known.
+    pub(super) fn marked(&mut self, ctx: &egui::Context, table: &Arc<Table>) -> Option<Arc<Spectra>> {
+        let brush = self.looking.brush?;
+        if ctx.input(|input| input.pointer.any_down()) {
+            return None;
+        }
+        let (rows, table) = (self.lit(table), Arc::clone(table));
+        let key = ((self.joint, self.held_out_only), brush);
+        self.marked.get(ctx, key, move || Ok(table.spectra_of(&rows)))?.ok()
     }
 
     /// The mean residual over two states.
@@ -549,6 +584,8 @@ pub(super) struct Busy {
     pub finishing: bool,
     /// The epochs so far, if networks are trained.
     pub epochs: Option<Vec<Epoch>>,
+    /// By which plan they are trained.
+    pub plan: Option<Plan>,
 }
 
 /// What a screen works with: it reads the session and gives orders.

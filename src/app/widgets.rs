@@ -2,7 +2,7 @@
 
 use egui::{Align, Button, Color32, Frame, Layout, Margin, Response, RichText, Stroke, Ui, WidgetText};
 
-use super::theme::{GAP, HEADLINE, Palette, RADIUS, SMALL, TITLE};
+use super::theme::{CHIP, GAP, HEADLINE, Palette, RADIUS, SMALL, TITLE};
 
 /// A headline with a sentence below it.
 pub fn headline(ui: &mut Ui, title: &str, sentence: &str) {
@@ -65,7 +65,7 @@ pub fn sentence_case(text: &str) -> String {
 /// A word in a coloured frame; the word tells the same as the colour.
 pub fn chip(ui: &mut Ui, text: &str, color: Color32) -> Response {
     let frame = Frame::new()
-        .fill(color.gamma_multiply(0.14))
+        .fill(color.gamma_multiply(CHIP))
         .stroke(Stroke::new(1.0, color.gamma_multiply(0.6)))
         .corner_radius(4)
         .inner_margin(Margin::symmetric(6, 1));

@@ -1,7 +1,7 @@
 //! Colours and dashes by quantity, the same on the screen and on paper.
 //!
-//! They are those of Okabe and Ito, which people with a colour vision deficiency can tell apart; the dash tells the same
-//! without colour.
+//! They have the hues of Okabe and Ito, which people with a colour vision deficiency can tell apart, as dark or as light as
+//! they must be to stand out from their ground; the dash tells the same without colour.
 
 use std::str::FromStr;
 
@@ -81,16 +81,16 @@ pub const LIGHT: Colours = Colours {
     text: [0x1a, 0x1e, 0x26],
     weak: [0x5a, 0x63, 0x72],
     measured: [0x3a, 0x42, 0x50],
-    predicted: [0xd5, 0x5e, 0x00],
+    predicted: [0xb2, 0x4d, 0x00],
     residual: [0xa8, 0x3f, 0x7d],
     held_out: [0xe2, 0xf0, 0xf6],
     series: [
-        [0x00, 0x72, 0xb2],
-        [0x00, 0x86, 0x62],
-        [0xc8, 0x7a, 0x00],
-        [0xb0, 0x4c, 0x86],
+        [0x04, 0x70, 0xaf],
+        [0x00, 0x7a, 0x59],
+        [0x9a, 0x5d, 0x02],
+        [0xab, 0x47, 0x81],
         [0x4a, 0x55, 0xc8],
-        [0xd5, 0x5e, 0x00],
+        [0xb2, 0x4d, 0x00],
         [0x75, 0x6c, 0x00],
     ],
 };

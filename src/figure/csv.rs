@@ -62,6 +62,11 @@ fn rows<'a>(mark: &'a Mark, axis: &'a Axis) -> Vec<Row<'a>> {
                 ("cell", "", [Some(x), Some(y), None, None, None, None, Some(*value)])
             })
             .collect(),
+        Mark::Frame { sides: [[left, right], [low, high]], .. } => {
+            plain("frame", "", &[[*left, *low], [*right, *high]], |_| true)
+        }
+        Mark::Arrow { ends, .. } => plain("arrow", "", ends, |_| true),
+        Mark::Word { text, at, .. } => plain("word", text, &[*at], |_| true),
         Mark::Shade([from, to]) => vec![("held out", "", [None, None, Some(*from), Some(*to), None, None, None])],
     }
 }

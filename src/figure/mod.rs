@@ -58,18 +58,27 @@ pub struct Panel {
     pub marks: Vec<Mark>,
     /// Height of the plot as a part of its width; `None` takes what suits the size of the figure.
     pub aspect: Option<f64>,
+    /// Whether it is a drawing: without numbers, grid and frame.
+    pub bare: bool,
 }
 
 impl Panel {
     /// A panel without marks.
     pub fn new(title: impl Into<String>, [x, y]: [Axis; 2]) -> Self {
-        Panel { title: title.into(), x, y, marks: Vec::new(), aspect: None }
+        Panel { title: title.into(), x, y, marks: Vec::new(), aspect: None, bare: false }
     }
 
     /// Adds a mark in front of the others.
     #[must_use]
     pub fn with(mut self, mark: Mark) -> Self {
         self.marks.push(mark);
+        self
+    }
+
+    /// A drawing, without numbers, grid and frame.
+    #[must_use]
+    pub fn bare(mut self) -> Self {
+        self.bare = true;
         self
     }
 
@@ -208,6 +217,31 @@ pub enum Mark {
     },
     /// A stretch of the horizontal axis that is held out.
     Shade([f64; 2]),
+    /// A box of a drawing.
+    Frame {
+        /// Its left and right end, and its lower and upper one.
+        sides: [[f64; 2]; 2],
+        /// Colour of its edge.
+        ink: Ink,
+    },
+    /// An arrow of a drawing, from the first point to the second.
+    Arrow {
+        /// Where it begins and ends.
+        ends: [[f64; 2]; 2],
+        /// Colour.
+        ink: Ink,
+    },
+    /// A word of a drawing, about its middle.
+    Word {
+        /// What it says.
+        text: String,
+        /// Where its middle is.
+        at: [f64; 2],
+        /// How wide it may be, in units of x: a longer one has smaller letters.
+        room: f64,
+        /// Colour.
+        ink: Ink,
+    },
 }
 
 /// How the points of a line follow each other.

@@ -133,16 +133,21 @@ impl<'a> View<'a> {
         let letter = canvas.letter;
         let y_range = range(panel, 1);
         let ranges = [range(panel, 0), y_range];
-        let y_ticks = axis_ticks(&panel.y, y_range, 6);
-        let numbers = y_ticks.iter().fold(0.0, |most: f64, (_, text)| most.max(canvas.ruler.width(text, letter)));
+        let y_ticks = if panel.bare { Vec::new() } else { axis_ticks(&panel.y, y_range, 6) };
+        let longest_number =
+            y_ticks.iter().fold(0.0, |most: f64, (_, text)| most.max(canvas.ruler.width(text, letter)));
         let label = if panel.y.label.is_empty() { 0.0 } else { 1.5 * letter };
-        let left = numbers + 0.6 * letter + label;
+        let left = if panel.bare { 0.0 } else { longest_number + 0.6 * letter + label };
         let x_ticks = axis_ticks(&panel.x, ranges[0], 6);
         let longest = x_ticks.iter().fold(0.0, |most: f64, (_, text)| most.max(canvas.ruler.width(text, letter)));
         let named = matches!(panel.x.scale, Scale::Names(_));
         let upright = named && longest > 0.95 * (cell - left) / x_ticks.len().max(1) as f64;
-        let below = if upright { longest + 0.6 * letter } else { 1.5 * letter }
-            + if panel.x.label.is_empty() { 0.0 } else { 1.5 * letter };
+        let numbers = match upright {
+            _ if panel.bare => 0.0,
+            true => longest + 0.6 * letter,
+            false => 1.5 * letter,
+        };
+        let below = numbers + if panel.x.label.is_empty() { 0.0 } else { 1.5 * letter };
         let title = canvas.ruler.width(&title(panel), 1.1 * letter);
         let legend = wrapped(&keys, title + letter, cell - left, canvas);
         let above = 1.6 * letter * legend.len() as f64 + 0.2 * letter;
@@ -185,7 +190,9 @@ fn keys(panel: &Panel) -> Vec<(&str, Key)> {
             Mark::Bars { name, ink, .. } | Mark::Boxes { name, ink, .. } | Mark::Band { name, ink, .. } => {
                 (name, Key::Patch(*ink))
             }
-            Mark::Cells { .. } | Mark::Shade(_) => continue,
+            Mark::Cells { .. } | Mark::Shade(_) | Mark::Frame { .. } | Mark::Arrow { .. } | Mark::Word { .. } => {
+                continue;
+            }
         };
         if !name.is_empty() && !keys.iter().any(|(known, _)| known == name) {
             keys.push((name, key));
@@ -261,6 +268,9 @@ fn range(panel: &Panel, which: usize) -> [f64; 2] {
                 }
             }
             Mark::Cells { extent, .. } => extent[which].into_iter().for_each(&mut take),
+            Mark::Frame { sides, .. } => sides[which].into_iter().for_each(&mut take),
+            Mark::Arrow { ends, .. } => ends.iter().for_each(|end| take(end[which])),
+            Mark::Word { at, .. } => take(at[which]),
             Mark::Shade(_) => (),
         }
     }
@@ -382,20 +392,22 @@ impl Canvas {
             plot.left, plot.top, plot.width, plot.height
         );
         put!(self, "<clipPath id=\"plot{number}\"><rect {rectangle}/></clipPath>");
-        put!(self, "<rect {rectangle} fill=\"{}\"/>", hex(colours.canvas));
+        if !panel.bare {
+            put!(self, "<rect {rectangle} fill=\"{}\"/>", hex(colours.canvas));
+        }
         put!(self, "<g clip-path=\"url(#plot{number})\" fill=\"none\">");
         for mark in &panel.marks {
             if let Mark::Shade([from, to]) = mark {
                 self.fill(&place, [*from, *to], panel.y.range, colours.held_out, 1.0);
             }
         }
-        let grid = !panel.marks.iter().any(|mark| matches!(mark, Mark::Cells { .. }));
+        let grid = !panel.bare && !panel.marks.iter().any(|mark| matches!(mark, Mark::Cells { .. }));
         for (at, _) in view.y_ticks.iter().filter(|_| grid) {
             let y = place.along(1, *at);
             self.rule([[plot.left, y], [right, y]], colours.grid, 0.5);
         }
         let count = (plot.width / (7.0 * letter)).clamp(2.0, 12.0) as usize;
-        let x_ticks = axis_ticks(&panel.x, view.ranges[0], count);
+        let x_ticks = if panel.bare { Vec::new() } else { axis_ticks(&panel.x, view.ranges[0], count) };
         for (at, _) in x_ticks.iter().filter(|_| grid) {
             let x = place.along(0, *at);
             self.rule([[x, plot.top], [x, bottom]], colours.grid, 0.5);
@@ -404,7 +416,9 @@ impl Canvas {
             self.mark(mark, &place);
         }
         put!(self, "</g>");
-        put!(self, "<rect {rectangle} fill=\"none\" stroke=\"{}\" stroke-width=\"0.6\"/>", hex(colours.border));
+        if !panel.bare {
+            put!(self, "<rect {rectangle} fill=\"none\" stroke=\"{}\" stroke-width=\"0.6\"/>", hex(colours.border));
+        }
         for (at, text) in &view.y_ticks {
             let at = [plot.left - 0.4 * letter, place.along(1, *at) + 0.35 * letter];
             self.text(at, text, letter, colours.weak, Hold::End);
@@ -575,6 +589,37 @@ impl Canvas {
             }
             Mark::Cells { size, extent, values, signed, written } => {
                 self.cells(place, *size, extent, values, *signed, *written);
+            }
+            Mark::Frame { sides: [[left, right], [low, high]], ink } => {
+                let ([x, bottom], [end, top]) = (place.point([*left, *low]), place.point([*right, *high]));
+                put!(
+                    self,
+                    "<rect x=\"{x:.2}\" y=\"{top:.2}\" width=\"{:.2}\" height=\"{:.2}\" rx=\"{:.2}\" fill=\"{}\" stroke=\"{}\" stroke-width=\"{:.2}\"/>",
+                    end - x,
+                    bottom - top,
+                    0.3 * self.letter,
+                    hex(colours.canvas),
+                    hex(colours.of(*ink)),
+                    self.usual()
+                );
+            }
+            Mark::Arrow { ends, ink } => {
+                let [from, to] = ends.map(|end| place.point(end));
+                self.rule([from, to], colours.of(*ink), self.usual());
+                let length = (to[0] - from[0]).hypot(to[1] - from[1]).max(1e-9);
+                let along = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
+                let (long, wide) = (0.6 * self.letter, 0.3 * self.letter);
+                let side = |sign: f64| {
+                    [to[0] - along[0] * long - sign * along[1] * wide, to[1] - along[1] * long + sign * along[0] * wide]
+                };
+                let head = outline(&[to, side(1.0), side(-1.0)]);
+                put!(self, "<path d=\"{head}Z\" fill=\"{}\"/>", hex(colours.of(*ink)));
+            }
+            Mark::Word { text, at, room, ink } => {
+                let [x, y] = place.point(*at);
+                let room = place.at(0, at[0] + room) - x;
+                let size = self.letter * (room / self.ruler.width(text, self.letter).max(1e-9)).min(1.0);
+                self.text([x, y + 0.35 * size], text, size, colours.of(*ink), Hold::Middle);
             }
         }
     }

@@ -34,7 +34,13 @@ fn everything() -> Figure {
         (0..100).map(|n| [(f64::from(n) / 9.0).cos(), (f64::from(n) / 9.0).sin()]).collect(),
         Ink::Series(3),
     ));
-    Figure { panels: vec![torque, error, bars, path], columns: 2 }
+    let axis = || Axis::default().range([0.0, 4.0]);
+    let drawing = Panel::new("structure", [axis(), axis()])
+        .bare()
+        .with(Mark::Frame { sides: [[0.0, 1.0], [1.0, 3.0]], ink: Ink::Series(0) })
+        .with(Mark::Arrow { ends: [[1.0, 2.0], [2.0, 2.0]], ink: Ink::Text })
+        .with(Mark::Word { text: "H = L Lᵀ".to_owned(), at: [0.5, 2.0], room: 0.9, ink: Ink::Text });
+    Figure { panels: vec![torque, error, bars, path, drawing], columns: 2 }
 }
 
 fn text(figure: &Figure, format: Format) -> String {
@@ -45,9 +51,14 @@ fn text(figure: &Figure, format: Format) -> String {
 fn an_svg_is_well_formed_and_holds_its_font_and_symbols() {
     let svg = text(&everything(), Format::Svg);
     assert!(resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).is_ok());
-    for part in
-        ["@font-face", "predicted τ̂ &amp; q̈ &lt;1&gt;", "joint 1: torque [N m]", "time t [s]", "stroke-dasharray"]
-    {
+    for part in [
+        "@font-face",
+        "predicted τ̂ &amp; q̈ &lt;1&gt;",
+        "joint 1: torque [N m]",
+        "time t [s]",
+        "stroke-dasharray",
+        "H = L Lᵀ",
+    ] {
         assert!(svg.contains(part), "no {part}");
     }
     assert!(!svg.contains("NaN") && !svg.contains("inf"), "a hole was drawn");

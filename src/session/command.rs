@@ -365,6 +365,15 @@ impl Command {
         }
     }
 
+    /// The plan of the training that it begins, if it does.
+    pub fn plan<'a>(&'a self, session: &'a Session) -> Option<&'a Plan> {
+        match self {
+            Command::TrainPreset { plan, .. } | Command::Train { plan, .. } => Some(plan),
+            Command::Resume(run) => Some(&run.plan),
+            _ => self.trains(session).then_some(&session.plan),
+        }
+    }
+
     /// Whether it takes less than a few milliseconds, so that no job is needed.
     pub fn is_quick(&self) -> bool {
         matches!(self, Command::GoTo { .. } | Command::UseRun { .. } | Command::OpenSeal)

@@ -317,6 +317,7 @@ fn fitted(
         identified: true,
         physical: (factor.bounds[0]..=factor.bounds[1]).contains(&value),
     };
+    let kinds = setting.kinds.clone();
     let friction = model.terms.iter().position(|term| matches!(term, Term::Learned(LearnedTerm::Friction)));
     let mut parameters: Vec<Parameter> = names.iter().zip(&factors).map(of_effect).collect();
     for coefficient in friction.iter().flat_map(|_| learned.friction_coefficients()) {
@@ -328,7 +329,7 @@ fn fitted(
             value: coefficient.value,
             std_error: None,
             interval: None,
-            unit: coefficient.unit.to_owned(),
+            unit: coefficient.dimension.unit(kinds[coefficient.joint]).to_owned(),
             identified: true,
             physical: coefficient.value >= 0.0,
         });

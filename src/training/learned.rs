@@ -12,6 +12,7 @@ use super::learn::Epoch;
 use super::options::Options;
 use super::predict::{Components, component_program, torque_program};
 use super::{Samples, TrainError};
+use crate::effect::Dimension;
 use crate::model::learned::Architecture;
 use crate::network::{Element, Layout};
 use crate::recording::{PerJoint, Trajectory, npy};
@@ -84,10 +85,10 @@ pub struct FrictionCoefficient {
     pub symbol: &'static str,
     /// The joint, from 0.
     pub joint: usize,
-    /// In [`FrictionCoefficient::unit`].
+    /// In the SI unit of its dimension.
     pub value: f64,
-    /// SI unit.
-    pub unit: &'static str,
+    /// Which sets its unit, as the joint turns or slides.
+    pub dimension: Dimension,
 }
 
 impl LearnedModel {
@@ -177,19 +178,19 @@ impl LearnedModel {
     /// Trained coefficients of the friction term, in SI units; none without that term.
     pub fn friction_coefficients(&self) -> Vec<FrictionCoefficient> {
         let scale = self.architecture.scales.torque;
-        let blocks: [(&str, &str, &str, &str); 4] = [
-            ("tau_cv", "coulomb_torque", "τ_c", "N m"),
-            ("tau_cs", "stribeck_torque", "τ_s", "N m"),
-            ("log_v", "stribeck_velocity", "v_s", "rad/s"),
-            ("d", "viscous_coefficient", "d", "N m s/rad"),
+        let blocks: [(&str, &str, &str, Dimension); 4] = [
+            ("tau_cv", "coulomb_torque", "τ_c", Dimension::Torque),
+            ("tau_cs", "stribeck_torque", "τ_s", Dimension::Torque),
+            ("log_v", "stribeck_velocity", "v_s", Dimension::Velocity),
+            ("d", "viscous_coefficient", "d", Dimension::Damping),
         ];
         let mut coefficients = Vec::new();
-        for (block, name, symbol, unit) in blocks {
+        for (block, name, symbol, dimension) in blocks {
             let values = self.weights.get(&format!("friction/{block}")).into_iter().flatten();
             coefficients.extend(values.enumerate().map(|(joint, value)| {
                 // What is trained is the logarithm of the velocity's square; the others are multiples of the torque scale.
                 let value = if block == "log_v" { (0.5 * value).exp() } else { scale * value };
-                FrictionCoefficient { name, symbol, joint, value, unit }
+                FrictionCoefficient { name, symbol, joint, value, dimension }
             }));
         }
         coefficients

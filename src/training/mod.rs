@@ -56,7 +56,9 @@ pub enum TrainError {
         time: f64,
     },
     /// A torque that never changes.
-    #[error("the torque of joint {joint} is always {value} N m, so there is nothing to learn: leave the joint out")]
+    #[error(
+        "the torque of joint {joint} is always {value} N m (N where it slides), so there is nothing to learn: leave the joint out"
+    )]
     ConstantTorque {
         /// Counted from 1.
         joint: usize,

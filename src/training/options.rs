@@ -107,6 +107,12 @@ impl Options {
         Options { threads: None, goal: None, epochs, ..self.clone() }
     }
 
+    /// The learning rate of the last step of an epoch, counted from 1, in which the weights are changed `batches` times.
+    pub fn rate_in(&self, epoch: u64, batches: u64) -> f64 {
+        let step = (epoch * batches).saturating_sub(1);
+        self.rate * self.schedule.factor(step, self.epochs * batches)
+    }
+
     /// Checks that the settings can be used.
     ///
     /// # Errors

@@ -2,14 +2,21 @@
 
 use egui::{Align2, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 
-use crate::app::theme::{MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
+use super::export;
+use crate::app::theme::{MEASURED_DASH, PREDICTED_DASH, Palette, RADIUS, SMALL};
 use crate::arm::Arm;
+use crate::figure::{Axis, Ink, Mark, Panel};
 
 /// An arc of the largest torque goes this far about its joint \[rad\].
 const LARGEST_ARC: f32 = 4.5;
 
+/// Points of an exported arc.
+const ARC_POINTS: usize = 40;
+
 /// What is drawn.
 pub struct Pose<'a> {
+    /// When \[s\].
+    pub time: f64,
     /// Geometry and posture; masses do not matter.
     pub arm: &'a Arm,
     /// Joint positions \[rad\].
@@ -27,10 +34,14 @@ pub struct Pose<'a> {
 /// Draws the arm into a square of this height over the full width.
 pub fn show(ui: &mut Ui, pose: &Pose, height: f32) {
     let palette = Palette::in_ui(ui);
-    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::click());
+    export::offer(ui, &response, || panel(pose));
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "the arm at the time cursor"));
     let painter = ui.painter().with_clip_rect(rect);
     painter.rect_filled(rect, 4, palette.canvas);
+    if response.has_focus() {
+        painter.rect_stroke(rect, RADIUS, Stroke::new(1.5, palette.accent), egui::StrokeKind::Inside);
+    }
     let reach: f64 = pose.arm.links.iter().map(|link| link.length).sum();
     let scale = (0.5 * rect.width().min(rect.height()) - 26.0) / reach.max(1e-9) as f32;
     let to_screen = |[x, z]: [f64; 2]| -> Pos2 { rect.center() + vec2(x as f32 * scale, -z as f32 * scale) };
@@ -64,6 +75,39 @@ pub fn show(ui: &mut Ui, pose: &Pose, height: f32) {
     }
     let font = FontId::proportional(SMALL);
     painter.text(rect.left_bottom() + vec2(8.0, -6.0), Align2::LEFT_BOTTOM, "g ↓", font, palette.weak);
+}
+
+/// The same as data, in metres: the arcs of a joint are as long as its torques, the largest of the trajectory is
+/// [`LARGEST_ARC`].
+fn panel(pose: &Pose) -> Panel {
+    let reach: f64 = pose.arm.links.iter().map(|link| link.length).sum::<f64>().max(1e-9);
+    let axis = |label: &str| Axis::new(label, "m").range([-1.12 * reach, 1.12 * reach]);
+    let title = format!("the arm at t = {:.2} s", pose.time);
+    let mut panel = Panel::new(title, [axis("x"), axis("z")]).aspect(1.0);
+    panel.marks.push(Mark::path("path of the tip", pose.path.to_vec(), Ink::Text));
+    let points = pose.arm.points(pose.q);
+    for (link, ends) in points.windows(2).enumerate() {
+        let (name, points) = (format!("link {}", link + 1), ends.to_vec());
+        let course = crate::figure::Course::Free;
+        panel.marks.push(Mark::Line { name, points, ink: Ink::Series(link), width: 5.0, course });
+    }
+    let sign = pose.arm.posture.sign();
+    for (joint, [x, z]) in points.iter().copied().enumerate().take(pose.q.len()) {
+        let largest = pose.largest.get(joint).copied().unwrap_or(1.0).max(1e-12);
+        let arcs =
+            [("measured τ", pose.measured, 0.09, Ink::Measured), ("predicted τ̂", pose.predicted, 0.13, Ink::Predicted)];
+        for (name, torques, radius, ink) in arcs {
+            let Some(torque) = torques.get(joint) else { continue };
+            let whole = sign * (torque / largest).clamp(-1.0, 1.0) * f64::from(LARGEST_ARC);
+            let at = |n: usize| {
+                let angle = whole * n as f64 / ARC_POINTS as f64;
+                [x + radius * reach * angle.cos(), z + radius * reach * angle.sin()]
+            };
+            panel.marks.push(Mark::path(name, (0..=ARC_POINTS).map(at).collect(), ink));
+            panel.marks.push(Mark::Arrow { ends: [at(ARC_POINTS - 1), at(ARC_POINTS)], ink });
+        }
+    }
+    panel.with(Mark::points("", points, Ink::Text))
 }
 
 /// An arc that begins at the right of `center`, counter-clockwise for positive angles, with an arrow head at its end.

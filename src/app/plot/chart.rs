@@ -366,6 +366,10 @@ impl<'a> Chart<'a> {
             let (ink, radius) = (palette.ink(*color), f64::from(*radius) / 2.2);
             panel.marks.push(Mark::Points { name: String::new(), points, ink, radius, opacity });
         }
+        for (points, color) in &self.paths {
+            let points = points.iter().map(|[x, y]| [*x, value(*y)]).collect();
+            panel.marks.push(Mark::path("", points, palette.ink(*color)));
+        }
         for line in &self.lines {
             let points = line.x.iter().zip(line.y).map(|(x, y)| [*x, value(*y)]).collect();
             let course = if line.gaps { Course::Sampled } else { Course::Ascending };

@@ -3,7 +3,9 @@
 pub mod arm;
 pub mod chart;
 pub mod export;
+mod linked;
 
 pub use crate::figure::{decimate, ticks};
 pub use chart::{Cells, Chart, Region, Window};
 pub use decimate::Decimator;
+pub use linked::{Along, Views};

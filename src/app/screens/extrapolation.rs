@@ -6,7 +6,7 @@ use egui::{RichText, Slider, Ui, WidgetInfo, WidgetText};
 
 use super::{time_extent, trajectory_chooser};
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Chart, Decimator, ticks};
+use crate::app::plot::{Along, Chart, Decimator, ticks};
 use crate::app::state::{Desk, ReplayKey};
 use crate::app::theme::{GAP, GROUP, MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
@@ -84,12 +84,11 @@ fn curves(ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
             let style = palette.nth(number);
             chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(name, x, y, style);
         }
-        let outside = &mut desk.state.outside;
-        let mut cursor = outside.scale;
+        let mut cursor = desk.state.outside.scale;
         // The lines live for this frame only, so their decimation is not to be kept.
-        chart.cursor(&mut cursor).show(ui, &mut outside.window, &mut Decimator::default());
-        if cursor != outside.scale {
-            outside.scale = cursor.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
+        chart.cursor(&mut cursor).show(ui, desk.state.views.of(Along::Stretch), &mut Decimator::default());
+        if cursor != desk.state.outside.scale {
+            desk.state.outside.scale = cursor.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
         }
         let text = "Bands: four in five blocks of a second, or all trainings of a model that was trained several times, whose \
                     median is the line. nMSE: squared error over squared torque. Drag: scale of the replay.";
@@ -191,7 +190,7 @@ fn replayed(ui: &mut Ui, desk: &mut Desk) {
         }
         chart.line("predicted τ̂", &motion.time, &replay.predicted[joint], (palette.predicted, PREDICTED_DASH)).show(
             ui,
-            &mut desk.state.outside.time,
+            desk.state.views.of(Along::ReplayTime),
             &mut decimator,
         );
         Chart::new(format!("{name}: velocity q̇"), unit[1], extent)
@@ -199,7 +198,7 @@ fn replayed(ui: &mut Ui, desk: &mut Desk) {
             .cursor(&mut desk.state.outside.cursor)
             .x_axis("time t", "s")
             .height(110.0)
-            .show(ui, &mut desk.state.outside.time, &mut decimator);
+            .show(ui, desk.state.views.of(Along::ReplayTime), &mut decimator);
         let text = if replay.exact {
             format!("Model: {}. {}", step.title, super::compare::HINT)
         } else {

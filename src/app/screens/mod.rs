@@ -17,7 +17,7 @@ use std::str::FromStr;
 
 use egui::Ui;
 
-use super::state::Desk;
+use super::state::{Desk, Order};
 use super::widgets;
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
@@ -171,10 +171,14 @@ fn trajectory_chooser(ui: &mut Ui, desk: &mut Desk) {
             }
         });
     chooser.response.labelled_by(label.id);
-    if chosen != desk.state.trajectory {
-        desk.state.trajectory = chosen;
-        desk.state.window = super::plot::Window::default();
-        desk.state.cursor = None;
+    desk.state.show_trajectory(chosen);
+}
+
+/// All charts show everything again.
+fn fit_button(ui: &mut Ui, desk: &mut Desk) {
+    let what = "Show everything in all charts (Home); F or a double click does so for one quantity";
+    if ui.button("Fit").on_hover_text(what).clicked() {
+        desk.orders.push(Order::FitAll);
     }
 }
 

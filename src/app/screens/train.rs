@@ -7,23 +7,25 @@ use egui::{
 };
 
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Chart, Decimator, ticks};
+use crate::app::plot::{Along, Chart, Decimator, ticks};
 use crate::app::shell::thousands;
-use crate::app::state::{Busy, Desk, Order};
+use crate::app::state::{Busy, Desk, Order, State};
 use crate::app::theme::{GAP, PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
 use crate::model::learned::Features;
 use crate::model::{Preset, Term};
 use crate::network::Activation;
 use crate::recording::Recording;
-use crate::session::{Command, Step, TrainedRun};
+use crate::session::{Command, Session, Step, TrainedRun};
 use crate::training::fit::{Plan, SavedRun};
 use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
-use crate::training::{Ending, Epoch, Precision, Recipe};
+use crate::training::{Ending, Epoch, Options, Precision, Recipe};
 
 /// Height of the chart of the learning rate \[points\].
 const RATE: f32 = 112.0;
+/// Most points of the plan that are drawn.
+const MOST_PLANNED: u64 = 400;
 /// Height of a line in the list of trainings \[points\].
 const RUN: f32 = 56.0;
 
@@ -61,10 +63,10 @@ fn is_learned(preset: Preset) -> bool {
 /// The running training, or the last one.
 fn course(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else { return };
-    if let Some(busy @ Busy { epochs: Some(epochs), .. }) = desk.busy {
+    if let Some(busy @ Busy { epochs: Some(epochs), plan: Some(plan), .. }) = desk.busy {
         running(ui, desk, busy, epochs);
         let height = ui.available_height();
-        return curves(ui, desk, epochs, height);
+        return curves(ui, desk, epochs, plan, height);
     }
     match desk.session.current().cloned() {
         Some(step) if !step.history.is_empty() => {
@@ -72,13 +74,15 @@ fn course(ui: &mut Ui, desk: &mut Desk) {
                 if desk.session.runs.len() > 1 { 72.0 + RUN * desk.session.runs.len().min(4) as f32 } else { 0.0 };
             let table = 125.0 + 26.0 * recording.joint_count() as f32;
             let height = ui.available_height() - table - runs;
-            curves(ui, desk, &step.history, height);
+            let plan = step.run.as_ref().map_or(&desk.session.plan, |run| &run.plan);
+            curves(ui, desk, &step.history, plan, height);
             ui.columns(2, |columns| {
                 widgets::card(&mut columns[0], "How it ended", |ui| ending(ui, &step));
                 past_runs(&mut columns[0], desk);
                 super::compare::errors(&mut columns[1], &recording, &step);
             });
         }
+        _ if is_learned(desk.state.training.preset) => plan_ahead(ui, desk),
         _ => {
             let sentence = "Networks learn what a rigid body can't know, but do not say what it is.\n\
                             Choose a model at the right and start: the curves appear here.";
@@ -131,24 +135,74 @@ fn running(ui: &mut Ui, desk: &mut Desk, busy: &Busy, epochs: &[Epoch]) {
     });
 }
 
+/// What a training by the chosen settings would do.
+fn plan_ahead(ui: &mut Ui, desk: &mut Desk) {
+    let plan = desk.state.training.plan.clone();
+    let options = &plan.options;
+    widgets::card(ui, "Nothing was trained yet: this is the plan", |ui| {
+        if options.check().is_err() {
+            widgets::weak(ui, "It can't be drawn with these settings.");
+            return;
+        }
+        let text = format!(
+            "{} epochs with {} steps of {} samples each. Start at the right: loss and held-out error appear above the \
+             schedule, and the present step is marked on it.",
+            thousands_of(options.epochs),
+            thousands_of(batches(desk.session, options)),
+            options.batch
+        );
+        widgets::weak(ui, text);
+        let height = (ui.available_height() - 60.0).clamp(140.0, 260.0);
+        rate_chart(ui, desk, &[], &plan, height);
+    });
+}
+
+/// How often the weights change in an epoch.
+fn batches(session: &Session, options: &Options) -> u64 {
+    let samples: usize = session.split.train.iter().map(|segment| segment.samples.len()).sum();
+    (samples / options.batch.max(1)).max(1) as u64
+}
+
+/// The learning rate: of the whole plan ahead, and of the epochs that are done, the last of which is marked.
+fn rate_chart(ui: &mut Ui, desk: &mut Desk, done: &[Epoch], plan: &Plan, height: f32) {
+    let palette = Palette::in_ui(ui);
+    let (options, batches) = (&plan.options, batches(desk.session, &plan.options));
+    let every = options.epochs.div_ceil(MOST_PLANNED).max(1);
+    let planned = (1..=options.epochs).step_by(every as usize).chain([options.epochs]);
+    let (x, y): (Vec<f64>, Vec<f64>) = planned.map(|epoch| (epoch as f64, options.rate_in(epoch, batches))).unzip();
+    let (at, rate): (Vec<f64>, Vec<f64>) = done.iter().map(|epoch| (epoch.epoch as f64, epoch.rate)).unzip();
+    let now: Vec<[f64; 2]> = done.last().map(|last| [last.epoch as f64, last.rate]).into_iter().collect();
+    let extent = [1.0, x.last().copied().unwrap_or(2.0).max(2.0)];
+    let State { training, views, .. } = &mut *desk.state;
+    let mut chart = Chart::new("learning rate", "", extent).curve("planned", &x, &y, (palette.weak, PREDICTED_DASH));
+    if !done.is_empty() {
+        chart = chart.curve("done", &at, &rate, palette.nth(4));
+    }
+    chart
+        .points(&now, palette.text, 4.5)
+        .cursor(&mut training.cursor)
+        .x_axis("epoch, to the end of the plan", "")
+        .height(height)
+        .show(ui, views.of(Along::Epoch), &mut Decimator::default());
+}
+
 /// Loss, held-out error and learning rate over the epochs.
-fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], height: f32) {
+fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], plan: &Plan, height: f32) {
     let palette = Palette::in_ui(ui);
     let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
     // What is not above 0 has no place on a logarithmic axis: it leaves a gap.
     let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
     let loss: Vec<f64> = epochs.iter().map(|epoch| log(epoch.loss)).collect();
     let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.map_or(f64::NAN, log)).collect();
-    let rate: Vec<f64> = epochs.iter().map(|epoch| epoch.rate).collect();
     let best: Vec<[f64; 2]> =
         best(epochs).and_then(|epoch| Some([epoch.epoch as f64, log(epoch.held_out?)])).into_iter().collect();
     let others = other_curves(desk, palette);
     let ends = others.iter().filter_map(|other| other.x.last()).chain(x.last()).copied();
     let extent = [1.0, ends.fold(2.0, f64::max)];
-    let training = &mut desk.state.training;
     // Epochs are counted in whole numbers.
-    training.cursor = training.cursor.map(f64::round);
+    desk.state.training.cursor = desk.state.training.cursor.map(f64::round);
     widgets::card(ui, "Loss and held-out error by epoch (logarithmic)", |ui| {
+        let State { training, views, .. } = &mut *desk.state;
         if epochs.is_empty() {
             widgets::weak(ui, "No epoch is done yet.");
             return;
@@ -168,21 +222,15 @@ fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], height: f32) {
             .curve("loss on train", &x, &smooth[0], palette.nth(0))
             .curve("held-out nMSE", &x, &smooth[1], (palette.predicted, PREDICTED_DASH))
             .cursor(&mut training.cursor)
-            .without_ticks()
             .height((height - RATE - 128.0).clamp(180.0, 420.0))
-            .show(ui, &mut training.window, &mut decimator);
-        Chart::new("learning rate", "", extent)
-            .curve("rate", &x, &rate, palette.nth(4))
-            .cursor(&mut training.cursor)
-            .x_axis("epoch", "")
-            .height(RATE)
-            .show(ui, &mut training.window, &mut decimator);
+            .show(ui, views.of(Along::Epoch), &mut decimator);
+        rate_chart(ui, desk, epochs, plan, RATE);
         let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch, \
-                    whose weights are kept.";
+                    whose weights are kept; on the schedule, the present step.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
         ui.horizontal(|ui| {
             let label = ui.label("Smoothing");
-            let slider = Slider::new(&mut training.smoothing, 0.0..=0.98).max_decimals(2);
+            let slider = Slider::new(&mut desk.state.training.smoothing, 0.0..=0.98).max_decimals(2);
             ui.add(slider).labelled_by(label.id).on_hover_text("Pale: as it was. 0: only as it was");
         });
     });

@@ -1,5 +1,6 @@
 //! Everything that can be done now, by name: what the command palette offers.
 
+use crate::app::dock::{Change, Side};
 use crate::app::flow;
 use crate::app::screens::Screen;
 use crate::app::state::{Desk, Order};
@@ -79,7 +80,9 @@ pub fn all(desk: &Desk) -> Vec<Action> {
             }
         }
     }
-    add("Put the panels of this screen back".into(), "", Order::ResetPanels);
+    add("Show everything in all charts".into(), "Home", Order::FitAll);
+    panels(desk, &mut add);
+    add("Reset the layout of this screen".into(), "", Order::ResetPanels);
     add("Change between light and dark".into(), "Ctrl+T", Order::ToggleTheme);
     add("Change the contrast".into(), "", Order::ToggleContrast);
     for percent in [80, 100, 125, 150, 200] {
@@ -87,4 +90,31 @@ pub fn all(desk: &Desk) -> Vec<Action> {
     }
     add("Keyboard shortcuts".into(), "F1", Order::KeyList(true));
     actions
+}
+
+/// What can be done with the panels of the screen.
+fn panels(desk: &Desk, add: &mut impl FnMut(String, &'static str, Order)) {
+    let panels = desk.state.dock.panels();
+    for (name, shown) in &panels {
+        let mut offer = |what: String, keys, change| {
+            add(format!("Panel {name}: {what}"), keys, Order::Panel((*name).to_owned(), change));
+        };
+        offer("show in front".to_owned(), "", Change::Show);
+        if !shown {
+            continue;
+        }
+        offer("hide".to_owned(), "Delete on its tab", Change::Hide);
+        let sides = [
+            ("left", "Shift+← on its tab", Side::Left),
+            ("right", "Shift+→ on its tab", Side::Right),
+            ("top", "Shift+↑ on its tab", Side::Top),
+            ("bottom", "Shift+↓ on its tab", Side::Bottom),
+        ];
+        for (word, keys, side) in sides {
+            offer(format!("move to the {word}"), keys, Change::Move(side));
+        }
+        for (other, _) in panels.iter().filter(|(other, shown)| *shown && !desk.state.dock.is_beside(name, other)) {
+            offer(format!("move into the tabs of {other}"), "", Change::Join((*other).to_owned()));
+        }
+    }
 }

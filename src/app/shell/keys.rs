@@ -23,6 +23,8 @@ const PALETTE_TOO: KeyboardShortcut = KeyboardShortcut::new(CTRL_SHIFT, Key::P);
 const LIST_TOO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::SHIFT, Key::Questionmark);
 const LIST_PLAIN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Questionmark);
 const STOP: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Escape);
+pub const FIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Home);
+const NEXT_PANEL: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F6);
 const THEME: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::T);
 const NUMBERS: [Key; 9] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
@@ -58,6 +60,8 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
             (SAVE, Order::SaveDialog),
             (EXPORT, Order::Export(None)),
             (THEME, Order::ToggleTheme),
+            (FIT, Order::FitAll),
+            (NEXT_PANEL, Order::NextPanel),
         ];
         for (shortcut, order) in general {
             if !typing && input.consume_shortcut(&shortcut) {
@@ -93,7 +97,7 @@ pub fn list(ui: &mut Ui, desk: &mut Desk) {
     let text = |shortcut: &KeyboardShortcut| text(ui, shortcut);
     let rows = [
         (text(&NEXT), "the next step"),
-        ("Ctrl+1 … Ctrl+8".to_owned(), "the screens, left to right"),
+        ("Ctrl+1 … Ctrl+9".to_owned(), "the screens, left to right"),
         (format!("{} or {}", text(&PALETTE), text(&PALETTE_TOO)), "find any command"),
         (text(&OPEN), "open recordings or a session"),
         (text(&SAVE), "save the session"),
@@ -108,13 +112,18 @@ pub fn list(ui: &mut Ui, desk: &mut Desk) {
         ("in a chart: Alt+drag".to_owned(), "measure between two cursors"),
         ("in a chart: Ctrl+wheel".to_owned(), "zoom about the pointer"),
         ("in a chart: right drag, Shift+drag".to_owned(), "move the view"),
-        ("in a chart: double click, F".to_owned(), "show everything"),
+        ("in a chart: double click, F".to_owned(), "show everything of that quantity"),
+        (text(&FIT), "show everything in all charts"),
         ("in a chart: right click, E".to_owned(), "export this plot"),
+        (text(&NEXT_PANEL), "the tab of the next panel"),
+        ("on a tab: Shift+← → ↑ ↓".to_owned(), "move its panel to that side"),
+        ("on a tab: Delete".to_owned(), "hide its panel"),
     ];
     let modal = egui::Modal::new(egui::Id::unique("key list")).show(ui.ctx(), |ui| {
         ui.heading("Keyboard and mouse");
         ui.add_space(GAP);
-        egui::ScrollArea::vertical().max_height(ui.ctx().content_rect().height() - 150.0).show(ui, |ui| {
+        let height = ui.ctx().content_rect().height() - 150.0;
+        egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
             Grid::new("keys").striped(true).spacing([24.0, 6.0]).show(ui, |ui| {
                 for (keys, what) in rows {
                     ui.label(RichText::new(keys).color(palette.accent));

@@ -44,7 +44,8 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
         if found.is_empty() {
             widgets::weak(ui, "No command has all these words in its name.");
         }
-        ScrollArea::vertical().max_height((room.height() - 180.0).clamp(80.0, 380.0)).show(ui, |ui| {
+        let height = (room.height() - 180.0).clamp(80.0, 380.0);
+        ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
             for (number, action) in found.iter().enumerate() {
                 let chosen = number == open.chosen;
                 let keys = RichText::new(action.keys).size(SMALL).color(palette.weak);

@@ -2,7 +2,7 @@
 
 use egui::{Button, RichText, ScrollArea, Ui, WidgetInfo};
 
-use crate::app::plot::{Chart, Decimator, Window, ticks};
+use crate::app::plot::{Along, Chart, Decimator, ticks};
 use crate::app::state::Desk;
 use crate::app::theme::{GROUP, Palette, SMALL};
 use crate::app::widgets;
@@ -41,7 +41,7 @@ pub fn scatter(ui: &mut Ui, desk: &mut Desk) {
                         .height(200.0)
                         .curve("", &extent, &extent, (palette.weak, &[3.0, 3.0]))
                         .points(&points, palette.predicted.gamma_multiply(0.6), 1.2)
-                        .show(ui, &mut Window::default(), &mut Decimator::default());
+                        .show(ui, desk.state.views.of(Along::Load(joint)), &mut Decimator::default());
                 }
             });
         }
@@ -96,8 +96,7 @@ pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk) {
                 for run in order {
                     let name = &recording.trajectories[run].name;
                     if ui.selectable_label(desk.state.trajectory == run, name).clicked() {
-                        desk.state.trajectory = run;
-                        (desk.state.window, desk.state.cursor) = (Window::default(), None);
+                        desk.state.show_trajectory(run);
                     }
                     for error in &errors[run] {
                         ui.label(ticks::percent(*error));

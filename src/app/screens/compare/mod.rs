@@ -10,7 +10,7 @@ pub(in crate::app) use parts::Part as TorquePart;
 
 use super::{held_out_times, time_extent, trajectory_chooser};
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Chart, arm, chart, ticks};
+use crate::app::plot::{Along, Chart, arm, chart, ticks};
 use crate::app::state::Desk;
 use crate::app::theme::{GAP, MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
@@ -52,9 +52,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
         ui.checkbox(&mut desk.state.show_parts, "Decompose").on_hover_text(what);
         overlay::chooser(ui, desk, &step);
-        if ui.button("Fit").on_hover_text("Show all of the time (F in a chart)").clicked() {
-            desk.state.window = Default::default();
-        }
+        super::fit_button(ui, desk);
         ui.label(RichText::new(HINT).size(SMALL).color(Palette::in_ui(ui).weak));
     });
     ui.add_space(4.0);
@@ -113,7 +111,7 @@ fn torques(ui: &mut Ui, desk: &mut Desk) {
             .cursor(&mut desk.state.cursor)
             .without_ticks()
             .height(per_joint * if parts.is_some() { 0.5 } else { 0.62 })
-            .show(ui, &mut desk.state.window, &mut desk.state.decimator);
+            .show(ui, desk.state.views.of(Along::Time), &mut desk.state.decimator);
         let last = joint + 1 == joints;
         let what = if parts.is_some() { "decomposition" } else { "residual" };
         let mut chart = Chart::new(format!("{name}: {what}"), unit, extent).shaded(shades.iter().copied());
@@ -140,7 +138,7 @@ fn torques(ui: &mut Ui, desk: &mut Desk) {
         } else {
             chart.without_ticks().height(height)
         };
-        chart.show(ui, &mut desk.state.window, &mut desk.state.decimator);
+        chart.show(ui, desk.state.views.of(Along::Time), &mut desk.state.decimator);
         if !last {
             ui.add_space(4.0);
         }
@@ -186,6 +184,7 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
                 shown.posture = posture;
             }
             let pose = arm::Pose {
+                time,
                 arm: &shown,
                 q: &q,
                 measured: &measured,
@@ -234,10 +233,11 @@ fn play(ui: &Ui, desk: &mut Desk, [first, last]: [f64; 2], time: &mut f64) {
     }
     let step = f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP);
     *time = if *time + step > last { first } else { *time + step };
-    if let Some([from, to]) = desk.state.window.range.filter(|_| desk.state.follows) {
+    let range = &mut desk.state.views.of(Along::Time).range;
+    if let Some([from, to]) = range.filter(|_| desk.state.follows) {
         let half = 0.5 * (to - from);
         let middle = time.clamp(first + half, (last - half).max(first + half));
-        desk.state.window.range = Some([middle - half, middle + half]);
+        *range = Some([middle - half, middle + half]);
     }
     ui.ctx().request_repaint();
 }

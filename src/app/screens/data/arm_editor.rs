@@ -1,6 +1,6 @@
 //! The arm as a drawing that is edited by hand: the end of a link drags its length, its disc drags its mass.
 
-use egui::{Align2, FontId, Id, Pos2, Rect, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
+use egui::{Align2, EventFilter, FontId, Id, Key, Pos2, Rect, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 
 use crate::app::theme::{Palette, SMALL};
 use crate::arm::Arm;
@@ -15,6 +15,9 @@ const LENGTHS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 const MASSES: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
 /// A mass grows e-fold over so many points.
 const MASS_DRAG: f32 = 60.0;
+
+/// How far a key drags \[points\].
+const KEY_DRAG: f32 = 4.0;
 
 pub fn show(ui: &mut Ui, arm: &mut Arm) {
     let palette = Palette::in_ui(ui);
@@ -38,13 +41,15 @@ pub fn show(ui: &mut Ui, arm: &mut Arm) {
         let radius = 5.0 + 9.0 * (link.mass / heaviest).cbrt() as f32;
         let (mass, length) = (link.mass, link.length);
         let spoken = format!("drag the mass of link {}", number + 1);
-        let hint = format!("{mass:.3} kg: drag up for more, down for less");
-        if let Some(moved) = handle(ui, number, "mass", centre, radius, color, (&spoken, &hint)) {
+        let hint = format!("{mass:.3} kg: drag up for more, down for less, or press ↑ ↓");
+        let more = vec2(0.0, -KEY_DRAG);
+        if let Some(moved) = handle(ui, (number, "mass"), centre, radius, color, more, (&spoken, &hint)) {
             arm.links[number].mass = round(mass * f64::from(-moved.y / MASS_DRAG).exp(), MASSES);
         }
         let spoken = format!("drag the length of link {}", number + 1);
-        let hint = format!("{length:.3} m: drag along the link");
-        if let Some(moved) = handle(ui, number, "length", tip, 6.0, palette.text, (&spoken, &hint)) {
+        let hint = format!("{length:.3} m: drag along the link, or press ↑ ↓");
+        let more = along * KEY_DRAG;
+        if let Some(moved) = handle(ui, (number, "length"), tip, 6.0, palette.text, more, (&spoken, &hint)) {
             let longer = round(length + f64::from(moved.dot(along) / scale), LENGTHS);
             stretch(arm, number, longer);
         }
@@ -69,24 +74,32 @@ fn scale(ui: &Ui, rect: Rect, arm: &Arm) -> f32 {
     scale
 }
 
-/// Something to be dragged, and how far it was in this frame.
+/// Something to be dragged, and how far it was in this frame; the arrow keys drag it towards `more`, or back.
 fn handle(
     ui: &Ui,
-    link: usize,
-    what: &str,
+    key: (usize, &str),
     at: Pos2,
     radius: f32,
     color: egui::Color32,
+    more: Vec2,
     (spoken, hint): (&str, &str),
 ) -> Option<Vec2> {
     let palette = Palette::in_ui(ui);
     let area = Rect::from_center_size(at, Vec2::splat(2.0 * radius.max(8.0)));
-    let response = ui.interact(area, ui.scope_id().with((what, link)), Sense::drag());
+    let response = ui.interact(area, ui.scope_id().with(key), Sense::drag() | Sense::focusable_noninteractive());
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Slider, true, spoken));
-    let lit = response.hovered() || response.dragged();
+    let lit = response.hovered() || response.dragged() || response.has_focus();
     let fill = if lit { palette.accent } else { color.gamma_multiply(0.85) };
     ui.painter().circle(at, radius, fill, Stroke::new(1.5, palette.card));
-    let moved = response.dragged().then(|| response.drag_delta());
+    let mut moved = response.dragged().then(|| response.drag_delta());
+    if response.has_focus() {
+        // The arrows are the handle's while it has the focus; else they would move the focus.
+        let arrows = EventFilter { vertical_arrows: true, ..EventFilter::default() };
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
+        let pressed = |key| ui.input(|input| input.num_presses(key)) as f32;
+        let steps = pressed(Key::ArrowUp) - pressed(Key::ArrowDown);
+        moved = moved.or((steps != 0.0).then_some(more * steps));
+    }
     response.on_hover_text(hint);
     moved
 }

@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui};
 
-use crate::app::plot::{Cells, Chart, Decimator, Window};
+use crate::app::plot::{Along, Cells, Chart, Decimator};
 use crate::app::state::Desk;
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets;
@@ -66,7 +66,7 @@ fn density(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                         .x_axis("position q", unit[0])
                         .height(190.0)
                         .cells(&cells)
-                        .show(ui, &mut Window::default(), &mut Decimator::default());
+                        .show(ui, desk.state.views.of(Along::Position(joint)), &mut Decimator::default());
                 }
             });
         }
@@ -92,7 +92,7 @@ fn spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             .x_axis("frequency", "Hz")
             .height(170.0)
             .curve("", &x, &y, (palette.measured, &[]))
-            .show(ui, &mut Window::default(), &mut Decimator::default());
+            .show(ui, desk.state.views.of(Along::Frequency), &mut Decimator::default());
         let text = "Motion is at the left, noise is the flat part at the right; a peak between them is a vibration.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });

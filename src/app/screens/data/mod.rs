@@ -11,7 +11,7 @@ pub(in crate::app) use coverage::covered;
 
 use super::{held_out_times, time_extent, trajectory_chooser};
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Chart, ticks};
+use crate::app::plot::{Along, Chart, ticks};
 use crate::app::shell::thousands;
 use crate::app::state::{Desk, Order};
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
@@ -133,6 +133,8 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             for (joint, info) in recording.joints.iter().enumerate() {
                 ui.selectable_value(&mut desk.state.joint, joint, &info.name);
             }
+            ui.add_space(GAP);
+            super::fit_button(ui, desk);
         });
         ui.add_space(4.0);
         let (index, joint) = (desk.state.trajectory, desk.state.joint);
@@ -157,7 +159,7 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 .cursor(&mut desk.state.cursor);
             let chart =
                 if last { chart.x_axis("time t", "s").height(134.0) } else { chart.without_ticks().height(104.0) };
-            chart.show(ui, &mut desk.state.window, &mut desk.state.decimator);
+            chart.show(ui, desk.state.views.of(Along::Time), &mut desk.state.decimator);
         }
         let hint = format!("Shaded: held out. {}", super::compare::HINT);
         ui.label(RichText::new(hint).size(SMALL).color(palette.weak));
@@ -175,9 +177,7 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             ui.end_row();
             for (index, run) in recording.trajectories.iter().enumerate() {
                 if ui.selectable_label(desk.state.trajectory == index, &run.name).clicked() {
-                    desk.state.trajectory = index;
-                    desk.state.window = Default::default();
-                    desk.state.cursor = None;
+                    desk.state.show_trajectory(index);
                 }
                 ui.label(thousands(run.len()));
                 ui.label(format!("{} ms", ticks::short((1e6 * time_steps[index]).round() / 1e3)));

@@ -24,27 +24,20 @@ pub fn show(ui: &mut Ui, motion: &mut Excitation) {
         Excitation::MultiSine { trajectories, duration, rate, max_position, max_velocity, .. } => {
             count(ui, "Runs", trajectories);
             number(ui, "Seconds of each", duration);
-            ui.end_row();
             number(ui, "Samples per second", rate);
             number(ui, "Largest |q| [rad]", max_position);
-            ui.end_row();
             number(ui, "Largest |q̇| [rad/s]", max_velocity);
-            ui.end_row();
         }
         Excitation::PaperPointToPoint { trajectories, duration, samples, range } => {
             count(ui, "Runs", trajectories);
             number(ui, "Seconds of each", duration);
-            ui.end_row();
             count(ui, "Samples of each", samples);
             number(ui, "Largest |q| [rad]", range);
-            ui.end_row();
         }
         Excitation::SuperposedSines { trajectories, duration, rate, .. } => {
             count(ui, "Runs", trajectories);
             number(ui, "Seconds of each", duration);
-            ui.end_row();
             number(ui, "Samples per second", rate);
-            ui.end_row();
         }
     });
 }
@@ -62,10 +55,12 @@ fn few(motion: Excitation) -> Excitation {
 fn count(ui: &mut Ui, name: &str, value: &mut usize) {
     let label = ui.label(name);
     ui.add(DragValue::new(value).range(1..=100_000)).labelled_by(label.id);
+    ui.end_row();
 }
 
 fn number(ui: &mut Ui, name: &str, value: &mut f64) {
     let label = ui.label(name);
     let speed = 0.02 * value.abs().max(0.01);
     ui.add(DragValue::new(value).speed(speed).range(0.001..=1e6).max_decimals(3)).labelled_by(label.id);
+    ui.end_row();
 }

@@ -73,8 +73,10 @@ fn arm(ui: &mut Ui, wish: &mut Wish) {
     let count = wish.arm.joint_count();
     let header = CollapsingHeader::new(format!("The arm: {count} link{}", if count == 1 { "" } else { "s" }));
     header.id_salt("arm editor").show(ui, |ui| {
-        Grid::new("arm editor").spacing([8.0, 4.0]).show(ui, |ui| {
-            for title in ["", "mass kg", "length m", "centre m", "inertia kg m²"] {
+        ui.spacing_mut().button_padding.x = 4.0;
+        ui.spacing_mut().interact_size.x = 30.0;
+        Grid::new("arm editor").spacing([6.0, 4.0]).show(ui, |ui| {
+            for title in ["", "mass\nkg", "length\nm", "centre\nm", "inertia\nkg m²"] {
                 ui.label(RichText::new(title).size(SMALL).color(Palette::in_ui(ui).weak));
             }
             ui.end_row();

@@ -7,12 +7,12 @@ use egui::{Align, Layout, RichText, Ui, WidgetText};
 use super::Screen;
 use super::residuals::Quantity;
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Chart, Decimator, Window, ticks};
+use crate::app::plot::{Along, Chart, Decimator, Views, ticks};
 use crate::app::state::{Busy, Desk, Order};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
-use crate::effect::{Scope, Spec, registry};
+use crate::effect::{self, Scope, Spec, registry};
 use crate::model::Parameter;
 use crate::recording::{Recording, joints_text};
 use crate::session::Command;
@@ -175,7 +175,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
         for row in effect.evidence.chunks(columns) {
             ui.columns(columns, |columns| {
                 for (ui, evidence) in columns.iter_mut().zip(row) {
-                    evidence_plot(ui, evidence, after, recording, height);
+                    evidence_plot(ui, evidence, after, recording, height, &mut desk.state.views);
                 }
             });
         }
@@ -210,10 +210,17 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
     }
 }
 
-fn evidence_plot(ui: &mut Ui, evidence: &Evidence, after: bool, recording: &Recording, height: f32) {
+fn evidence_plot(ui: &mut Ui, evidence: &Evidence, after: bool, recording: &Recording, height: f32, views: &mut Views) {
     let palette = Palette::in_ui(ui);
     let unit = recording.joints[evidence.joint].kind.units();
-    let (name, label, x_unit) = Quantity::from(evidence.axis).text(unit);
+    let (name, label, x_unit) = match evidence.axis {
+        effect::Axis::Time => ("time", "time t of each trajectory", "s"),
+        axis => Quantity::from(axis).text(unit),
+    };
+    let along = match evidence.axis {
+        effect::Axis::Time => Along::Time,
+        axis => Quantity::from(axis).along(evidence.joint),
+    };
     let (x, y): (Vec<f64>, Vec<f64>) = evidence.explained.iter().map(|point| (point[0], point[1])).unzip();
     let extent = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0)];
     let title = format!("{}: torque left against {name}", recording.joints[evidence.joint].name);
@@ -227,14 +234,14 @@ fn evidence_plot(ui: &mut Ui, evidence: &Evidence, after: bool, recording: &Reco
     let mut decimator = Decimator::default();
     if after {
         let zero = [0.0, 0.0];
-        chart.curve("", &extent, &zero, (palette.text, &[])).show(ui, &mut Window::default(), &mut decimator);
+        chart.curve("", &extent, &zero, (palette.text, &[])).show(ui, views.of(along), &mut decimator);
         return;
     }
     let explained = match is_curve(&y) {
         true => chart.curve("explained", &x, &y, (palette.predicted, &[])),
         false => chart.points(&evidence.explained, palette.predicted, 1.3),
     };
-    explained.show(ui, &mut Window::default(), &mut decimator);
+    explained.show(ui, views.of(along), &mut decimator);
 }
 
 /// What is left once the effect is in the model: both lists are of the same samples, the explained one sorted by state.

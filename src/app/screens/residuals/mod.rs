@@ -8,10 +8,10 @@ mod views;
 
 use egui::{Align, Layout, RichText, Ui, vec2};
 
-pub use table::{Brush, Quantity, Table};
+pub use table::{Brush, Quantity, Spectra, Table};
 
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Chart, Decimator, Window};
+use crate::app::plot::{Along, Chart, Decimator};
 use crate::app::shell::{is_narrow, thousands};
 use crate::app::state::Desk;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
@@ -25,18 +25,17 @@ const PANELS: Part = Part::Stack(&[
     (1.0, Part::Panel("Time line", time_line)),
 ]);
 
-/// What is marked, and how each view is zoomed.
+/// What is marked, and of what the map is.
 #[derive(Debug)]
 pub struct Looking {
     pub brush: Option<Brush>,
     /// The states of the map.
     pub map: [Quantity; 2],
-    pub time: Window,
 }
 
 impl Default for Looking {
     fn default() -> Self {
-        Looking { brush: None, map: [Quantity::Position, Quantity::Velocity], time: Window::default() }
+        Looking { brush: None, map: [Quantity::Position, Quantity::Velocity] }
     }
 }
 
@@ -55,6 +54,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
         ui.selectable_value(&mut desk.state.held_out_only, true, "Held-out data");
         ui.selectable_value(&mut desk.state.held_out_only, false, "Training data");
         ui.add_space(GROUP);
+        super::fit_button(ui, desk);
         if desk.state.looking.brush.is_some() && ui.button("Unmark").clicked() {
             desk.state.looking.brush = None;
         }
@@ -65,7 +65,8 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
     });
     if (joint, held_out) != (desk.state.joint, desk.state.held_out_only) {
         // A region of one joint's states means nothing to another.
-        desk.state.looking = Looking { map: desk.state.looking.map, ..Looking::default() };
+        desk.state.looking.brush = None;
+        desk.state.views.fit(Along::WholeTime);
     }
     ui.add_space(4.0);
     if desk.state.table(desk.session).len() == 0 {
@@ -91,6 +92,8 @@ fn worst(ui: &mut Ui, desk: &mut Desk) {
 fn grid(ui: &mut Ui, desk: &mut Desk) {
     let (table, unit) = (desk.state.table(desk.session), unit(desk));
     let lit = desk.state.lit(&table);
+    let marked = desk.state.marked(ui.ctx(), &table);
+    let shown = views::Shown { table: &table, lit: &lit, marked: marked.as_deref(), unit };
     let columns = if ui.available_width() > 640.0 { 2 } else { 1 };
     let width = (ui.available_width() - GAP * (columns as f32 - 1.0)) / columns as f32;
     let size = vec2(width, (ui.available_height() / 2.0 - GAP).clamp(250.0, 400.0));
@@ -100,7 +103,7 @@ fn grid(ui: &mut Ui, desk: &mut Desk) {
             for view in row {
                 ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), |ui| {
                     ui.set_width(size.x);
-                    views::show(ui, desk, *view, &table, &lit, unit, size.y);
+                    views::show(ui, desk, *view, &shown, size.y);
                 });
             }
         });
@@ -123,7 +126,7 @@ fn time_line(ui: &mut Ui, desk: &mut Desk) {
         .lit(table.stretches(&lit))
         .line("τ − τ̂", time, residual, (palette.residual, &[]))
         .cursor(&mut cursor);
-    chart.show(ui, &mut desk.state.looking.time, &mut desk.state.decimator);
+    chart.show(ui, desk.state.views.of(Along::WholeTime), &mut desk.state.decimator);
     if cursor != before
         && let Some(at) = cursor
     {

@@ -42,10 +42,7 @@ pub fn jump(desk: &mut Desk, table: &Table, row: usize) {
     else {
         return;
     };
-    if desk.state.trajectory != place.trajectory {
-        desk.state.window = Default::default();
-    }
-    desk.state.trajectory = place.trajectory;
+    desk.state.show_trajectory(place.trajectory);
     desk.state.cursor = run.time.get(place.sample).copied();
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use crate::app::plot::{Cells, Region};
+use crate::app::plot::{Along, Cells, Region};
 use crate::effect::Axis;
 use crate::recording::spectrum;
 use crate::session::Session;
@@ -62,6 +62,20 @@ impl Quantity {
     }
 }
 
+impl Quantity {
+    /// Which charts show it along with others.
+    pub fn along(self, joint: usize) -> Along {
+        match self {
+            Quantity::Time => Along::WholeTime,
+            Quantity::Position => Along::Position(joint),
+            Quantity::Velocity => Along::Velocity(joint),
+            Quantity::Acceleration => Along::Acceleration(joint),
+            Quantity::Load => Along::Load(joint),
+            Quantity::Residual => Along::Residual(joint),
+        }
+    }
+}
+
 impl From<Axis> for Quantity {
     fn from(axis: Axis) -> Self {
         match axis {
@@ -97,6 +111,16 @@ pub struct Scatter {
     pub band: Vec<[f64; 3]>,
 }
 
+/// What the frequencies and the past of the residual say; empty where there are too few samples that follow each other.
+pub struct Spectra {
+    /// Frequency \[Hz\] and decimal logarithm of the power.
+    pub power: Vec<[f64; 2]>,
+    /// Order and amplitude of what repeats with the position.
+    pub orders: Vec<[f64; 2]>,
+    /// Lag \[s\] and autocorrelation.
+    pub correlation: Vec<[f64; 2]>,
+}
+
 /// All finite samples of one joint in the training or the held-out part.
 pub struct Table {
     columns: [Vec<f64>; 6],
@@ -105,9 +129,7 @@ pub struct Table {
     pieces: Vec<Range<usize>>,
     step: f64,
     scatters: [OnceLock<Scatter>; 5],
-    power: OnceLock<Vec<[f64; 2]>>,
-    orders: OnceLock<Vec<[f64; 2]>>,
-    correlation: OnceLock<Vec<[f64; 2]>>,
+    spectra: OnceLock<Spectra>,
     worst: OnceLock<Vec<usize>>,
 }
 
@@ -120,9 +142,7 @@ impl Table {
             pieces: Vec::new(),
             step: 0.0,
             scatters: Default::default(),
-            power: OnceLock::new(),
-            orders: OnceLock::new(),
-            correlation: OnceLock::new(),
+            spectra: OnceLock::new(),
             worst: OnceLock::new(),
         };
         let (Some(recording), Some(step)) = (session.recording.as_deref(), session.current()) else { return table };
@@ -236,39 +256,45 @@ impl Table {
         Cells { size: MAP, extent: ends, values: sums.into_iter().map(mean).collect(), signed: true }
     }
 
-    fn residual_pieces(&self) -> Vec<&[f64]> {
-        self.pieces.iter().map(|piece| &self.column(Quantity::Residual)[piece.clone()]).collect()
+    /// Frequencies and the past of all samples.
+    pub fn spectra(&self) -> &Spectra {
+        self.spectra.get_or_init(|| self.spectra_of_pieces(&self.pieces))
     }
 
-    /// Frequency and decimal logarithm of the power of the residual.
-    pub fn power(&self) -> &[[f64; 2]] {
-        self.power.get_or_init(|| {
-            let spectrum = spectrum::power(&self.residual_pieces(), self.step);
-            spectrum.into_iter().map(|[frequency, power]| [frequency, power.max(1e-300).log10()]).collect()
-        })
-    }
-
-    /// Order and amplitude of what repeats with the position.
-    pub fn orders(&self) -> &[[f64; 2]] {
-        self.orders.get_or_init(|| {
-            spectrum::orders(self.column(Quantity::Position), self.column(Quantity::Residual), HIGHEST_ORDER)
-        })
-    }
-
-    /// Lag \[s\] and autocorrelation.
-    pub fn correlation(&self) -> &[[f64; 2]] {
-        self.correlation.get_or_init(|| {
-            let every = ((LONGEST_LAG / LAGS as f64 / self.step.max(1e-9)) as usize).max(1);
-            let mut left = MOST_CORRELATED;
-            let mut pieces = self.residual_pieces();
-            for piece in &mut pieces {
-                *piece = &piece[..piece.len().min(left)];
-                left -= piece.len();
+    /// The same of some rows, in ascending order: of every stretch of rows that follow each other.
+    pub fn spectra_of(&self, rows: &[usize]) -> Spectra {
+        let mut pieces: Vec<Range<usize>> = Vec::new();
+        for row in rows {
+            let begins = self.pieces.binary_search_by_key(row, |piece| piece.start).is_ok();
+            match pieces.last_mut() {
+                Some(last) if last.end == *row && !begins => last.end += 1,
+                _ => pieces.push(*row..row + 1),
             }
-            let lags = || (0..=LAGS).map(|lag| lag * every);
-            let correlation = spectrum::autocorrelation(&pieces, lags());
-            lags().zip(correlation).map(|(lag, value)| [lag as f64 * self.step, value]).collect()
-        })
+        }
+        self.spectra_of_pieces(&pieces)
+    }
+
+    fn spectra_of_pieces(&self, pieces: &[Range<usize>]) -> Spectra {
+        let column = |quantity| pieces.iter().map(move |piece| &self.column(quantity)[piece.clone()]);
+        let mut residual: Vec<&[f64]> = column(Quantity::Residual).collect();
+        let power = spectrum::power(&residual, self.step);
+        let joined = |quantity| column(quantity).collect::<Vec<_>>().concat();
+        let orders = spectrum::orders(&joined(Quantity::Position), &joined(Quantity::Residual), HIGHEST_ORDER);
+        let every = ((LONGEST_LAG / LAGS as f64 / self.step.max(1e-9)) as usize).max(1);
+        let mut left = MOST_CORRELATED;
+        for piece in &mut residual {
+            *piece = &piece[..piece.len().min(left)];
+            left -= piece.len();
+        }
+        // Lags longer than every piece have no value.
+        let longest = residual.iter().map(|piece| piece.len()).max().unwrap_or(0);
+        let lags = || (0..=LAGS).map(|lag| lag * every).take_while(|lag| *lag < longest);
+        let correlation = spectrum::autocorrelation(&residual, lags());
+        Spectra {
+            power: power.into_iter().map(|[at, power]| [at, power.max(1e-300).log10()]).collect(),
+            orders,
+            correlation: lags().zip(correlation).map(|(lag, value)| [lag as f64 * self.step, value]).collect(),
+        }
     }
 
     /// Rows of the largest residuals, each some time from the others, worst first.

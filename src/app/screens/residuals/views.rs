@@ -2,11 +2,11 @@
 
 use egui::{ComboBox, RichText, Ui};
 
-use super::table::{Brush, Quantity, Table};
+use super::table::{Brush, Quantity, Spectra, Table};
 use super::{fleeting, moments};
-use crate::app::plot::{Chart, Region, Window};
+use crate::app::plot::{Along, Chart, Region};
 use crate::app::state::Desk;
-use crate::app::theme::{Palette, SMALL};
+use crate::app::theme::{PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
 use crate::effect::{Spec, registry};
 
@@ -46,45 +46,63 @@ pub const ALL: [View; 10] = [
     View::Over(Quantity::Time),
 ];
 
-pub fn show(
-    ui: &mut Ui,
-    desk: &mut Desk,
-    view: View,
-    table: &Table,
-    lit: &[usize],
-    unit: [&'static str; 4],
-    height: f32,
-) {
+/// What every view is drawn from.
+pub struct Shown<'a> {
+    pub table: &'a Table,
+    /// Rows of the table that are marked.
+    pub lit: &'a [usize],
+    /// Frequencies and past of the marked rows; `None` if nothing is marked, or while they are computed.
+    pub marked: Option<&'a Spectra>,
+    /// Units of q, q̇, q̈ and τ.
+    pub unit: [&'static str; 4],
+}
+
+pub fn show(ui: &mut Ui, desk: &mut Desk, view: View, shown: &Shown, height: f32) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "", |ui| {
         let height = (height - 100.0).max(140.0);
         match view {
-            View::Over(x) => over(ui, desk, x, table, lit, unit, height),
-            View::Map => map(ui, desk, table, lit, unit, height),
-            View::Loop => circle(ui, desk, table, lit, unit, height),
+            View::Over(x) => over(ui, desk, x, shown, height),
+            View::Map => map(ui, desk, shown, height),
+            View::Loop => circle(ui, desk, shown, height),
             View::Power => {
-                let line = table.power();
                 let title = "power of the residual over frequency, logarithmic";
-                curve(ui, title, ["", "Hz"], "frequency", line, height, true);
+                let axis = (Along::Frequency, "frequency", "Hz");
+                curve(ui, desk, shown, title, "", axis, |spectra| &spectra.power, height);
             }
             View::Orders => {
-                let line = table.orders();
+                // A joint that slides has no turns: its orders count in as many metres as a turn has radians.
+                let slides = shown.unit[0] == "m";
+                let per = if slides { "times in 2π metres" } else { "times per turn of the joint" };
+                let axis = (Along::Order, per, "");
                 curve(
                     ui,
+                    desk,
+                    shown,
                     "amplitude by order of position",
-                    [unit[3], ""],
-                    "times per turn of the joint",
-                    line,
+                    shown.unit[3],
+                    axis,
+                    |spectra| &spectra.orders,
                     height,
-                    false,
                 );
             }
             View::Correlation => {
-                let line = table.correlation();
-                curve(ui, "autocorrelation of the residual", ["", "s"], "lag", line, height, false);
+                let axis = (Along::Lag, "lag", "s");
+                curve(
+                    ui,
+                    desk,
+                    shown,
+                    "autocorrelation of the residual",
+                    "",
+                    axis,
+                    |spectra| &spectra.correlation,
+                    height,
+                );
             }
         }
-        ui.label(RichText::new(sentence(view)).size(SMALL).color(palette.weak));
+        let follows = matches!(view, View::Power | View::Orders | View::Correlation) && shown.marked.is_some();
+        let of = if follows { " Strong: the marked region alone; pale: all samples." } else { "" };
+        ui.label(RichText::new(format!("{}{of}", sentence(view))).size(SMALL).color(palette.weak));
     });
 }
 
@@ -140,13 +158,15 @@ fn with_brush(desk: &mut Desk, x: Quantity, y: Quantity, draw: impl FnOnce(&mut 
     }
 }
 
-fn over(ui: &mut Ui, desk: &mut Desk, x: Quantity, table: &Table, lit: &[usize], unit: [&'static str; 4], height: f32) {
+fn over(ui: &mut Ui, desk: &mut Desk, x: Quantity, shown: &Shown, height: f32) {
     let palette = Palette::in_ui(ui);
+    let Shown { table, lit, unit, .. } = *shown;
     let (name, label, x_unit) = x.text(unit);
     let scatter = table.scatter(x);
     let lit = points(table, lit, x, Quantity::Residual);
     with_brush(desk, x, Quantity::Residual, |desk, region| {
         let color = palette.residual;
+        let view = desk.state.views.of(x.along(desk.state.joint));
         Chart::new(format!("residual against {name}"), unit[3], scatter.extent)
             .x_axis(label, x_unit)
             .height(height)
@@ -155,7 +175,7 @@ fn over(ui: &mut Ui, desk: &mut Desk, x: Quantity, table: &Table, lit: &[usize],
             .points(&lit, palette.accent, 1.6)
             .strong_line("mean", &scatter.mean_at, &scatter.mean, (palette.text, &[]))
             .brush(region)
-            .show(ui, &mut Window::default(), &mut desk.state.decimator);
+            .show(ui, view, &mut desk.state.decimator);
     });
 }
 
@@ -165,8 +185,9 @@ fn points(table: &Table, lit: &[usize], x: Quantity, y: Quantity) -> Vec<[f64; 2
     lit.iter().step_by(lit.len().div_ceil(3000).max(1)).map(|row| [x[*row], y[*row]]).collect()
 }
 
-fn map(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: [&'static str; 4], height: f32) {
+fn map(ui: &mut Ui, desk: &mut Desk, shown: &Shown, height: f32) {
     let palette = Palette::in_ui(ui);
+    let Shown { table, lit, unit, .. } = *shown;
     let mut states = desk.state.looking.map;
     ui.horizontal_wrapped(|ui| {
         for (state, name) in states.iter_mut().zip(["→", "↑"]) {
@@ -186,20 +207,22 @@ fn map(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: [&'stat
     let (_, label, x_unit) = x.text(unit);
     let (_, _, y_unit) = y.text(unit);
     let lit = points(table, lit, x, y);
-    with_brush(desk, x, y, |_, region| {
+    with_brush(desk, x, y, |desk, region| {
+        let view = desk.state.views.of(x.along(desk.state.joint));
         Chart::new(format!("mean residual, ↑ {}", y.text(unit).0), y_unit, [0.0, 1.0])
             .x_axis(label, x_unit)
             .height(height - 30.0)
             .cells(&cells)
             .points(&lit, palette.accent, 1.2)
             .brush(region)
-            .show(ui, &mut Window::default(), &mut fleeting());
+            .show(ui, view, &mut fleeting());
     });
 }
 
 /// The residual against velocity, in the order of time, around the cursor.
-fn circle(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: [&'static str; 4], height: f32) {
+fn circle(ui: &mut Ui, desk: &mut Desk, shown: &Shown, height: f32) {
     let palette = Palette::in_ui(ui);
+    let Shown { table, lit, unit, .. } = *shown;
     let row = moments::row_at_cursor(desk, table).unwrap_or(0);
     let rows = table.around(row, LOOP);
     let (x, y) = (table.column(Quantity::Velocity), table.column(Quantity::Residual));
@@ -211,7 +234,8 @@ fn circle(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: [&'s
     let here = [[x[row], y[row]]];
     let lit: Vec<usize> = lit.iter().copied().filter(|row| rows.contains(row)).collect();
     let lit = points(table, &lit, Quantity::Velocity, Quantity::Residual);
-    with_brush(desk, Quantity::Velocity, Quantity::Residual, |_, region| {
+    with_brush(desk, Quantity::Velocity, Quantity::Residual, |desk, region| {
+        let view = desk.state.views.of(Along::Velocity(desk.state.joint));
         Chart::new("residual–velocity loop around the cursor", unit[3], extent)
             .x_axis(label, x_unit)
             .height(height)
@@ -219,24 +243,44 @@ fn circle(ui: &mut Ui, desk: &mut Desk, table: &Table, lit: &[usize], unit: [&'s
             .points(&lit, palette.accent, 1.6)
             .points(&here, palette.cursor, 4.0)
             .brush(region)
-            .show(ui, &mut Window::default(), &mut fleeting());
+            .show(ui, view, &mut fleeting());
     });
 }
 
-fn curve(ui: &mut Ui, title: &str, units: [&str; 2], label: &str, line: &[[f64; 2]], height: f32, logarithmic: bool) {
+/// A curve of all samples, and in front of it that of the marked region.
+fn curve(
+    ui: &mut Ui,
+    desk: &mut Desk,
+    shown: &Shown,
+    title: &str,
+    unit: &str,
+    (along, label, x_unit): (Along, &str, &str),
+    of: impl Fn(&Spectra) -> &Vec<[f64; 2]>,
+    height: f32,
+) {
     let palette = Palette::in_ui(ui);
-    if line.is_empty() {
-        widgets::weak(
-            ui,
-            format!("{}: the data are too short, or the joint hardly moves.", widgets::sentence_case(title)),
-        );
+    let all = of(shown.table.spectra());
+    if all.is_empty() {
+        let text = format!("{}: the data are too short, or the joint hardly moves.", widgets::sentence_case(title));
+        widgets::weak(ui, text);
         return;
     }
-    let (x, y): (Vec<f64>, Vec<f64>) = line.iter().map(|[x, y]| (*x, *y)).unzip();
-    let extent = [x[0], x[x.len() - 1]];
-    let mut chart = Chart::new(title, units[0], extent).x_axis(label, units[1]).height(height);
-    if logarithmic {
+    let split = |line: &[[f64; 2]]| -> (Vec<f64>, Vec<f64>) { line.iter().map(|[x, y]| (*x, *y)).unzip() };
+    let (x, y) = split(all);
+    let marked = shown.marked.map(|marked| split(of(marked)));
+    let title = match &marked {
+        None => title.to_owned(),
+        Some((x, _)) if x.is_empty() => format!("{title}: the marked region is too short"),
+        Some(_) => format!("{title}: marked region"),
+    };
+    let mut chart = Chart::new(title, unit, [x[0], x[x.len() - 1]]).x_axis(label, x_unit).height(height);
+    if along == Along::Frequency {
         chart = chart.logarithmic();
     }
-    chart.curve("", &x, &y, (palette.residual, &[])).show(ui, &mut Window::default(), &mut fleeting());
+    let whole = if marked.is_some() { palette.weak.gamma_multiply(0.6) } else { palette.residual };
+    chart = chart.curve(if marked.is_some() { "all" } else { "" }, &x, &y, (whole, &[]));
+    if let Some((x, y)) = &marked {
+        chart = chart.curve("marked", x, y, (palette.residual, PREDICTED_DASH));
+    }
+    chart.show(ui, desk.state.views.of(along), &mut fleeting());
 }

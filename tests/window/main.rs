@@ -2,7 +2,12 @@
 
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
+mod looks;
+mod readable;
+#[path = "../support/mod.rs"]
 mod support;
+mod undo;
+mod units;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -557,35 +562,6 @@ fn an_experiment_is_run_stopped_and_gone_on_with() {
     assert!(window.query_by_label_contains("invalid type: integer `1`, expected a string").is_some());
 }
 
-/// What a screen reader would announce as a control has a name, on every screen.
-#[test]
-fn every_control_has_a_name() {
-    let opened = run(Command::OpenSeal, &support::repaired());
-    let sessions = [Session::default(), demonstration(), diagnosed(), opened, trained()];
-    for (number, session) in sessions.into_iter().enumerate() {
-        for screen in Screen::ALL {
-            let window = window(session.clone(), screen, Theme::Light);
-            let unnamed = window.root().children_recursive().find(|node| {
-                let node = node.accesskit_node();
-                let is_control = matches!(
-                    node.role(),
-                    Role::Button
-                        | Role::RadioButton
-                        | Role::CheckBox
-                        | Role::Slider
-                        | Role::SpinButton
-                        | Role::TextInput
-                        | Role::ComboBox
-                );
-                is_control
-                    && node.label().is_none_or(|name| name.trim().is_empty())
-                    && node.labelled_by().next().is_none()
-            });
-            assert!(unnamed.is_none(), "session {number}, screen {}: {unnamed:?}", screen.id());
-        }
-    }
-}
-
 #[test]
 fn empty_screens_offer_a_way_on() {
     // Experiments have data of their own, so their screen is never empty.
@@ -721,79 +697,6 @@ fn a_session_is_saved_and_restored_and_survives_a_crash() {
         assert_eq!(terms(&second), before);
         assert!(second.query_by_label("Restore it").is_none());
     }
-}
-
-/// Texts that are cut off at the left or right by what holds them.
-fn cut_texts(window: &Window) -> Vec<String> {
-    fn visit(shape: &egui::Shape, clip: egui::Rect, all: &mut usize, cut: &mut Vec<String>) {
-        match shape {
-            egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| visit(shape, clip, all, cut)),
-            egui::Shape::Text(text) => {
-                *all += 1;
-                let rect = text.visual_bounding_rect();
-                let seen = clip.y_range().intersects(rect.y_range()) && rect.width() > 0.0 && clip.width() > 0.0;
-                if seen && (rect.left() < clip.left() - 1.5 || rect.right() > clip.right() + 1.5) {
-                    cut.push(text.galley.text().to_owned());
-                }
-            }
-            _ => (),
-        }
-    }
-    let (mut all, mut cut) = (0, Vec::new());
-    for clipped in &window.output().shapes {
-        visit(&clipped.shape, clipped.clip_rect, &mut all, &mut cut);
-    }
-    assert!(all > 20, "only {all} texts were drawn");
-    cut
-}
-
-/// Pairs of texts of widgets of which one is written over the other.
-fn texts_on_each_other(window: &Window) -> Vec<[String; 2]> {
-    fn visit(shape: &egui::Shape, clip: egui::Rect, texts: &mut Vec<(egui::Rect, String)>) {
-        match shape {
-            egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| visit(shape, clip, texts)),
-            egui::Shape::Text(text) => {
-                for row in text.galley.rows.iter().filter(|row| !row.text().trim().is_empty()) {
-                    let rect = row.rect_without_leading_space().translate(text.pos.to_vec2()).intersect(clip);
-                    texts.push((rect.shrink(2.0), row.text()));
-                }
-            }
-            _ => (),
-        }
-    }
-    let mut texts = Vec::new();
-    for clipped in &window.output().shapes {
-        visit(&clipped.shape, clipped.clip_rect, &mut texts);
-    }
-    let pairs =
-        texts.iter().enumerate().flat_map(|(number, one)| texts[number + 1..].iter().map(move |other| (one, other)));
-    pairs
-        .filter(|(one, other)| one.0.intersect(other.0).is_positive())
-        .map(|(one, other)| [one.1.clone(), other.1.clone()])
-        .collect()
-}
-
-/// At 1280x800 no text is cut off or written over another, neither at its usual size nor at twice that.
-#[test]
-fn no_text_is_cut_off() {
-    let opened = run(Command::OpenSeal, &support::extrapolated());
-    let sessions = [diagnosed(), opened, trained()];
-    let mut problems = Vec::new();
-    for (number, session) in sessions.into_iter().enumerate() {
-        for screen in Screen::ALL {
-            for scale in [1.0, 2.0] {
-                let mut window = window(session.clone(), screen, Theme::Light);
-                window.ctx.set_zoom_factor(scale);
-                window.run_steps(4);
-                let cut = cut_texts(&window);
-                let over = texts_on_each_other(&window);
-                if !cut.is_empty() || !over.is_empty() {
-                    problems.push(format!("session {number}, {} at {scale}: cut {cut:?}, over {over:?}", screen.id()));
-                }
-            }
-        }
-    }
-    assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
 /// Thousands of random clicks, drags, keys and drops find no panic, and there is still a recording.

@@ -1,0 +1,310 @@
+//! Every control has a name and can be reached by Tab, and every text can be read: on every screen and in every dialog, from
+//! the smallest text to the largest.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::*;
+
+/// The sizes of text between which nothing may be cut off.
+const SCALES: [f32; 3] = [0.8, 1.0, 2.0];
+
+/// Roles that a user operates.
+const CONTROLS: [Role; 7] =
+    [Role::Button, Role::RadioButton, Role::CheckBox, Role::Slider, Role::SpinButton, Role::TextInput, Role::ComboBox];
+
+/// Something that opens over a screen.
+struct Dialog {
+    name: &'static str,
+    screen: Screen,
+    open: fn(&mut Window),
+    /// Whether nothing else can be reached while it is open.
+    modal: bool,
+    /// A control that must be wholly inside the window, or can be scrolled there: the way out.
+    exit: &'static str,
+}
+
+/// Everything that opens over a screen.
+const DIALOGS: [Dialog; 9] = [
+    Dialog {
+        modal: true,
+        name: "export",
+        screen: Screen::Compare,
+        open: |window| window.key_press_modifiers(Modifiers::COMMAND, Key::E),
+        exit: "Write the file",
+    },
+    Dialog {
+        modal: true,
+        name: "palette",
+        screen: Screen::Model,
+        open: |window| window.key_press_modifiers(Modifiers::COMMAND, Key::P),
+        exit: "Next: Compare",
+    },
+    Dialog {
+        modal: true,
+        name: "key list",
+        screen: Screen::Data,
+        open: |window| window.key_press(Key::F1),
+        exit: "Close",
+    },
+    Dialog {
+        modal: false,
+        name: "arm editor",
+        screen: Screen::Data,
+        open: |window| {
+            click(window, "Simulate your own");
+            window.get_by_label("The arm: 3 links").click_accesskit();
+        },
+        exit: "Remove the last link",
+    },
+    Dialog {
+        modal: false,
+        name: "hidden effect",
+        screen: Screen::Data,
+        open: |window| click(window, "Simulate your own"),
+        exit: "Simulate",
+    },
+    Dialog {
+        modal: false,
+        name: "mystery",
+        screen: Screen::Data,
+        open: |window| {
+            click(window, "Sources");
+            window.get_by_role_and_label(Role::SpinButton, "Seed").scroll_to_me();
+        },
+        exit: "Draw a mystery",
+    },
+    Dialog {
+        modal: false,
+        name: "view",
+        screen: Screen::Compare,
+        open: |window| click(window, "View"),
+        exit: "Put them back",
+    },
+    Dialog {
+        modal: false,
+        name: "all settings of a training",
+        screen: Screen::Train,
+        open: |window| {
+            click(window, "Model and settings");
+            window.get_by_role_and_label(Role::RadioButton, "structured DeLaN").click_accesskit();
+            window.run_steps(3);
+            window.get_by_label("More settings").click_accesskit();
+        },
+        exit: "Start training",
+    },
+    Dialog {
+        modal: false,
+        name: "placed bet",
+        screen: Screen::Diagnose,
+        open: |window| window.get_by_role(Role::CheckBox).click_accesskit(),
+        exit: "Diagnose",
+    },
+];
+
+/// The window with a dialog open.
+fn opened(dialog: &Dialog, scale: f32) -> Window {
+    let mut window = window(support::demonstration(), dialog.screen, Theme::Light);
+    window.ctx.set_zoom_factor(scale);
+    window.run_steps(4);
+    (dialog.open)(&mut window);
+    window.run_steps(6);
+    window
+}
+
+/// The sessions between which screens differ.
+fn sessions() -> [Session; 5] {
+    let opened = run(Command::OpenSeal, &support::extrapolated());
+    [Session::default(), demonstration(), diagnosed(), opened, trained()]
+}
+
+/// Goes to a screen, as its button does.
+fn show(window: &mut Window, screen: Screen) {
+    window.state_mut().order(Order::Show(screen));
+    window.run_steps(5);
+}
+
+/// A control that a screen reader can't announce.
+fn unnamed(window: &Window) -> Option<String> {
+    let found = window.root().children_recursive().find(|node| {
+        let node = node.accesskit_node();
+        CONTROLS.contains(&node.role())
+            && node.label().is_none_or(|name| name.trim().is_empty())
+            && node.labelled_by().next().is_none()
+    });
+    found.map(|node| format!("{node:?}"))
+}
+
+/// What a screen reader would announce as a control has a name, on every screen and in every dialog.
+#[test]
+fn every_control_has_a_name() {
+    for (number, session) in sessions().into_iter().enumerate() {
+        let mut window = window(session, Screen::Data, Theme::Light);
+        for screen in Screen::ALL {
+            show(&mut window, screen);
+            let found = unnamed(&window);
+            assert!(found.is_none(), "session {number}, screen {}: {found:?}", screen.id());
+        }
+    }
+    for dialog in DIALOGS {
+        let found = unnamed(&opened(&dialog, 1.0));
+        assert!(found.is_none(), "{}: {found:?}", dialog.name);
+    }
+}
+
+/// Texts that are cut off at the left or right by what holds them.
+fn cut_texts(window: &Window) -> Vec<String> {
+    fn visit(shape: &egui::Shape, clip: egui::Rect, all: &mut usize, cut: &mut Vec<String>) {
+        match shape {
+            egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| visit(shape, clip, all, cut)),
+            egui::Shape::Text(text) => {
+                *all += 1;
+                let rect = text.visual_bounding_rect();
+                let seen = clip.y_range().intersects(rect.y_range()) && rect.width() > 0.0 && clip.width() > 0.0;
+                if seen && (rect.left() < clip.left() - 1.5 || rect.right() > clip.right() + 1.5) {
+                    cut.push(text.galley.text().to_owned());
+                }
+            }
+            _ => (),
+        }
+    }
+    let (mut all, mut cut) = (0, Vec::new());
+    for clipped in &window.output().shapes {
+        visit(&clipped.shape, clipped.clip_rect, &mut all, &mut cut);
+    }
+    assert!(all > 20, "only {all} texts were drawn");
+    cut
+}
+
+/// Where a row of text is seen, and what it says.
+type Row = (egui::Rect, String);
+
+/// The rows of text of the window that nothing lies over, in the order in which they are drawn.
+fn rows_of_text(window: &Window) -> Vec<Row> {
+    /// A ground of at least this area, such as that of a dialog, hides what was drawn before \[points²\].
+    const COVER: f32 = 20_000.0;
+    fn visit(shape: &egui::Shape, clip: egui::Rect, rows: &mut Vec<Row>) {
+        match shape {
+            egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| visit(shape, clip, rows)),
+            egui::Shape::Rect(ground) if ground.fill.a() > 60 => {
+                let rect = ground.rect.intersect(clip);
+                if rect.is_positive() && rect.area() > COVER {
+                    rows.retain(|(row, _)| !rect.intersects(*row));
+                }
+            }
+            egui::Shape::Text(text) => {
+                for row in text.galley.rows.iter().filter(|row| !row.text().trim().is_empty()) {
+                    let rect = row.rect_without_leading_space().translate(text.pos.to_vec2()).intersect(clip);
+                    rows.push((rect.shrink(2.0), row.text()));
+                }
+            }
+            _ => (),
+        }
+    }
+    let mut rows = Vec::new();
+    for clipped in &window.output().shapes {
+        visit(&clipped.shape, clipped.clip_rect, &mut rows);
+    }
+    rows
+}
+
+/// Pairs of texts of which one is written over the other.
+fn texts_on_each_other(window: &Window) -> Vec<[String; 2]> {
+    let rows = rows_of_text(window);
+    let pairs =
+        rows.iter().enumerate().flat_map(|(number, one)| rows[number + 1..].iter().map(move |other| (one, other)));
+    pairs
+        .filter(|(one, other)| one.0.intersect(other.0).is_positive())
+        .map(|(one, other)| [one.1.clone(), other.1.clone()])
+        .collect()
+}
+
+/// What can't be read in a window.
+fn unreadable(window: &Window) -> Option<String> {
+    let (cut, over) = (cut_texts(window), texts_on_each_other(window));
+    (!cut.is_empty() || !over.is_empty()).then(|| format!("cut {cut:?}, over {over:?}"))
+}
+
+/// At 1280x800 no text is cut off or written over another, from the smallest text to the largest.
+#[test]
+fn no_text_is_cut_off() {
+    let mut problems = Vec::new();
+    for (number, session) in sessions().into_iter().enumerate() {
+        let mut window = window(session, Screen::Data, Theme::Light);
+        for scale in SCALES {
+            window.ctx.set_zoom_factor(scale);
+            for screen in Screen::ALL {
+                show(&mut window, screen);
+                let found = unreadable(&window);
+                problems.extend(found.map(|found| format!("session {number}, {} at {scale}: {found}", screen.id())));
+            }
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// Neither is one in a dialog, and its way out is in sight or can be scrolled there.
+#[test]
+fn no_text_of_a_dialog_is_cut_off() {
+    let mut problems = Vec::new();
+    for dialog in DIALOGS {
+        for scale in SCALES {
+            let mut window = opened(&dialog, scale);
+            let found = unreadable(&window);
+            problems.extend(found.map(|found| format!("{} at {scale}: {found}", dialog.name)));
+            let Some(exit) = window.query_all_by_role_and_label(Role::Button, dialog.exit).last() else {
+                problems.push(format!("{} at {scale}: there is no “{}”", dialog.name, dialog.exit));
+                continue;
+            };
+            exit.scroll_to_me();
+            window.run_steps(4);
+            let exit = window.query_all_by_role_and_label(Role::Button, dialog.exit).last().unwrap().rect();
+            let seen = window.ctx.content_rect();
+            if !seen.contains_rect(exit) {
+                problems.push(format!("{} at {scale}: “{}” is at {exit:?} of {seen:?}", dialog.name, dialog.exit));
+            }
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// With nothing but Tab every control of a screen is reached.
+#[test]
+fn tab_reaches_every_control() {
+    let mut problems = Vec::new();
+    for session in [Session::default(), run(Command::OpenSeal, &support::extrapolated()), trained()] {
+        let mut window = window(session, Screen::Data, Theme::Dark);
+        for screen in Screen::ALL {
+            show(&mut window, screen);
+            problems.extend(missed_by_tab(&mut window, None).map(|missed| format!("{}: {missed}", screen.id())));
+        }
+    }
+    // In the palette the arrows choose, and a menu closes when the focus leaves it.
+    for dialog in DIALOGS.into_iter().filter(|dialog| !["palette", "view"].contains(&dialog.name)) {
+        let mut window = opened(&dialog, 1.0);
+        let missed = missed_by_tab(&mut window, dialog.modal.then_some(dialog.exit));
+        problems.extend(missed.map(|missed| format!("{}: {missed}", dialog.name)));
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+/// The controls that a full round of Tab does not reach; of all, or of those with a name.
+fn missed_by_tab(window: &mut Window, name: Option<&str>) -> Option<String> {
+    let controls: BTreeMap<String, String> = window
+        .root()
+        .children_recursive()
+        .map(|node| node.accesskit_node())
+        .filter(|node| CONTROLS.contains(&node.role()) && !node.is_disabled())
+        .filter(|node| name.is_none() || node.label().as_deref() == name)
+        .map(|node| (format!("{:?}", node.id()), format!("{:?} {:?}", node.role(), node.label())))
+        .collect();
+    let mut reached = BTreeSet::new();
+    // There are texts and plots that take the focus, too.
+    for _ in 0..2 * controls.len() + 60 {
+        window.key_press(Key::Tab);
+        window.step();
+        let focused = window.root().children_recursive().find(|node| node.is_focused());
+        reached.extend(focused.map(|node| format!("{:?}", node.accesskit_node().id())));
+    }
+    let missed: Vec<&String> = controls.iter().filter(|(id, _)| !reached.contains(*id)).map(|(_, name)| name).collect();
+    (!missed.is_empty()).then(|| format!("{missed:?}"))
+}

@@ -1,0 +1,137 @@
+//! Whatever changes the session is taken back and done again: by the bar, by keys and by name, on every screen.
+
+use torquescope::model::Preset;
+use torquescope::model::learned::LearnedPreset;
+use torquescope::recording::read::ReadOptions;
+use torquescope::session::TermEdit;
+use torquescope::simulation::extrapolation::Stretch;
+
+use super::*;
+
+/// A way to undo and redo.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    Bar,
+    Keys,
+    Palette,
+}
+
+const WAYS: [Way; 3] = [Way::Bar, Way::Keys, Way::Palette];
+
+/// Takes the last change back, or does it again.
+fn travel(window: &mut Window, way: Way, back: bool) {
+    match way {
+        Way::Bar => click(window, if back { "Undo" } else { "Redo" }),
+        Way::Keys => window.key_press_modifiers(Modifiers::COMMAND, if back { Key::Z } else { Key::Y }),
+        Way::Palette => {
+            window.key_press_modifiers(Modifiers::COMMAND, Key::P);
+            window.run_steps(3);
+            window.event(egui::Event::Text(if back { "undo" } else { "redo" }.to_owned()));
+            window.run_steps(3);
+            window.key_press(Key::Enter);
+        }
+    }
+    settle(window);
+}
+
+/// What of a session a user sees: which recording, models, answers and settings.
+fn seen(window: &Window) -> String {
+    let session = window.state().session();
+    let address = |part: Option<usize>| part.unwrap_or(0);
+    let steps: Vec<usize> = session.ladder.iter().map(|step| Arc::as_ptr(step) as usize).collect();
+    let parts = [
+        session.recording.as_ref().map(|part| Arc::as_ptr(part) as usize),
+        session.report.as_ref().map(|part| Arc::as_ptr(part) as usize),
+        session.sweep.as_ref().map(|part| Arc::as_ptr(part) as usize),
+        session.truth.as_ref().map(|part| Arc::as_ptr(part) as usize),
+    ];
+    let terms: Vec<String> = session.set_aside.iter().map(torquescope::model::Term::label).collect();
+    let (runs, preset, plan, split) = (session.runs.len(), session.preset, &session.plan, &session.split);
+    format!("{steps:?} {:?} {terms:?} {runs} {preset:?} {plan:?} {split:?}", parts.map(address))
+}
+
+/// A session, and every command that changes it; a new command is a new line in the match.
+fn commands(folder: &Path) -> Vec<(Session, Command)> {
+    let (csv, saved) = (folder.join("swing.csv"), folder.join("saved.torquescope"));
+    std::fs::write(&csv, swing()).unwrap();
+    let mut writer = window(diagnosed(), Screen::Data, Theme::Dark);
+    writer.state_mut().order(Order::Save(saved.clone()));
+    settle(&mut writer);
+    let stopped = trained().current().unwrap().run.clone().unwrap();
+    let other = run(Command::ChoosePreset(Preset::RigidBody), &trained());
+    let switched_off = run(Command::EditTerms(TermEdit::SwitchOff(1)), &support::repaired());
+    let steps = support::repaired().ladder;
+    let plan = || Box::new(short_plan(2));
+    let all = vec![
+        (demonstration(), Command::Open { paths: vec![csv], options: ReadOptions::default(), held_out: Vec::new() }),
+        (demonstration(), Command::Restore { path: saved }),
+        (diagnosed(), Command::Simulate(Box::new(Scenario { seed: 5, ..Scenario::embedded() }))),
+        (diagnosed(), Command::ChoosePreset(Preset::StatedArm)),
+        (small(), Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan: plan() }),
+        (trained(), Command::Train { plan: plan(), warm: false }),
+        (other.clone(), Command::Resume(stopped)),
+        (other, Command::UseRun { run: 0 }),
+        (
+            diagnosed(),
+            Command::UseModel { model: steps[1].fitted.model.clone(), title: "that of somebody else".to_owned() },
+        ),
+        (demonstration(), Command::Diagnose),
+        (diagnosed(), Command::AddEffect { effect: "viscous-friction".to_owned(), joints: vec![0] }),
+        (support::repaired(), Command::EditTerms(TermEdit::SwitchOff(1))),
+        (support::repaired(), Command::EditTerms(TermEdit::Remove(1))),
+        (support::repaired(), Command::EditTerms(TermEdit::Move { from: 1, to: 2 })),
+        (switched_off.clone(), Command::EditTerms(TermEdit::SwitchOn(0))),
+        (switched_off, Command::EditTerms(TermEdit::Forget(0))),
+        (support::repaired(), Command::Extrapolate { steps, stretch: Stretch::Speed }),
+        (support::repaired(), Command::GoTo { step: 0 }),
+        (support::repaired(), Command::OpenSeal),
+    ];
+    for (_, command) in &all {
+        match command {
+            Command::Open { .. } | Command::Restore { .. } | Command::Simulate(_) | Command::ChoosePreset(_) => (),
+            Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) | Command::UseRun { .. } => (),
+            Command::UseModel { .. } | Command::Diagnose | Command::AddEffect { .. } | Command::EditTerms(_) => (),
+            Command::Extrapolate { .. } | Command::GoTo { .. } | Command::OpenSeal => (),
+        }
+    }
+    all
+}
+
+#[test]
+fn every_command_is_undone_and_redone() {
+    let folder = tempfile::tempdir().unwrap();
+    for (number, (session, command)) in commands(folder.path()).into_iter().enumerate() {
+        let mut window = window(session, Screen::ALL[number % Screen::ALL.len()], Theme::Dark);
+        let title = command.title();
+        let before = seen(&window);
+        window.state_mut().order(Order::run(command));
+        settle(&mut window);
+        let after = seen(&window);
+        assert_ne!(before, after, "{title} changes something");
+        travel(&mut window, WAYS[number % 3], true);
+        assert_eq!(seen(&window), before, "{title} is undone");
+        travel(&mut window, WAYS[(number + 1) % 3], false);
+        assert_eq!(seen(&window), after, "{title} is done again");
+    }
+}
+
+#[test]
+fn every_screen_has_every_way_to_undo_and_redo() {
+    let mut window = window(support::repaired(), Screen::Data, Theme::Light);
+    for screen in Screen::ALL {
+        window.state_mut().order(Order::Show(screen));
+        settle(&mut window);
+        for way in WAYS {
+            window.state_mut().order(Order::run(Command::GoTo { step: 0 }));
+            settle(&mut window);
+            let ladder = |window: &Window| window.state().session().ladder.len();
+            assert_eq!(ladder(&window), 1);
+            travel(&mut window, way, true);
+            assert_eq!(ladder(&window), 2, "{way:?} undoes on {}", screen.id());
+            travel(&mut window, way, false);
+            assert_eq!(ladder(&window), 1, "{way:?} does it again on {}", screen.id());
+            travel(&mut window, way, true);
+            assert_eq!(window.state().screen(), screen, "one stays where one is");
+        }
+    }
+}
