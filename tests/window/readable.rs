@@ -112,9 +112,25 @@ fn opened(dialog: &Dialog, scale: f32) -> Window {
 }
 
 /// The sessions between which screens differ.
-fn sessions() -> [Session; 5] {
+fn sessions() -> [Session; 6] {
     let opened = run(Command::OpenSeal, &support::extrapolated());
-    [Session::default(), demonstration(), diagnosed(), opened, trained()]
+    [Session::default(), demonstration(), diagnosed(), wordy(), opened, trained()]
+}
+
+/// A diagnosis with much to say: several effects, each with others that are like it, and long advice.
+fn wordy() -> Session {
+    let session = diagnosed();
+    let mut report = session.report.as_deref().unwrap().clone();
+    for id in ["viscous-friction", "asymmetric-friction", "position-friction"] {
+        let mut effect = report.effects[0].clone();
+        (effect.effect, effect.alternatives) = (id.to_owned(), vec!["bouc-wen-hysteresis".to_owned(); 5]);
+        report.effects.push(effect);
+    }
+    report.verdict = torquescope::diagnosis::Verdict::Ambiguous;
+    report.advice += &" Record the same motion 2.5 times as fast, which tells them apart.".repeat(5);
+    report.advice +=
+        &" Not known: rotor inertia on joint 1 can't be told from the base parameters: state the arm.".repeat(9);
+    Session { report: Some(Arc::new(report)), ..session }
 }
 
 /// Goes to a screen, as its button does.

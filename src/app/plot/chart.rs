@@ -481,7 +481,9 @@ impl<'a> Chart<'a> {
         let y_ticks = if self.logarithmic {
             ticks::logarithmic(place.y_range, count)
         } else {
-            let ticks = ticks::linear(place.y_range, count);
+            // One number alone is no scale.
+            let few = ticks::linear(place.y_range, count);
+            let ticks = if few.len() > 1 { few } else { ticks::linear(place.y_range, 2 * count) };
             ticks.iter().copied().zip(ticks::labels(&ticks)).collect()
         };
         for (tick, text) in y_ticks {

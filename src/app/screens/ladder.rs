@@ -16,8 +16,11 @@ use crate::recording::Recording;
 use crate::recording::seal::{HiddenEffect, Truth};
 use crate::session::{Command, Session};
 
+/// Least height of the bars \[points\].
+const LEAST_BARS: f32 = 170.0;
+
 const PANELS: Part = Part::Stack(&[
-    (2.2, Part::Panel("Steps", ladder)),
+    (2.8, Part::Panel("Steps", ladder)),
     (1.0, Part::Beside(&[(1.0, Part::Panel("What was found", found)), (1.0, Part::Panel("The truth", seal))])),
 ]);
 
@@ -28,7 +31,10 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
 
 fn ladder(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else { return };
-    widgets::card(ui, "Held-out error by step (nMSE, logarithmic)", |ui| bars(ui, desk, &recording));
+    // The table below stays in sight as far as that leaves something of the bars.
+    let table = 110.0 + 32.0 * (desk.session.ladder.len() + 2) as f32;
+    let height = (ui.available_height() - table - 50.0).clamp(LEAST_BARS, 300.0);
+    widgets::card(ui, "Held-out error by step (nMSE, logarithmic)", |ui| bars(ui, desk, &recording, height));
     steps(ui, desk, &recording);
 }
 
@@ -93,10 +99,10 @@ fn panel(session: &Session, errors: &[Vec<f64>], floor: Option<&[f64]>, recordin
 
 /// For every step a group of bars, one for each joint, down from 100 % on a logarithmic axis; a line marks the noise floor. A
 /// click on a group goes back to its step.
-fn bars(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+fn bars(ui: &mut Ui, desk: &mut Desk, recording: &Recording, height: f32) {
     let palette = Palette::in_ui(ui);
     let session = desk.session;
-    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 230.0), Sense::click());
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::click());
     response.widget_info(|| {
         WidgetInfo::labeled(egui::Role::GraphicsObject, true, "bars of held-out error by step and joint")
     });

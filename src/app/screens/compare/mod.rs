@@ -84,7 +84,7 @@ fn torques(ui: &mut Ui, desk: &mut Desk) {
     let overlaid = overlay::chosen(desk, &step);
     let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
     let last_extra = 31.0;
-    let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 380.0);
+    let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 640.0);
     for joint in 0..joints {
         let unit = recording.joints[joint].kind.units()[3];
         let name = &recording.joints[joint].name;

@@ -2,7 +2,7 @@
 
 mod bet;
 
-use egui::{Align, Layout, RichText, Ui, WidgetText};
+use egui::{Align, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
 use super::Screen;
 use super::residuals::Quantity;
@@ -16,6 +16,9 @@ use crate::effect::{self, Scope, Spec, registry};
 use crate::model::Parameter;
 use crate::recording::{Recording, joints_text};
 use crate::session::Command;
+
+/// How a sentence of the advice begins that tells what can't be judged.
+const NOT_KNOWN: &str = "Not known: ";
 
 const PANELS: Part =
     Part::Beside(&[(2.1, Part::Panel("Evidence", evidence)), (1.0, Part::Panel("Candidates", ranking))]);
@@ -62,8 +65,26 @@ fn evidence(ui: &mut Ui, desk: &mut Desk) {
 
 fn ranking(ui: &mut Ui, desk: &mut Desk) {
     let Some(report) = desk.session.report.clone() else { return };
-    widgets::card(ui, "What to do", |ui| ui.label(&report.advice));
+    widgets::card(ui, "What to do", |ui| advice(ui, &report.advice));
     candidates(ui, desk, &report);
+}
+
+/// The advice, a line for each sentence; what can't be judged at all is told to those who ask.
+fn advice(ui: &mut Ui, text: &str) {
+    let sentences = || text.split_inclusive(". ").map(str::trim);
+    let is_open = |sentence: &&str| !sentence.starts_with(NOT_KNOWN);
+    for sentence in sentences().filter(is_open) {
+        ui.label(sentence);
+    }
+    let unknown: Vec<&str> = sentences().filter_map(|sentence| sentence.strip_prefix(NOT_KNOWN)).collect();
+    if !unknown.is_empty() {
+        let title = format!("What these data can't answer ({})", unknown.len());
+        CollapsingHeader::new(title).id_salt("not known").show(ui, |ui| {
+            for reason in unknown {
+                widgets::weak(ui, widgets::sentence_case(reason));
+            }
+        });
+    }
 }
 
 /// The verdict as one sentence.
@@ -88,7 +109,7 @@ fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
             )
         }
     };
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label(RichText::new(text).size(crate::app::theme::HEADLINE).color(palette.text));
         widgets::chip(ui, word, color);
     });
@@ -161,7 +182,9 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
             });
         });
         if !effect.alternatives.is_empty() {
-            let text = format!("These data can hardly tell it from {}.", effect.alternatives.join(", "));
+            let name = |id: &String| spec(id).map_or(id.clone(), |spec| spec.name.to_owned());
+            let others: Vec<String> = effect.alternatives.iter().map(name).collect();
+            let text = format!("These data can hardly tell it from {}.", others.join(", "));
             ui.label(RichText::new(text).color(palette.warning));
         }
         ui.horizontal_wrapped(|ui| {
@@ -271,8 +294,10 @@ pub(super) fn parameter_row(parameter: &Parameter) -> [WidgetText; 5] {
         Some([low, high]) => format!("{} … {}", ticks::number(low), ticks::number(high)),
         None => "not shown by the data".to_owned(),
     };
+    let name = parameter.name.replace('_', " ");
+    let name = if name == parameter.symbol { name } else { format!("{}  ({name})", parameter.symbol) };
     [
-        format!("{}  ({})", parameter.symbol, parameter.name.replace('_', " ")).into(),
+        name.into(),
         parameter.joint.map_or("arm".to_owned(), |joint| (joint + 1).to_string()).into(),
         ticks::number(parameter.value).into(),
         interval.into(),

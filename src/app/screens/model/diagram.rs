@@ -85,7 +85,8 @@ impl Drawing {
     fn panel(&self) -> Panel {
         let Vec2 { x: width, y: height } = self.size;
         let point = |at: Pos2| [f64::from(at.x), f64::from(height - at.y)];
-        let axis = |size: f32| Axis::default().range([0.0, f64::from(size)]);
+        // The edges of boxes at the border have a width, too.
+        let axis = |size: f32| Axis::default().range([-2.0, f64::from(size) + 2.0]);
         let aspect = f64::from(height / width);
         let mut panel = Panel::new("structure of the model", [axis(width), axis(height)]).aspect(aspect).bare();
         panel.marks.extend(self.wires.iter().map(|ends| Mark::Arrow { ends: ends.map(point), ink: Ink::Text }));
@@ -101,7 +102,7 @@ impl Drawing {
             }));
         }
         let around = (0..=48).map(|n| Vec2::angled(std::f32::consts::TAU * n as f32 / 48.0) * SUM);
-        panel.marks.push(Mark::path("", around.map(|way| point(self.sum + way)).collect(), Ink::Text));
+        panel.marks.push(Mark::path("", around.map(|way| point(self.sum + way)).collect(), Ink::Measured));
         let (at, room) = (point(self.sum), f64::from(SUM));
         panel.marks.push(Mark::Word { text: "+".to_owned(), at, room, ink: Ink::Text });
         panel

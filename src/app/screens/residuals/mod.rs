@@ -59,7 +59,7 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
             desk.state.looking.brush = None;
         }
         if !narrow {
-            let text = "Drag in a view to mark a region: it is lit in all others. Line: mean, band: ± one deviation.";
+            let text = "Drag in a view to mark a region: others light it, spectra follow it. Line: mean, band: ± one deviation.";
             ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
         }
     });

@@ -23,7 +23,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk, recording: &Recording, table: &Table, 
             let place = table.place(*row);
             let run = &recording.trajectories[place.trajectory];
             let value = ticks::short((100.0 * table.column(Quantity::Residual)[*row]).round() / 100.0);
-            let text = format!("{}.  {}, {:.2} s:  {value}", number + 1, run.name, run.time[place.sample]);
+            let text = format!("{}.  {value}  at {:.2} s, {}", number + 1, run.time[place.sample], run.name);
             let here = current == Some(*row);
             let button = ui.add(egui::Button::selectable(here, RichText::new(&text).size(SMALL + 0.5)).truncate());
             let spoken = format!("worst moment {}", number + 1);
