@@ -40,6 +40,9 @@ pub fn check(search: &Search, group: usize) -> Result<(), String> {
     if !is_physical(search, &after, group) {
         return Err("its best parameters have the wrong sign".to_owned());
     }
+    if let Some(other) = leaves_it(search, &after, group) {
+        return Err(format!("it is no more than what the formula of {other} leaves"));
+    }
     let confirmed: f64 = block_gains(search, before, &after).iter().sum();
     if confirmed < CONFIRMED * gain {
         return Err("blocks that were left out do not confirm it".to_owned());
@@ -51,6 +54,22 @@ pub fn check(search: &Search, group: usize) -> Result<(), String> {
     }
     // Slow motion alone hardly identifies the body of a large arm; what nearly every joint has needs no such proof.
     if is_everyday { Ok(()) } else { extrapolates(search, before, &after, gain) }
+}
+
+/// The effect of the set whose formula is only so exact that it leaves the group.
+pub fn leaves_it(search: &Search, set: &[usize], group: usize) -> Option<&'static str> {
+    let groups = &search.library.groups;
+    let solution = search.solve(set);
+    let factors = |group: usize| {
+        let offset = offset_of(search, set, group)?;
+        Some(&solution.factors.as_slice()[offset..offset + groups[group].columns.len()])
+    };
+    let (effect, own) = (registry::find(groups[group].spec.id).ok()?, factors(group)?);
+    let leaves = |&&other: &&usize| {
+        let is_beside = other != group && groups[other].joint == groups[group].joint;
+        is_beside && factors(other).is_some_and(|others| effect.is_left_by(own, groups[other].spec.id, others))
+    };
+    set.iter().find(leaves).map(|&other| groups[other].spec.name)
 }
 
 /// Whether the linear parameters of the group lie within their bounds.

@@ -33,6 +33,8 @@ const COARSE: usize = 6;
 const SHAPE_ROUNDS: usize = 2;
 /// A joint must weigh less than this share of its weight before the set is doubted.
 const LIGHTER: f64 = 0.8;
+/// How many refused effects are tried in pairs, and how many pairs of them.
+const PAIRED: usize = 8;
 /// How many effects have their shape refined before the best is taken.
 const SHORT_LIST: usize = 4;
 
@@ -185,9 +187,14 @@ impl<'a> Search<'a> {
             refused.clear();
             for step in 0..MOST_EFFECTS {
                 monitor.report(0.45 + 0.1 * round as f32 + 0.004 * step as f32, "searching for missing effects")?;
-                let Some(group) = self.next_best(&mut refused)? else { break };
-                self.active = self.with(group);
-                if self.library.groups[group].term().depends_on_load() {
+                let found = self.next_best(&mut refused)?.map_or_else(|| self.best_pair(&refused), |group| vec![group]);
+                if found.is_empty() {
+                    break;
+                }
+                for &group in &found {
+                    self.active = self.with(group);
+                }
+                if found.iter().any(|&group| self.library.groups[group].term().depends_on_load()) {
                     // Each time the error of the load shrinks by the strength of the effect.
                     for _ in 0..LOAD_ROUNDS {
                         self.reload()?;
@@ -375,6 +382,40 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Two refused candidates that pass all gates beside each other: where two strong effects are missing, each may hide the
+    /// other's part in too many blocks to be confirmed alone. Empty if there are none.
+    fn best_pair(&mut self, refused: &[(usize, String)]) -> Vec<usize> {
+        let before = self.active.clone();
+        let now = self.priced_cost(&before);
+        let is_new = |group: &usize| self.with(*group).len() == before.len() + 1;
+        let candidates: Vec<usize> = refused.iter().map(|(group, _)| *group).filter(is_new).take(PAIRED).collect();
+        let with = |added: &[usize]| before.iter().chain(added).copied().collect::<Vec<usize>>();
+        let groups = &self.library.groups;
+        let are_two = |&[first, second]: &[usize; 2]| {
+            let (first, second) = (&groups[first], &groups[second]);
+            !first.includes(second) && !second.includes(first) && !first.is_another_form_of(second)
+        };
+        let mut pairs: Vec<([usize; 2], f64)> = candidates
+            .iter()
+            .enumerate()
+            .flat_map(|(number, &first)| candidates[number + 1..].iter().map(move |&second| [first, second]))
+            .filter(are_two)
+            .map(|both| (both, self.priced_cost(&with(&both))))
+            .filter(|(_, cost)| *cost < now)
+            .collect();
+        pairs.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let passes = |search: &mut Search, [first, second]: [usize; 2]| {
+            let pass = [[first, second], [second, first]].into_iter().all(|[there, added]| {
+                search.active = with(&[there]);
+                gates::check(search, added).is_ok()
+            });
+            search.active.clone_from(&before);
+            pass && gates::is_confirmed(search, &before, &with(&[first, second]))
+        };
+        let best = pairs.into_iter().take(PAIRED).map(|(both, _)| both).find(|&both| passes(self, both));
+        best.map_or(Vec::new(), Vec::from)
+    }
+
     /// The best of the most promising effects, each with its shape refined: at its start value a shape may do badly.
     fn best_when_refined(&mut self, mut scored: Vec<(usize, f64)>) -> Result<Option<usize>, ModelError> {
         scored.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -452,11 +493,14 @@ impl<'a> Search<'a> {
         Ok((least < start).then_some(shape))
     }
 
-    /// Takes out what is no longer worth its price, the weakest first.
+    /// Takes out what is no longer worth its price, or what another effect's formula leaves, the weakest first.
     fn prune(&mut self) {
         loop {
             let now = self.cost(&self.active);
             let margin = |&group: &usize| {
+                if gates::leaves_it(self, &self.active, group).is_some() {
+                    return (group, f64::NEG_INFINITY);
+                }
                 let without: Vec<usize> = self.active.iter().copied().filter(|&other| other != group).collect();
                 (group, self.cost(&without) - now - MARGIN * self.price_of(group))
             };

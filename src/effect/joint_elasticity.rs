@@ -38,6 +38,11 @@ impl Effect for JointElasticity {
         true
     }
 
+    /// A lag T is a delay or a filter of first order, which differ by T² / 2 of the second derivative; sampling adds to that.
+    fn is_left_by(&self, own: &[f64], other: &str, others: &[f64]) -> bool {
+        other == "actuator-lag" && own[0] < others[0].powi(2)
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
         let (load, time) = (&motion.load(&SPEC)?.torque[joint], &motion.trajectory.time);
         let curvature = central_difference(&central_difference(load, time), time);
@@ -50,6 +55,13 @@ mod tests {
     use super::*;
 
     /// The load of the sample is a parabola in time with the second derivative 80 N m/s².
+    #[test]
+    fn a_little_of_it_is_what_a_lag_leaves() {
+        assert!(JointElasticity.is_left_by(&[3e-4], "actuator-lag", &[0.02]));
+        assert!(!JointElasticity.is_left_by(&[5e-4], "actuator-lag", &[0.02]));
+        assert!(!JointElasticity.is_left_by(&[3e-4], "torque-gain", &[0.02]));
+    }
+
     #[test]
     fn is_its_formula() {
         let sample = testing::Sample::new();

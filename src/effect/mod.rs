@@ -116,6 +116,11 @@ pub trait Effect: Send + Sync {
         false
     }
 
+    /// Whether it, with these linear parameters, is no more than what the formula of another effect on the same joint leaves.
+    fn is_left_by(&self, _own: &[f64], _other: &str, _others: &[f64]) -> bool {
+        false
+    }
+
     /// The fault of the torque readings that it is, if it is one. The readings show it by themselves, so it is found there
     /// and has no columns.
     fn fault(&self) -> Option<FaultKind> {
