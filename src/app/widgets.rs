@@ -1,6 +1,6 @@
 //! Small parts that all screens are made of.
 
-use egui::{Align, Button, Color32, Frame, Layout, Margin, Response, RichText, Stroke, Ui, WidgetText};
+use egui::{Align, Button, Color32, Frame, Layout, Margin, ProgressBar, Response, RichText, Stroke, Ui, WidgetText};
 
 use super::theme::{CHIP, GAP, HEADLINE, Palette, RADIUS, SMALL, TITLE};
 
@@ -39,6 +39,12 @@ pub fn primary(ui: &mut Ui, enabled: bool, text: &str) -> Response {
     let palette = Palette::in_ui(ui);
     let button = Button::new(RichText::new(text).color(palette.on_accent)).fill(palette.accent).stroke(Stroke::NONE);
     ui.add_enabled(enabled, button)
+}
+
+/// How far something is.
+pub fn progress(ui: &mut Ui, share: f32, width: f32) {
+    let bar = ProgressBar::new(share).desired_width(width).desired_height(8.0).fill(Palette::in_ui(ui).accent);
+    ui.add(bar);
 }
 
 /// Text of less weight.

@@ -69,7 +69,7 @@ fn charts_of_the_same_quantity_are_linked() {
     assert_eq!(velocity(&mut window), whole);
 
     // Frequencies of the torque and of what is left of it.
-    zoom(&mut window, "power of the residual over frequency, logarithmic", 8.0);
+    zoom(&mut window, "residual power by frequency", 8.0);
     zoom(&mut window, "residual against position [N m]", 4.0);
     let near = position(&mut window);
     let power = "joint 1: power of τ, logarithmic";
@@ -100,11 +100,7 @@ fn mark(window: &mut Window, plot: &str, from: [f32; 2], to: [f32; 2]) {
 #[test]
 fn spectra_follow_the_marked_region() {
     let mut window = window(demonstration(), Screen::Residuals, Theme::Light);
-    let titles = [
-        "power of the residual over frequency, logarithmic",
-        "amplitude by order of position",
-        "autocorrelation of the residual",
-    ];
+    let titles = ["residual power by frequency", "residual amplitude by order", "residual autocorrelation"];
     let whole = titles.map(|title| series(&mut window, title, ""));
     assert!(whole.iter().all(|curve| curve.len() > 10));
     mark(&mut window, "residual against time [N m]", [0.3, 0.1], [0.6, 0.8]);

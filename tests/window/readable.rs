@@ -78,7 +78,7 @@ const DIALOGS: [Dialog; 9] = [
         name: "view",
         screen: Screen::Compare,
         open: |window| click(window, "View"),
-        exit: "Put them back",
+        exit: "Keyboard shortcuts (F1)",
     },
     Dialog {
         modal: false,

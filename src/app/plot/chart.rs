@@ -24,6 +24,8 @@ const TOP: f32 = 20.0;
 const TICKS: f32 = 16.0;
 /// Height of the axis label below the ticks \[points\].
 const LABEL: f32 = 15.0;
+/// Numbers of the vertical axis are at least so far from each other \[points\].
+const LEAST_BETWEEN_TICKS: f32 = 13.0;
 /// The part of the whole that stays in view at the deepest zoom.
 const DEEPEST_ZOOM: f64 = 1e-5;
 
@@ -481,9 +483,7 @@ impl<'a> Chart<'a> {
         let y_ticks = if self.logarithmic {
             ticks::logarithmic(place.y_range, count)
         } else {
-            // One number alone is no scale.
-            let few = ticks::linear(place.y_range, count);
-            let ticks = if few.len() > 1 { few } else { ticks::linear(place.y_range, 2 * count) };
+            let ticks = readable_ticks(place.y_range, count, plot.height());
             ticks.iter().copied().zip(ticks::labels(&ticks)).collect()
         };
         for (tick, text) in y_ticks {
@@ -566,6 +566,19 @@ impl<'a> Chart<'a> {
             right = left - 12.0;
         }
     }
+}
+
+/// Numbers of a vertical axis: more than one, since one alone is no scale, and none on another.
+fn readable_ticks(range: [f64; 2], count: usize, height: f32) -> Vec<f64> {
+    let few = ticks::linear(range, count);
+    if few.len() > 1 {
+        return few;
+    }
+    let many = ticks::linear(range, 2 * count);
+    let [first, second, ..] = many.as_slice() else { return few };
+    let step = second - first;
+    let every = (f64::from(LEAST_BETWEEN_TICKS / height) * (range[1] - range[0]) / step).ceil().max(1.0);
+    many.into_iter().filter(|tick| ((tick / step).round() % every) == 0.0).collect()
 }
 
 /// `torque [N m]`.

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::{
-    Align, Button, Checkbox, Color32, ComboBox, DragValue, Layout, ProgressBar, RadioButton, RichText, Slider, Ui,
-};
+use egui::{Align, Button, Checkbox, Color32, ComboBox, DragValue, Layout, RadioButton, RichText, Slider, Ui};
 
 use crate::app::dock::{self, Part};
 use crate::app::plot::{Along, Chart, Decimator, ticks};
@@ -100,7 +98,7 @@ fn running(ui: &mut Ui, desk: &mut Desk, busy: &Busy, epochs: &[Epoch]) {
         _ => "Training…",
     };
     widgets::card(ui, title, |ui| {
-        ui.add(ProgressBar::new(busy.progress.fraction).desired_height(8.0));
+        widgets::progress(ui, busy.progress.fraction, ui.available_width());
         ui.horizontal_wrapped(|ui| {
             let Some(last) = epochs.last() else {
                 widgets::weak(ui, "The first epoch is on its way.");
@@ -144,11 +142,13 @@ fn plan_ahead(ui: &mut Ui, desk: &mut Desk) {
             widgets::weak(ui, "It can't be drawn with these settings.");
             return;
         }
+        let steps = batches(desk.session, options);
         let text = format!(
-            "{} epochs with {} steps of {} samples each. Start at the right: loss and held-out error appear above the \
+            "{} epochs with {} step{} of {} samples each. Start at the right: loss and held-out error appear above the \
              schedule, and the present step is marked on it.",
             thousands_of(options.epochs),
-            thousands_of(batches(desk.session, options)),
+            thousands_of(steps),
+            if steps == 1 { "" } else { "s" },
             options.batch
         );
         widgets::weak(ui, text);

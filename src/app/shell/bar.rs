@@ -1,7 +1,7 @@
 //! The two bars at the top: the tools, and the way through the screens with the highlighted next step.
 
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Align, Button, Color32, Layout, PopupCloseBehavior, RichText, Stroke, Ui, WidgetInfo};
+use egui::{Align, Button, Color32, Layout, PopupCloseBehavior, RichText, ScrollArea, Stroke, Ui, WidgetInfo};
 
 use super::is_narrow;
 use super::keys;
@@ -31,7 +31,11 @@ pub fn tools(ui: &mut Ui, desk: &mut Desk) {
         step_button(ui, desk, "Redo", &redo, &keys::REDO, Order::Redo);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
-            let menu = MenuButton::new("View").config(stays).ui(ui, |ui| view(ui, desk));
+            let menu = MenuButton::new("View").config(stays).ui(ui, |ui| {
+                let height = ui.ctx().content_rect().height() - 60.0;
+                let scroll = ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+                scroll.show(ui, |ui| view(ui, desk));
+            });
             menu.0.on_hover_text("Panels, theme, contrast, size of text");
             let all = format!("Find any command by its name ({})", keys::text(ui, &keys::PALETTE));
             if ui.button("Commands").on_hover_text(all).clicked() {

@@ -1,11 +1,12 @@
 //! The bar at the bottom: what is loaded, which model, its error, and what is at work.
 
-use egui::{Align, Button, Label, Layout, ProgressBar, RichText, Ui};
+use egui::{Align, Button, Label, Layout, RichText, Ui};
 
 use super::{is_narrow, thousands};
 use crate::app::plot::ticks::percent;
 use crate::app::state::{Busy, Desk, Order};
 use crate::app::theme::{Palette, SMALL};
+use crate::app::widgets;
 use crate::model::Term;
 
 pub fn show(ui: &mut Ui, desk: &mut Desk) {
@@ -46,7 +47,7 @@ fn at_work(ui: &mut Ui, orders: &mut Vec<Order>, busy: &Busy) {
         if ui.add(Button::new("Stop").small()).on_hover_text("Stop this; nothing is changed (Esc)").clicked() {
             orders.push(Order::Stop);
         }
-        ui.add(ProgressBar::new(progress.fraction).desired_width(160.0).desired_height(8.0));
+        widgets::progress(ui, progress.fraction, 160.0);
         let name = if *paused { format!("paused: {name}") } else { name.clone() };
         let activity = if progress.activity.is_empty() { name } else { format!("{name}: {}", progress.activity) };
         ui.add(Label::new(RichText::new(activity).size(SMALL).color(palette.text)).truncate());

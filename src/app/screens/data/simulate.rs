@@ -73,30 +73,32 @@ fn arm(ui: &mut Ui, wish: &mut Wish) {
     let count = wish.arm.joint_count();
     let header = CollapsingHeader::new(format!("The arm: {count} link{}", if count == 1 { "" } else { "s" }));
     header.id_salt("arm editor").show(ui, |ui| {
-        ui.spacing_mut().button_padding.x = 4.0;
-        ui.spacing_mut().interact_size.x = 30.0;
-        Grid::new("arm editor").spacing([6.0, 4.0]).show(ui, |ui| {
-            for title in ["", "mass\nkg", "length\nm", "centre\nm", "inertia\nkg m²"] {
-                ui.label(RichText::new(title).size(SMALL).color(Palette::in_ui(ui).weak));
-            }
-            ui.end_row();
-            for (number, link) in wish.arm.links.iter_mut().enumerate() {
-                ui.label((number + 1).to_string());
-                let fields = [
-                    ("mass", &mut link.mass, 0.01..=1000.0),
-                    ("length", &mut link.length, 0.01..=100.0),
-                    ("centre of mass", &mut link.com, -100.0..=100.0),
-                    ("inertia", &mut link.inertia, 0.0..=1000.0),
-                ];
-                for (name, value, range) in fields {
-                    let now = *value;
-                    let field =
-                        ui.add(DragValue::new(value).speed(0.01 * now.abs().max(0.01)).range(range).max_decimals(4));
-                    let spoken = format!("{name} of link {}", number + 1);
-                    field.widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, true, &spoken));
+        ui.scope(|ui| {
+            ui.spacing_mut().button_padding.x = 4.0;
+            ui.spacing_mut().interact_size.x = 30.0;
+            Grid::new("arm editor").spacing([6.0, 4.0]).show(ui, |ui| {
+                for title in ["", "mass\nkg", "length\nm", "centre\nm", "inertia\nkg m²"] {
+                    ui.label(RichText::new(title).size(SMALL).color(Palette::in_ui(ui).weak));
                 }
                 ui.end_row();
-            }
+                for (number, link) in wish.arm.links.iter_mut().enumerate() {
+                    ui.label((number + 1).to_string());
+                    let fields = [
+                        ("mass", &mut link.mass, 0.01..=1000.0),
+                        ("length", &mut link.length, 0.01..=100.0),
+                        ("centre of mass", &mut link.com, -100.0..=100.0),
+                        ("inertia", &mut link.inertia, 0.0..=1000.0),
+                    ];
+                    for (name, value, range) in fields {
+                        let now = *value;
+                        let field = ui
+                            .add(DragValue::new(value).speed(0.01 * now.abs().max(0.01)).range(range).max_decimals(4));
+                        let spoken = format!("{name} of link {}", number + 1);
+                        field.widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, true, &spoken));
+                    }
+                    ui.end_row();
+                }
+            });
         });
         ui.horizontal(|ui| {
             if ui.add_enabled(count < MOST_JOINTS, Button::new("Add a link").small()).clicked() {

@@ -4,7 +4,7 @@ mod state;
 
 use std::sync::Arc;
 
-use egui::{Checkbox, ProgressBar, RichText, ScrollArea, TextEdit, Ui, WidgetText};
+use egui::{Checkbox, RichText, ScrollArea, TextEdit, Ui, WidgetText};
 
 pub use state::Shown;
 pub(in crate::app) use state::{Joined, Said, Trials};
@@ -82,7 +82,7 @@ fn run(ui: &mut Ui, desk: &mut Desk) {
             }
         });
         if let Some((progress, _)) = &progress {
-            ui.add(ProgressBar::new(progress.fraction).desired_height(8.0));
+            widgets::progress(ui, progress.fraction, ui.available_width());
             ui.label(RichText::new(&progress.activity).color(palette.text));
         }
         match &trials.said {

@@ -15,7 +15,7 @@ use crate::effect::{Scope, registry};
 use crate::figure::{Axis, Ink, Mark, Panel};
 use crate::model::learned::LearnedTerm;
 use crate::model::{Parameter, Preset, RigidBody, Term};
-use crate::recording::Recording;
+use crate::recording::{JointKind, Recording};
 use crate::session::{Command, Step, TermEdit};
 
 /// With more parameters than this, a card shows them only when asked.
@@ -103,7 +103,7 @@ fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place:
                 edit(ui, true, "Remove", "Remove", TermEdit::Remove(place));
             }
         });
-        let (formula, description) = texts(term);
+        let (formula, description) = texts(term, recording);
         ui.label(RichText::new(formula).monospace().color(palette.accent));
         widgets::weak(ui, description);
         ui.add_space(2.0);
@@ -136,11 +136,22 @@ fn parameters(ui: &mut Ui, place: usize, own: &[&Parameter]) {
 }
 
 /// Formula and what it means.
-fn texts(term: &Term) -> (String, String) {
+fn texts(term: &Term, recording: &Recording) -> (String, String) {
     let learned = |formula: &str, text: &str| (formula.to_owned(), text.to_owned());
     match term {
         Term::RigidBody(RigidBody::Identified) => {
-            learned("τ = H(q) q̈ + c(q, q̇) + g(q)", "Planar links; their base parameters are identified from the data.")
+            let slides = recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic);
+            match (&recording.chain, slides) {
+                (None, true) => learned("τ = M1 q̈", "A mass that slides; it is identified from the data."),
+                (None, false) => learned(
+                    "τ = H(q) q̈ + c(q, q̇) + g(q)",
+                    "Planar links; their base parameters are identified from the data.",
+                ),
+                (Some(_), _) => learned(
+                    "τ = H(q) q̈ + c(q, q̇) + g(q)",
+                    "Links about the axes that are stated; their base parameters are identified from the data.",
+                ),
+            }
         }
         Term::RigidBody(RigidBody::Stated(_)) => {
             learned("τ = H(q) q̈ + c(q, q̇) + g(q)", "Planar links with the masses and lengths that the maker states.")

@@ -66,20 +66,20 @@ pub fn show(ui: &mut Ui, desk: &mut Desk, view: View, shown: &Shown, height: f32
             View::Map => map(ui, desk, shown, height),
             View::Loop => circle(ui, desk, shown, height),
             View::Power => {
-                let title = "power of the residual over frequency, logarithmic";
+                let title = "residual power by frequency";
                 let axis = (Along::Frequency, "frequency", "Hz");
                 curve(ui, desk, shown, title, "", axis, |spectra| &spectra.power, height);
             }
             View::Orders => {
                 // A joint that slides has no turns: its orders count in as many metres as a turn has radians.
                 let slides = shown.unit[0] == "m";
-                let per = if slides { "times in 2π metres" } else { "times per turn of the joint" };
+                let per = if slides { "order: times in 2π metres" } else { "order: times per turn of the joint" };
                 let axis = (Along::Order, per, "");
                 curve(
                     ui,
                     desk,
                     shown,
-                    "amplitude by order of position",
+                    "residual amplitude by order",
                     shown.unit[3],
                     axis,
                     |spectra| &spectra.orders,
@@ -88,16 +88,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk, view: View, shown: &Shown, height: f32
             }
             View::Correlation => {
                 let axis = (Along::Lag, "lag", "s");
-                curve(
-                    ui,
-                    desk,
-                    shown,
-                    "autocorrelation of the residual",
-                    "",
-                    axis,
-                    |spectra| &spectra.correlation,
-                    height,
-                );
+                curve(ui, desk, shown, "residual autocorrelation", "", axis, |spectra| &spectra.correlation, height);
             }
         }
         let follows = matches!(view, View::Power | View::Orders | View::Correlation) && shown.marked.is_some();
