@@ -578,7 +578,8 @@ fn readable_ticks(range: [f64; 2], count: usize, height: f32) -> Vec<f64> {
     let [first, second, ..] = many.as_slice() else { return few };
     let step = second - first;
     let every = (f64::from(LEAST_BETWEEN_TICKS / height) * (range[1] - range[0]) / step).ceil().max(1.0);
-    many.into_iter().filter(|tick| ((tick / step).round() % every) == 0.0).collect()
+    let kept: Vec<f64> = many.iter().copied().filter(|tick| ((tick / step).round() % every) == 0.0).collect();
+    if kept.len() > 1 { kept } else { vec![many[0], many[many.len() - 1]] }
 }
 
 /// `torque [N m]`.
