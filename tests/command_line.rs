@@ -38,6 +38,24 @@ fn hidden_friction(folder: &Path) {
     succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &effects].concat(), folder);
 }
 
+/// The drawings of a screen are figures as its plots are: as vectors, as pixels, and the same bytes every time.
+#[test]
+fn drawings_are_written_without_a_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (screen, title, word) in [("compare", "the arm", "link 3"), ("model", "structure", "rigid body")] {
+        for file in ["one.svg", "two.svg", "one.pdf", "one.png"] {
+            succeeds(&["figure", screen, "--only", title, "--dpi", "60", "-o", file], folder);
+        }
+        let read = |file: &str| std::fs::read(folder.join(file)).unwrap();
+        assert!(String::from_utf8(read("one.svg")).unwrap().contains(word), "{title}");
+        assert_eq!(read("one.svg"), read("two.svg"));
+        assert!(read("one.pdf").starts_with(b"%PDF") && read("one.png").starts_with(b"\x89PNG"));
+    }
+    let message = fails(&["figure", "compare", "--only", "no such plot", "-o", "x.svg"], folder, 1);
+    assert!(message.contains("the arm at t ="), "{message}");
+}
+
 #[test]
 fn a_hidden_effect_is_diagnosed_with_the_promised_schema() {
     let folder = tempfile::tempdir().unwrap();
