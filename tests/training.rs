@@ -402,8 +402,14 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
         runs
     };
     let effects = [AddedEffect { effect: "viscous-friction".into(), joint: 1, shape: vec![] }];
-    let setting =
-        Setting { kinds: vec![JointKind::Revolute; 2], posture: Posture::RIGHT, arm: None, chain: None, body: None };
+    let setting = Setting {
+        kinds: vec![JointKind::Revolute; 2],
+        posture: Posture::RIGHT,
+        arm: None,
+        chain: None,
+        body: None,
+        alterations: Vec::new(),
+    };
     let columns_of =
         |runs: &[Trajectory]| -> Vec<_> { runs.iter().map(|run| columns(&effects, &setting, run).unwrap()).collect() };
     let (training, held_out) = (frictional(1, 20), frictional(2, 3));

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::effect::{Effect, Scope, Spec, registry};
 use crate::model::design::{Design, Equations, PreparedColumn};
 use crate::model::fit::{self, Fitted};
+use crate::model::terms::Alteration;
 use crate::model::{EffectTerm, Model, ModelError};
 use crate::progress::Monitor;
 use crate::recording::{PerJoint, Recording};
@@ -116,6 +117,7 @@ impl<'a> Library<'a> {
         monitor: &Monitor,
     ) -> Result<(Library<'a>, Vec<String>), ModelError> {
         let model = &fitted.model;
+        let design = design.with_body(design.setting.body.clone(), fitted.setting().alterations.clone());
         let mut columns = fit::prepared_columns(model, &design, fitted.shapes())?;
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;
@@ -182,21 +184,27 @@ impl<'a> Library<'a> {
         if energy > 0.0 { free / (energy * correlation) } else { 0.0 }
     }
 
-    /// Takes the load from other factors of the model, and computes anew every column that depends on it. Whether any does;
+    /// Takes the load from other factors of the model, and what alters other effects from it and from what was `found` beside it,
+    /// and computes anew every column that depends on them. Whether any does;
     /// none if the model identifies no rigid body.
     ///
     /// # Errors
     /// [`ModelError`] if a column can't be computed.
-    pub fn reload(&mut self, factors: &[f64]) -> Result<bool, ModelError> {
+    pub fn reload(&mut self, factors: &[f64], found: Vec<Alteration>) -> Result<bool, ModelError> {
         let Some(body) = self.fitted.body_among(factors) else { return Ok(false) };
-        self.design = self.design.with_body(Some(body));
+        let mut alterations = self.fitted.alterations_among(factors);
+        alterations.extend(found);
+        let is_altered = !Alteration::are_alike(&alterations, &self.design.setting.alterations);
+        let alterations = if is_altered { alterations } else { self.design.setting.alterations.clone() };
+        self.design = self.design.with_body(Some(body), alterations);
         let mut changed = Vec::new();
-        if self.fitted.model.depends_on_load() {
+        if self.fitted.model.depends_on_load() || is_altered {
             let own = fit::prepared_columns(&self.fitted.model, &self.design, self.fitted.shapes())?;
             self.columns.splice(0..self.base, own);
             changed.extend(0..self.base);
         }
-        let loaded: Vec<&Group> = self.groups.iter().filter(|group| group.term().depends_on_load()).collect();
+        let is_other = |group: &&Group| is_altered || group.term().depends_on_load();
+        let loaded: Vec<&Group> = self.groups.iter().filter(is_other).collect();
         let prepare = |group: &&Group| fit::effect_columns(&group.term(), &self.design, &group.shape);
         let prepared = loaded.par_iter().map(prepare).collect::<Result<Vec<_>, ModelError>>()?;
         for (group, prepared) in loaded.into_iter().zip(prepared) {

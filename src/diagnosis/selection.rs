@@ -16,6 +16,7 @@ use crate::effect::registry;
 use crate::model::design::PreparedColumn;
 use crate::model::least_squares::{Elimination, NormalEquations, Solution};
 use crate::model::line_search::{FINE, minimum};
+use crate::model::terms::Alteration;
 use crate::model::{ModelError, fit};
 use crate::progress::Monitor;
 
@@ -260,14 +261,16 @@ impl<'a> Search<'a> {
     pub fn reload(&mut self) -> Result<bool, ModelError> {
         let factors = self.solve(&self.active).factors;
         let mut place = self.library.base;
+        let mut alterations = Vec::new();
         for &group in &self.active {
             let group = &mut self.library.groups[group];
             if group.follows_its_parameter() {
                 group.shape = vec![factors[place]];
+                alterations.extend(Alteration::of(&group.term(), &group.shape));
             }
             place += group.columns.len();
         }
-        let changed = self.library.reload(&factors.as_slice()[..self.library.base])?;
+        let changed = self.library.reload(&factors.as_slice()[..self.library.base], alterations)?;
         if changed {
             self.update();
         }

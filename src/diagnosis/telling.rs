@@ -99,7 +99,7 @@ fn evidence(
     let split = Split { train: recording.trajectories.iter().enumerate().map(segment).collect(), ..Split::default() };
     let mut design = Design::new(recording, &split).ok()?;
     if fitted.setting().body.is_some() {
-        design = design.with_body(fitted.setting().body.clone());
+        design = design.with_body(fitted.setting().body.clone(), fitted.setting().alterations.clone());
     }
     let model = Model { terms };
     let columns = fit::prepared_columns(&model, &design, &shapes).ok()?;

@@ -58,8 +58,12 @@ impl Effect for ActuatorLag {
         torque: &mut PerJoint,
     ) -> Result<(), NotApplicable> {
         let [linear, _] = SPEC.parted(parameters)?;
-        torque[joint] = delayed(&torque[joint], &motion.trajectory.time, linear[0]);
+        self.pass(&mut torque[joint], &motion.trajectory.time, linear);
         Ok(())
+    }
+
+    fn pass(&self, torque: &mut Vec<f64>, time: &[f64], linear: &[f64]) {
+        *torque = delayed(torque, time, linear[0]);
     }
 }
 

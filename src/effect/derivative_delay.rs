@@ -49,11 +49,9 @@ impl Effect for DerivativeDelay {
         let load = motion.load(&SPEC)?;
         let ahead = shape.first().copied().unwrap_or(0.0).clamp(LEAST_AHEAD, SPEC.parameters[0].max);
         let mut right = motion.trajectory.clone();
-        for signal in right.qd.iter_mut().chain(&mut right.qdd) {
-            *signal = delayed(signal, &motion.trajectory.time, -ahead);
-        }
+        self.set_right(&mut right, &[ahead]);
         let mut column = (load.body)(&right);
-        for (value, read) in column.iter_mut().flatten().zip(load.torque.iter().flatten()) {
+        for (value, read) in column.iter_mut().flatten().zip((load.body)(motion.trajectory).iter().flatten()) {
             *value = (*value - read) / ahead;
         }
         Ok(vec![Column::on_all(column)])
@@ -62,6 +60,10 @@ impl Effect for DerivativeDelay {
     /// The torque is right: it is the motion that is read late.
     fn act(&self, _: &Motion, _: usize, _: &[f64], _: &mut PerJoint) -> Result<(), NotApplicable> {
         Ok(())
+    }
+
+    fn set_right(&self, motion: &mut Trajectory, linear: &[f64]) {
+        self.misread(motion, 0, &[-linear[0]]);
     }
 
     fn misread(&self, reading: &mut Trajectory, _joint: usize, parameters: &[f64]) {

@@ -96,6 +96,13 @@ pub trait Effect: Send + Sync {
         Ok(())
     }
 
+    /// What becomes of the torque of the effects before it, on its joint, where it has these linear parameters. Nothing, for
+    /// most.
+    fn pass(&self, _torque: &mut Vec<f64>, _time: &[f64], _linear: &[f64]) {}
+
+    /// Makes the motion that is read the true one, where it has these linear parameters. Most leave it as it is.
+    fn set_right(&self, _motion: &mut Trajectory, _linear: &[f64]) {}
+
     /// What it does to the readings of all sensors, noise included. Nothing, for most.
     fn misread(&self, _reading: &mut Trajectory, _joint: usize, _parameters: &[f64]) {}
 

@@ -54,6 +54,12 @@ pub fn is_everyday(id: &str) -> bool {
     ["viscous-friction", "coulomb-friction", "stribeck-friction", "torque-offset", "rotor-inertia"].contains(&id)
 }
 
+/// Whether the first of these effects acts before the second.
+pub fn acts_before(first: &str, second: &str) -> bool {
+    let place = |id: &str| ALL.iter().position(|effect| effect.spec().id == id);
+    place(first) < place(second)
+}
+
 /// The effect that stands for a fault of the readings.
 pub fn of_fault(kind: FaultKind) -> Option<&'static dyn Effect> {
     ALL.iter().copied().find(|effect| effect.fault() == Some(kind))

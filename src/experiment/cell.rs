@@ -15,7 +15,7 @@ use crate::training::fit::Plan;
 /// To be raised when the same inputs give other results: a new optimiser step, another metric.
 const VERSION: u32 = 1;
 /// The same for the answers of the diagnosis, so that models without it need no new training.
-const DIAGNOSIS_VERSION: u32 = 3;
+const DIAGNOSIS_VERSION: u32 = 4;
 /// Letters of a key: enough that no two of them ever meet.
 const KEY_LENGTH: usize = 20;
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::least_squares::{NormalEquations, dot};
 use super::preparation::Preparation;
-use super::terms::Setting;
+use super::terms::{Alteration, Setting};
 use super::{Model, ModelError, RigidBody, Term};
 use crate::effect::{Column, Load};
 use crate::recording::split::{Segment, Split};
@@ -102,13 +102,15 @@ impl<'a> Design<'a> {
             ));
         }
         let body = design.rough_body()?;
-        Ok(design.with_body(Some(body)))
+        Ok(design.with_body(Some(body), Vec::new()))
     }
 
-    /// The same data with the load of another rigid body; `None` stands for the stated arm.
-    pub fn with_body(&self, body: Option<Vec<f64>>) -> Design<'a> {
+    /// The same data with the load of another rigid body (`None` stands for the stated arm) and with these effects that change
+    /// what the others do.
+    pub fn with_body(&self, body: Option<Vec<f64>>, alterations: Vec<Alteration>) -> Design<'a> {
         let mut design = self.clone();
         design.setting.body = body;
+        design.setting.alterations = alterations;
         design.loads = self.recording.trajectories.iter().map(|trajectory| design.setting.load(trajectory)).collect();
         design
     }

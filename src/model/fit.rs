@@ -14,7 +14,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::design::{Design, Equations, PreparedColumn};
 use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
-use super::terms::{Factor, Setting};
+use super::terms::{Alteration, Factor, Setting};
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
@@ -133,7 +133,7 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
         return fit_with_load(model, design, None, monitor);
     }
     if model.is_pinned() {
-        return fit_in_rounds(model, &design.with_body(None), monitor);
+        return fit_in_rounds(model, &design.with_body(None, Vec::new()), monitor);
     }
     fit_in_rounds(model, design, monitor)
 }
@@ -143,7 +143,8 @@ fn fit_in_rounds(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fi
     let mut fitted = fit_with_load(model, design, None, monitor)?;
     for _ in 0..LOAD_ROUNDS {
         let body = fitted.body_among(&fitted.factors).or(design.setting.body.clone());
-        fitted = fit_with_load(model, &design.with_body(body), Some(&fitted), monitor)?;
+        let design = design.with_body(body, fitted.alterations_among(&fitted.factors));
+        fitted = fit_with_load(model, &design, Some(&fitted), monitor)?;
     }
     Ok(fitted)
 }
@@ -498,6 +499,22 @@ impl Fitted {
         let named = self.model.factors(&self.setting).ok()?;
         let of_body = named.iter().zip(factors).filter(|(factor, _)| factor.term == body);
         Some(of_body.map(|(_, &value)| value).collect())
+    }
+
+    /// The effects that change what others do, with their factors among those of all terms.
+    pub(crate) fn alterations_among(&self, factors: &[f64]) -> Vec<Alteration> {
+        let Ok(named) = self.model.factors(&self.setting) else { return Vec::new() };
+        let alteration = |(number, term): (usize, &Term)| {
+            let Term::Effect(term) = term else { return None };
+            let own: Vec<f64> = named
+                .iter()
+                .zip(factors)
+                .filter(|(factor, _)| factor.term == number)
+                .map(|(_, &value)| value)
+                .collect();
+            Alteration::of(term, &own)
+        };
+        self.model.terms.iter().enumerate().filter_map(alteration).collect()
     }
 
     /// The parameters of one term.

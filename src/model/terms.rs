@@ -1,11 +1,13 @@
 //! What each term contributes: a torque that is known beforehand, and columns whose factors are to be identified.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::arm::chain::{Chain, PER_LINK};
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
-use crate::effect::{Column, Load, Motion};
+use crate::effect::{Column, Load, Motion, registry};
 use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
 
 /// What terms need to know of the recording beside the motion.
@@ -23,6 +25,42 @@ pub struct Setting {
     /// Factors of the identified rigid body, roughly: from them comes the load of effects that depend on it.
     #[serde(default)]
     pub body: Option<Vec<f64>>,
+    /// Effects of the model that change what the others do (a lag comes between friction and its reading), roughly.
+    #[serde(default)]
+    pub alterations: Vec<Alteration>,
+}
+
+/// An effect that changes what the effects before it do, with its linear parameters as they were found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Alteration {
+    /// The effect.
+    pub term: EffectTerm,
+    /// Its linear parameters, within their bounds.
+    pub linear: Vec<f64>,
+}
+
+/// Alterations that differ by a smaller share are the same.
+const SAME_ALTERATION: f64 = 0.01;
+
+impl Alteration {
+    /// The effect with these linear parameters, if it is one that changes others.
+    pub(crate) fn of(term: &EffectTerm, linear: &[f64]) -> Option<Alteration> {
+        let effect = term.find().ok().filter(|effect| effect.follows_its_parameter())?;
+        let bounded =
+            |(parameter, value): (&crate::effect::ParameterSpec, &f64)| value.clamp(parameter.min, parameter.max);
+        Some(Alteration { term: term.clone(), linear: effect.spec().linear().zip(linear).map(bounded).collect() })
+    }
+
+    /// Whether both hardly differ.
+    fn is_like(&self, other: &Alteration) -> bool {
+        let close = |(one, two): (&f64, &f64)| (one - two).abs() <= SAME_ALTERATION * one.abs().max(two.abs());
+        self.term == other.term && self.linear.iter().zip(&other.linear).all(close)
+    }
+
+    /// Whether both lists have the same effects, with parameters that hardly differ.
+    pub(crate) fn are_alike(these: &[Alteration], those: &[Alteration]) -> bool {
+        these.len() == those.len() && these.iter().all(|one| those.iter().any(|other| one.is_like(other)))
+    }
 }
 
 impl Setting {
@@ -46,7 +84,7 @@ impl Setting {
         }
         let posture = recording.posture.or(recording.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default();
         let (arm, chain) = (recording.stated_arm.clone(), recording.chain.clone());
-        Ok(Setting { kinds, posture, arm, chain, body: None })
+        Ok(Setting { kinds, posture, arm, chain, body: None, alterations: Vec::new() })
     }
 
     /// Gravity \[m/s²\]: of the stated arm, or the standard.
@@ -59,13 +97,27 @@ impl Setting {
         Motion { trajectory, kinds: &self.kinds, posture: self.posture, arm: self.arm.as_ref(), load: None }
     }
 
-    /// What the rigid body needs along a trajectory: by its rough factors, or by the stated arm if there are none.
+    /// What the rigid body needs along a trajectory that is read: by its rough factors, or by the stated arm if there are none.
     pub fn load(&self, trajectory: &Trajectory) -> Option<Load> {
+        let trajectory = &self.true_motion(trajectory, |_| true).ok()?;
         if let Some(factors) = &self.body {
             return Some(self.load_by(factors, trajectory));
         }
         let arm = Arm { posture: self.posture, ..self.arm.clone()? };
         Some(Load::of_arm(&arm, trajectory))
+    }
+
+    /// The motion that is read, without what those alterations do to it that `count`.
+    fn true_motion<'a>(
+        &self,
+        read: &'a Trajectory,
+        count: impl Fn(&Alteration) -> bool,
+    ) -> Result<Cow<'a, Trajectory>, ModelError> {
+        let mut motion = Cow::Borrowed(read);
+        for alteration in self.alterations.iter().filter(|one| one.term.joint.is_none() && count(one)) {
+            alteration.term.find()?.set_right(motion.to_mut(), &alteration.linear);
+        }
+        Ok(motion)
     }
 
     fn load_by(&self, factors: &[f64], trajectory: &Trajectory) -> Load {
@@ -242,8 +294,19 @@ impl EffectTerm {
         load: Option<&Load>,
         shape: &[f64],
     ) -> Result<Vec<Column>, ModelError> {
-        let motion = Motion { load, ..setting.motion(trajectory) };
-        Ok(self.find()?.columns(&motion, self.joint.unwrap_or(0), shape)?)
+        let is_altered_by = |other: &Alteration| registry::acts_before(&self.effect, &other.term.effect);
+        let true_motion = setting.true_motion(trajectory, is_altered_by)?;
+        let motion = Motion { load, ..setting.motion(&true_motion) };
+        let mut columns = self.find()?.columns(&motion, self.joint.unwrap_or(0), shape)?;
+        for alteration in setting.alterations.iter().filter(|other| is_altered_by(other)) {
+            let effect = alteration.term.find()?;
+            for (joint, values) in columns.iter_mut().flat_map(|column| &mut column.parts) {
+                if alteration.term.joint == Some(*joint) {
+                    effect.pass(values, &trajectory.time, &alteration.linear);
+                }
+            }
+        }
+        Ok(columns)
     }
 }
 
