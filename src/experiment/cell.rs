@@ -16,6 +16,8 @@ use crate::training::fit::Plan;
 const VERSION: u32 = 1;
 /// The same for the answers of the diagnosis, so that models without it need no new training.
 const DIAGNOSIS_VERSION: u32 = 4;
+/// The same for what hidden effects do to the torque of a simulation.
+const EFFECTS_VERSION: u32 = 2;
 /// Letters of a key: enough that no two of them ever meet.
 const KEY_LENGTH: usize = 20;
 
@@ -38,7 +40,7 @@ pub struct Cell {
 pub struct Inputs {
     version: u32,
     pub(super) source: Source,
-    /// Hashes of the recordings by their names.
+    /// Hashes of the recordings by their names; what else decides about simulated ones.
     contents: BTreeMap<String, String>,
     pub(super) preset: Option<Preset>,
     pub(super) terms: Vec<Term>,
@@ -89,14 +91,22 @@ pub fn plan(experiment: &Experiment, data: Option<&Path>) -> Result<Vec<Cell>, E
     Ok(cells)
 }
 
-/// Hashes of the files of a source; each file is read once.
+/// Hashes of the files of a source, each of which is read once, or the version of what is simulated.
 fn contents(
     source: &Source,
     data: Option<&Path>,
     known: &mut BTreeMap<String, String>,
 ) -> Result<BTreeMap<String, String>, ExperimentError> {
-    let Source::Recorded(runs, _) = source else { return Ok(BTreeMap::new()) };
     let mut contents = BTreeMap::new();
+    let runs = match source {
+        Source::Recorded(runs, _) => runs,
+        Source::Simulated(scenarios) => {
+            if scenarios.iter().any(|scenario| !scenario.effects.is_empty()) {
+                contents.insert("version of the effects".to_owned(), EFFECTS_VERSION.to_string());
+            }
+            return Ok(contents);
+        }
+    };
     for own @ Runs { file, .. } in runs {
         if !known.contains_key(file) {
             let Some(folder) = data else {
