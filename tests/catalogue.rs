@@ -96,7 +96,7 @@ fn report(session: &Session) -> &Report {
 fn journey(id: &str) {
     let spec = registry::find(id).unwrap().spec();
     let mut scenario = small();
-    // A delay is simulated as it is and explained to first order, which holds for short ones.
+    // A delay is first sought to first order, which holds for short ones.
     let strength = if ["actuator-lag", "derivative-delay"].contains(&id) { 0.04 } else { 0.08 };
     scenario.effects = scenario.hide_by_strength(id, &[1], strength).unwrap();
 

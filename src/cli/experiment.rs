@@ -4,13 +4,14 @@ use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use serde_json::json;
 
+use super::figure::FigureLook;
 use super::table::{number, numbers, table};
 use super::{progress, write_file};
 use crate::experiment::figures::{NamedFigure, figures};
 use crate::experiment::run::{State, duration_text, state, training_record};
 use crate::experiment::summary::above_paper;
 use crate::experiment::{Cell, Experiment, Report, Row, Shard, Store, catalogue, plan, run, summarise};
-use crate::figure::{Format, Size, Style, Theme, render};
+use crate::figure::{Format, render};
 
 /// Run data × models × seeds, and hold the errors against the paper's.
 #[derive(Subcommand)]
@@ -88,15 +89,8 @@ pub struct Figures {
     /// Kinds of files: svg, pdf, png, csv.
     #[arg(long, value_name = "KIND", value_parser = parse_format, num_args = 1.., default_values = ["svg", "csv"])]
     format: Vec<Format>,
-    /// one-column (85 mm), two-column (175 mm) or slide.
-    #[arg(long, default_value = "two-column")]
-    size: Size,
-    /// Pixels per inch of a PNG.
-    #[arg(long, default_value_t = 300.0)]
-    dpi: f64,
-    /// print, light or dark.
-    #[arg(long, default_value = "print")]
-    theme: Theme,
+    #[command(flatten)]
+    look: FigureLook,
     /// Folder of the files, EXPERIMENT-FIGURE.KIND each.
     #[arg(short, long, value_name = "DIR", default_value = "figures")]
     output: PathBuf,
@@ -227,7 +221,7 @@ impl Figures {
         }
         std::fs::create_dir_all(&self.output)
             .with_context(|| format!("can't make the folder {}", self.output.display()))?;
-        let style = Style { size: self.size, theme: self.theme, dpi: self.dpi };
+        let style = self.look.style();
         let stem = Path::new(&experiment.name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         for NamedFigure { name, figure } in &all {
             for format in &self.format {

@@ -22,6 +22,16 @@ pub struct FigureCommand {
     /// Only plots whose title contains this.
     #[arg(long, value_name = "TITLE")]
     only: Option<String>,
+    #[command(flatten)]
+    look: FigureLook,
+    /// The file; its ending says what it holds: .svg, .pdf, .png or .csv.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+/// How figures are drawn.
+#[derive(Args)]
+pub struct FigureLook {
     /// one-column (85 mm), two-column (175 mm) or slide.
     #[arg(long, default_value = "two-column")]
     size: Size,
@@ -31,9 +41,13 @@ pub struct FigureCommand {
     /// print, light or dark.
     #[arg(long, default_value = "print")]
     theme: Theme,
-    /// The file; its ending says what it holds: .svg, .pdf, .png or .csv.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+}
+
+impl FigureLook {
+    /// The style that was asked for.
+    pub fn style(&self) -> Style {
+        Style { size: self.size, theme: self.theme, dpi: self.dpi }
+    }
 }
 
 impl FigureCommand {
@@ -52,7 +66,6 @@ impl FigureCommand {
                 bail!("no title contains “{only}”; the screen shows {}", titles.join(", "));
             }
         }
-        let style = Style { size: self.size, theme: self.theme, dpi: self.dpi };
-        write_file(&self.output, &figure::render(&Figure::new(panels), format, &style)?)
+        write_file(&self.output, &figure::render(&Figure::new(panels), format, &self.look.style())?)
     }
 }

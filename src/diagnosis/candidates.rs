@@ -117,7 +117,12 @@ impl<'a> Library<'a> {
         monitor: &Monitor,
     ) -> Result<(Library<'a>, Vec<String>), ModelError> {
         let model = &fitted.model;
-        let design = design.with_body(design.setting.body.clone(), fitted.setting().alterations.clone());
+        let alterations = &fitted.setting().alterations;
+        let design = if alterations.is_empty() {
+            design
+        } else {
+            design.with_body(design.setting.body.clone(), alterations.clone())
+        };
         let mut columns = fit::prepared_columns(model, &design, fitted.shapes())?;
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::arm::{Arm, GRAVITY, Link, Posture};
 use crate::cli::progress;
 use crate::cli::table::{number, table};
+use crate::cli::write_file;
 use crate::diagnosis::{MissingEffect, Report, Suspect, Verdict, diagnose_among, sufficiency};
 use crate::effect::{Effect, Spec, registry};
 use crate::figure;
@@ -438,8 +439,7 @@ fn save_figures(score: &Score, folder: &Path) -> anyhow::Result<()> {
     for (name, drawn) in figures {
         for (ending, format) in [("svg", figure::Format::Svg), ("csv", figure::Format::Csv)] {
             let path = folder.join(name).with_extension(ending);
-            let bytes = figure::render(&drawn, format, &figure::Style::default())?;
-            fs::write(&path, bytes).with_context(|| path.display().to_string())?;
+            write_file(&path, &figure::render(&drawn, format, &figure::Style::default())?)?;
             eprintln!("saved {}", path.display());
         }
     }
