@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::effect::{Effect, Scope, Spec, registry};
 use crate::model::design::{Design, Equations, PreparedColumn};
 use crate::model::fit::{self, Fitted};
-use crate::model::terms::Alteration;
+use crate::model::terms::{Alteration, Found};
 use crate::model::{EffectTerm, Model, ModelError};
 use crate::progress::Monitor;
 use crate::recording::{PerJoint, Recording};
@@ -32,6 +32,8 @@ pub struct Library<'a> {
     pub columns: Vec<PreparedColumn>,
     /// Torque that the model's known part leaves.
     pub torque: Vec<PerJoint>,
+    /// The effects of the model and those found beside it.
+    found: Vec<Found>,
 }
 
 /// One candidate: an effect at a place with a shape. It enters or stays out as a whole.
@@ -163,7 +165,13 @@ impl<'a> Library<'a> {
         monitor.report(0.4, "normal equations of all candidates")?;
         let torque = fit::unexplained_torque(model, &design);
         let equations = design.equations(&columns, &torque);
-        Ok((Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque }, impossible))
+        let found = fitted.effects();
+        let is_bare = found.is_empty();
+        let mut library = Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque, found };
+        if !is_bare {
+            library.renew(Group::follows_its_parameter, Vec::new())?;
+        }
+        Ok((library, impossible))
     }
 
     /// What one squared unit of a joint's residual says: 1 / variance of what all candidates together can't explain of its
@@ -195,10 +203,10 @@ impl<'a> Library<'a> {
     ///
     /// # Errors
     /// [`ModelError`] if a column can't be computed.
-    pub fn reload(&mut self, factors: &[f64], found: Vec<Alteration>) -> Result<bool, ModelError> {
+    pub fn reload(&mut self, factors: &[f64], found: Vec<Found>) -> Result<bool, ModelError> {
         let Some(body) = self.fitted.body_among(factors) else { return Ok(false) };
-        let mut alterations = self.fitted.alterations_among(factors);
-        alterations.extend(found);
+        self.take_as_found(factors, found);
+        let alterations = Alteration::among(&self.found);
         let is_altered = !Alteration::are_alike(&alterations, &self.design.setting.alterations);
         let alterations = if is_altered { alterations } else { self.design.setting.alterations.clone() };
         self.design = self.design.with_body(Some(body), alterations);
@@ -208,16 +216,47 @@ impl<'a> Library<'a> {
             self.columns.splice(0..self.base, own);
             changed.extend(0..self.base);
         }
-        let is_other = |group: &&Group| is_altered || group.term().depends_on_load();
-        let loaded: Vec<&Group> = self.groups.iter().filter(is_other).collect();
-        let prepare = |group: &&Group| fit::effect_columns(&group.term(), &self.design, &group.shape);
-        let prepared = loaded.par_iter().map(prepare).collect::<Result<Vec<_>, ModelError>>()?;
-        for (group, prepared) in loaded.into_iter().zip(prepared) {
+        self.renew(|group| is_altered || group.term().depends_on_load(), changed)
+    }
+
+    /// Lets what was `found` pass through the candidates that change what others do (friction comes before a lag), and computes
+    /// their columns anew. Whether there are any.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a column can't be computed.
+    pub fn pass(&mut self, factors: &[f64], found: Vec<Found>) -> Result<bool, ModelError> {
+        self.take_as_found(factors, found);
+        self.renew(Group::follows_its_parameter, Vec::new())
+    }
+
+    fn take_as_found(&mut self, factors: &[f64], found: Vec<Found>) {
+        self.found = self.fitted.effects_among(factors);
+        self.found.extend(found);
+    }
+
+    /// Computes the columns of these candidates anew, and the equations of theirs and of those `changed` already; whether any did.
+    fn renew(&mut self, concerns: impl Fn(&Group) -> bool, mut changed: Vec<usize>) -> Result<bool, ModelError> {
+        let concerned: Vec<&Group> = self.groups.iter().filter(|group| concerns(group)).collect();
+        let prepare = |group: &&Group| self.prepared(group, &group.shape);
+        let prepared = concerned.par_iter().map(prepare).collect::<Result<Vec<_>, ModelError>>()?;
+        for (group, prepared) in concerned.into_iter().zip(prepared) {
             self.columns.splice(group.columns.clone(), prepared);
             changed.extend(group.columns.clone());
         }
         self.design.update_equations(&mut self.equations, &self.columns, &changed, &self.torque);
         Ok(!changed.is_empty())
+    }
+
+    /// The columns of a candidate with another shape.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the effect can't be computed with it.
+    pub fn prepared(&self, group: &Group, shape: &[f64]) -> Result<Vec<PreparedColumn>, ModelError> {
+        let (term, setting) = (group.term(), &self.design.setting);
+        if !group.follows_its_parameter() || setting.alterations.iter().any(|other| other.term == term) {
+            return fit::effect_columns(&term, &self.design, shape);
+        }
+        self.design.prepare(|trajectory, load| term.columns_beside(setting, trajectory, load, shape, &self.found))
     }
 
     /// Gives a candidate another shape.
@@ -226,7 +265,7 @@ impl<'a> Library<'a> {
     /// [`ModelError`] if the effect can't be computed with it.
     pub fn reshape(&mut self, group: usize, shape: Vec<f64>) -> Result<(), ModelError> {
         let range = self.groups[group].columns.clone();
-        let prepared = fit::effect_columns(&self.groups[group].term(), &self.design, &shape)?;
+        let prepared = self.prepared(&self.groups[group], &shape)?;
         self.columns.splice(range.clone(), prepared);
         self.design.update_equations(&mut self.equations, &self.columns, &range.collect::<Vec<_>>(), &self.torque);
         self.groups[group].shape = shape;

@@ -16,7 +16,7 @@ use crate::effect::registry;
 use crate::model::design::PreparedColumn;
 use crate::model::least_squares::{Elimination, NormalEquations, Solution};
 use crate::model::line_search::{FINE, minimum};
-use crate::model::terms::Alteration;
+use crate::model::terms::Found;
 use crate::model::{ModelError, fit};
 use crate::progress::Monitor;
 
@@ -202,6 +202,10 @@ impl<'a> Search<'a> {
                     }
                 }
                 self.settle()?;
+                let (factors, found) = self.found();
+                if self.library.pass(&factors, found)? {
+                    self.update();
+                }
             }
             if self.active == before {
                 break;
@@ -259,22 +263,31 @@ impl<'a> Search<'a> {
     /// # Errors
     /// [`ModelError`] if a column can't be computed.
     pub fn reload(&mut self) -> Result<bool, ModelError> {
-        let factors = self.solve(&self.active).factors;
-        let mut place = self.library.base;
-        let mut alterations = Vec::new();
-        for &group in &self.active {
+        let (factors, found) = self.found();
+        for (&group, found) in self.active.iter().zip(&found) {
             let group = &mut self.library.groups[group];
             if group.follows_its_parameter() {
-                group.shape = vec![factors[place]];
-                alterations.extend(Alteration::of(&group.term(), &group.shape));
+                group.shape.clone_from(&found.linear);
             }
-            place += group.columns.len();
         }
-        let changed = self.library.reload(&factors.as_slice()[..self.library.base], alterations)?;
+        let changed = self.library.reload(&factors, found)?;
         if changed {
             self.update();
         }
         Ok(changed)
+    }
+
+    /// The factors of the model's own columns, and what was found beside them.
+    fn found(&self) -> (Vec<f64>, Vec<Found>) {
+        let factors = self.solve(&self.active).factors;
+        let (own, mut others) = factors.as_slice().split_at(self.library.base);
+        let found = |&group: &usize| {
+            let group = &self.library.groups[group];
+            let linear = others.split_off(..group.columns.len()).unwrap_or_default().to_vec();
+            Found { term: group.term(), linear, shape: group.shape.clone() }
+        };
+        let found = self.active.iter().map(found).collect();
+        (own.to_vec(), found)
     }
 
     /// Settles the set after a change: superfluous effects leave, rivals that explain more take over, shapes are refined

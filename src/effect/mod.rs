@@ -226,6 +226,17 @@ impl Column {
         Column { parts: torque.into_iter().enumerate().collect() }
     }
 
+    /// Adds `factor` times another column, on the joints where this one acts.
+    pub fn add(&mut self, other: &Column, factor: f64) {
+        for (joint, values) in &other.parts {
+            if let Some((_, sums)) = self.parts.iter_mut().find(|(own, _)| own == joint) {
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum += factor * value;
+                }
+            }
+        }
+    }
+
     /// Adds `factor` times the column to the torque of all joints.
     fn add_to(&self, torque: &mut PerJoint, factor: f64) {
         for (joint, values) in &self.parts {

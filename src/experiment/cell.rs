@@ -15,7 +15,7 @@ use crate::training::fit::Plan;
 /// To be raised when the same inputs give other results: a new optimiser step, another metric.
 const VERSION: u32 = 1;
 /// The same for the answers of the diagnosis, so that models without it need no new training.
-const DIAGNOSIS_VERSION: u32 = 4;
+const DIAGNOSIS_VERSION: u32 = 5;
 /// The same for what hidden effects do to the torque of a simulation.
 const EFFECTS_VERSION: u32 = 2;
 /// Letters of a key: enough that no two of them ever meet.

@@ -14,7 +14,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::design::{Design, Equations, PreparedColumn};
 use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
-use super::terms::{Alteration, Factor, Setting};
+use super::terms::{Alteration, Factor, Found, Setting};
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
@@ -143,7 +143,7 @@ fn fit_in_rounds(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fi
     let mut fitted = fit_with_load(model, design, None, monitor)?;
     for _ in 0..LOAD_ROUNDS {
         let body = fitted.body_among(&fitted.factors).or(design.setting.body.clone());
-        let design = design.with_body(body, fitted.alterations_among(&fitted.factors));
+        let design = design.with_body(body, Alteration::among(&fitted.effects()));
         fitted = fit_with_load(model, &design, Some(&fitted), monitor)?;
     }
     Ok(fitted)
@@ -501,20 +501,21 @@ impl Fitted {
         Some(of_body.map(|(_, &value)| value).collect())
     }
 
-    /// The effects that change what others do, with their factors among those of all terms.
-    pub(crate) fn alterations_among(&self, factors: &[f64]) -> Vec<Alteration> {
+    /// The effects of the model, as they were found.
+    pub(crate) fn effects(&self) -> Vec<Found> {
+        self.effects_among(&self.factors)
+    }
+
+    /// The effects of the model, with other factors of all terms.
+    pub(crate) fn effects_among(&self, factors: &[f64]) -> Vec<Found> {
         let Ok(named) = self.model.factors(&self.setting) else { return Vec::new() };
-        let alteration = |(number, term): (usize, &Term)| {
+        let found = |(number, (term, shape)): (usize, (&Term, &Vec<f64>))| {
             let Term::Effect(term) = term else { return None };
-            let own: Vec<f64> = named
-                .iter()
-                .zip(factors)
-                .filter(|(factor, _)| factor.term == number)
-                .map(|(_, &value)| value)
-                .collect();
-            Alteration::of(term, &own)
+            let own = named.iter().zip(factors).filter(|(factor, _)| factor.term == number);
+            let linear = own.map(|(_, &value)| value).collect();
+            Some(Found { term: term.clone(), linear, shape: shape.clone() })
         };
-        self.model.terms.iter().enumerate().filter_map(alteration).collect()
+        self.model.terms.iter().zip(&self.shapes).enumerate().filter_map(found).collect()
     }
 
     /// The parameters of one term.

@@ -39,12 +39,29 @@ pub struct Alteration {
     pub linear: Vec<f64>,
 }
 
+/// An effect with its parameters as they were found beside others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The effect.
+    pub term: EffectTerm,
+    /// Its linear parameters.
+    pub linear: Vec<f64>,
+    /// Its shape parameters.
+    pub shape: Vec<f64>,
+}
+
 /// Alterations that differ by a smaller share are the same.
 const SAME_ALTERATION: f64 = 0.01;
 
 impl Alteration {
-    /// The effect with these linear parameters, if it is one that changes others.
-    pub(crate) fn of(term: &EffectTerm, linear: &[f64]) -> Option<Alteration> {
+    /// Those of the effects that change others.
+    pub(crate) fn among(found: &[Found]) -> Vec<Alteration> {
+        found.iter().filter_map(Alteration::of).collect()
+    }
+
+    /// The effect as it was found, if it is one that changes others.
+    fn of(found: &Found) -> Option<Alteration> {
+        let Found { term, linear, .. } = found;
         let effect = term.find().ok().filter(|effect| effect.follows_its_parameter())?;
         let bounded =
             |(parameter, value): (&crate::effect::ParameterSpec, &f64)| value.clamp(parameter.min, parameter.max);
@@ -294,7 +311,7 @@ impl EffectTerm {
         load: Option<&Load>,
         shape: &[f64],
     ) -> Result<Vec<Column>, ModelError> {
-        let is_altered_by = |other: &Alteration| registry::acts_before(&self.effect, &other.term.effect);
+        let is_altered_by = |other: &Alteration| other.term.alters(self);
         let true_motion = setting.true_motion(trajectory, is_altered_by)?;
         let motion = Motion { load, ..setting.motion(&true_motion) };
         let mut columns = self.find()?.columns(&motion, self.joint.unwrap_or(0), shape)?;
@@ -303,6 +320,41 @@ impl EffectTerm {
             for (joint, values) in columns.iter_mut().flat_map(|column| &mut column.parts) {
                 if alteration.term.joint == Some(*joint) {
                     effect.pass(values, &trajectory.time, &alteration.linear);
+                }
+            }
+        }
+        Ok(columns)
+    }
+}
+
+impl EffectTerm {
+    /// Whether this effect, if it is one that changes others, changes that one.
+    fn alters(&self, other: &EffectTerm) -> bool {
+        let meets = self.joint.is_none() || other.joint.is_none() || self.joint == other.joint;
+        meets && registry::acts_before(&other.effect, &self.effect)
+    }
+
+    /// [`EffectTerm::columns`] of an effect that changes what others do and is not among the alterations yet: for the rigid body's
+    /// torque, and for that of the effects that were `found` beside it.
+    pub(crate) fn columns_beside(
+        &self,
+        setting: &Setting,
+        trajectory: &Trajectory,
+        load: Option<&Load>,
+        shape: &[f64],
+        found: &[Found],
+    ) -> Result<Vec<Column>, ModelError> {
+        let mut columns = self.columns(setting, trajectory, load, shape)?;
+        let &[start, next, ..] = &trajectory.time[..] else { return Ok(columns) };
+        // What a little of the parameter does to the others: from one sample ahead to one behind.
+        let step = next - start;
+        for (parameter, share) in [(step, 0.5 / step), (-step, -0.5 / step)] {
+            let mut altered = setting.clone();
+            altered.alterations.push(Alteration { term: self.clone(), linear: vec![parameter] });
+            for Found { term, linear, shape } in found.iter().filter(|found| self.alters(&found.term)) {
+                let others = term.columns(&altered, trajectory, load, shape)?;
+                for (other, factor) in others.iter().zip(linear) {
+                    columns[0].add(other, share * factor);
                 }
             }
         }
