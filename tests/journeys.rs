@@ -2,14 +2,16 @@
 
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
-use torquescope::arm::Arm;
+use std::f64::consts::FRAC_PI_2;
+
+use torquescope::arm::{Arm, Link, Posture};
 use torquescope::diagnosis::{Report, Verdict};
 use torquescope::model::Preset;
 use torquescope::model::learned::LearnedPreset;
 use torquescope::progress::Monitor;
 use torquescope::recording::seal::{HiddenEffect, Seal, Truth};
 use torquescope::session::{Command, History, Session};
-use torquescope::simulation::Scenario;
+use torquescope::simulation::{Excitation, Scenario};
 use torquescope::training::fit::Plan;
 
 fn run(command: Command, session: &Session) -> Session {
@@ -81,6 +83,34 @@ fn a_trained_lagrangian_is_told_its_friction_and_its_error_falls() {
     assert_eq!(named, [("coulomb-friction", [0].as_slice())], "{}", report(&session).advice);
     let (before, after) = (held_out(&session), held_out(&add_all(&session)));
     assert!(after < 0.3 * before, "held-out nMSE {before} -> {after}");
+}
+
+/// Slow motion of a light arm: the rigid body's torque hardly tells the lag, but the friction that turns round late does.
+#[test]
+fn friction_tells_the_lag_behind_it() {
+    let link = Link { mass: 0.6, length: 0.16, com: 0.08, inertia: 0.002 };
+    let arm =
+        Arm { links: vec![link; 2], posture: Posture { zero_angle: -FRAC_PI_2, ..Posture::RIGHT }, ..Arm::uniform(2) };
+    let motion = Excitation::SuperposedSines {
+        trajectories: 6,
+        duration: 20.0,
+        rate: 100.0,
+        sines: 5,
+        lowest_frequency: 0.05,
+        highest_frequency: 0.6,
+        space: vec![[-1.6, -0.1]; 2],
+    };
+    let hidden =
+        |effect: &str, parameter| HiddenEffect { effect: effect.into(), joint: Some(0), parameters: vec![parameter] };
+    let lag = 0.01;
+    let effects = vec![hidden("load-friction", 0.4), hidden("actuator-lag", lag)];
+    let sensors = Scenario { torque_noise: 0.01, encoder_resolution: Some(1e-4), ..Scenario::embedded() };
+    let session = run(Command::Diagnose, &simulated(Scenario { arm, motion, effects, ..sensors }));
+    let named: Vec<(&str, &[usize])> =
+        report(&session).effects.iter().map(|effect| (effect.effect.as_str(), effect.joints.as_slice())).collect();
+    assert_eq!(named, [("load-friction", [0].as_slice()), ("actuator-lag", &[0])], "{}", report(&session).advice);
+    let found = &report(&session).effects[1].parameters[0];
+    assert!((found.value - lag).abs() < 0.05 * lag, "{found:?}");
 }
 
 #[test]

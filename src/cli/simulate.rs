@@ -60,9 +60,9 @@ pub struct Simulate {
     /// Steps of the encoders [rad]: positions are rounded, velocity and acceleration derived from them.
     #[arg(long, value_name = "RAD")]
     encoder: Option<f64>,
-    /// Seed of all random draws.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// Seed of all random draws; 1, or that of the scenario.
+    #[arg(long)]
+    seed: Option<u64>,
     /// Do not state the arm's masses and lengths in the recording.
     #[arg(long)]
     unstated: bool,
@@ -116,10 +116,14 @@ impl Simulate {
     fn build_scenario(&self) -> anyhow::Result<Scenario> {
         if let Some(path) = &self.scenario {
             let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
-            return serde_json::from_str(&text).with_context(|| format!("{} is not a scenario", path.display()));
+            let mut scenario: Scenario =
+                serde_json::from_str(&text).with_context(|| format!("{} is not a scenario", path.display()))?;
+            scenario.seed = self.seed.unwrap_or(scenario.seed);
+            return Ok(scenario);
         }
+        let seed = self.seed.unwrap_or(1);
         if self.mystery {
-            return Ok(Scenario::mystery(self.seed)?);
+            return Ok(Scenario::mystery(seed)?);
         }
         let embedded = Scenario::embedded();
         let arm = match (&self.arm, self.joints) {
@@ -136,7 +140,7 @@ impl Simulate {
             effects: Vec::new(),
             torque_noise: self.noise,
             encoder_resolution: self.encoder,
-            seed: self.seed,
+            seed,
             stated: !self.unstated,
         };
         scenario.check()?;

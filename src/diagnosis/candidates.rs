@@ -32,8 +32,6 @@ pub struct Library<'a> {
     pub columns: Vec<PreparedColumn>,
     /// Torque that the model's known part leaves.
     pub torque: Vec<PerJoint>,
-    /// The effects of the model and those found beside it.
-    found: Vec<Found>,
 }
 
 /// One candidate: an effect at a place with a shape. It enters or stays out as a whole.
@@ -120,11 +118,12 @@ impl<'a> Library<'a> {
     ) -> Result<(Library<'a>, Vec<String>), ModelError> {
         let model = &fitted.model;
         let alterations = &fitted.setting().alterations;
-        let design = if alterations.is_empty() {
+        let mut design = if alterations.is_empty() {
             design
         } else {
             design.with_body(design.setting.body.clone(), alterations.clone())
         };
+        design.found = fitted.effects();
         let mut columns = fit::prepared_columns(model, &design, fitted.shapes())?;
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;
@@ -163,14 +162,9 @@ impl<'a> Library<'a> {
             }
         }
         monitor.report(0.4, "normal equations of all candidates")?;
-        let torque = fit::unexplained_torque(model, &design);
+        let torque = fit::unexplained_torque(model, &design)?;
         let equations = design.equations(&columns, &torque);
-        let found = fitted.effects();
-        let is_bare = found.is_empty();
-        let mut library = Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque, found };
-        if !is_bare {
-            library.renew(Group::follows_its_parameter, Vec::new())?;
-        }
+        let library = Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque };
         Ok((library, impossible))
     }
 
@@ -206,7 +200,7 @@ impl<'a> Library<'a> {
     pub fn reload(&mut self, factors: &[f64], found: Vec<Found>) -> Result<bool, ModelError> {
         let Some(body) = self.fitted.body_among(factors) else { return Ok(false) };
         self.take_as_found(factors, found);
-        let alterations = Alteration::among(&self.found);
+        let alterations = Alteration::among(&self.design.found);
         let is_altered = !Alteration::are_alike(&alterations, &self.design.setting.alterations);
         let alterations = if is_altered { alterations } else { self.design.setting.alterations.clone() };
         self.design = self.design.with_body(Some(body), alterations);
@@ -217,6 +211,14 @@ impl<'a> Library<'a> {
             changed.extend(0..self.base);
         }
         self.renew(|group| is_altered || group.term().depends_on_load(), changed)
+    }
+
+    /// Whether the columns take account of just those effects that change others which the model has or which were `found` beside it.
+    pub fn is_altered_by(&self, found: &[Found]) -> bool {
+        let (own, now) = (&self.fitted.setting().alterations, &self.design.setting.alterations);
+        let mut found = Alteration::among(found);
+        found.extend(own.iter().cloned());
+        found.len() == now.len() && found.iter().all(|one| now.iter().any(|other| other.term == one.term))
     }
 
     /// Lets what was `found` pass through the candidates that change what others do (friction comes before a lag), and computes
@@ -230,33 +232,27 @@ impl<'a> Library<'a> {
     }
 
     fn take_as_found(&mut self, factors: &[f64], found: Vec<Found>) {
-        self.found = self.fitted.effects_among(factors);
-        self.found.extend(found);
+        self.design.found = self.fitted.effects_among(factors);
+        self.design.found.extend(found);
     }
 
     /// Computes the columns of these candidates anew, and the equations of theirs and of those `changed` already; whether any did.
     fn renew(&mut self, concerns: impl Fn(&Group) -> bool, mut changed: Vec<usize>) -> Result<bool, ModelError> {
         let concerned: Vec<&Group> = self.groups.iter().filter(|group| concerns(group)).collect();
-        let prepare = |group: &&Group| self.prepared(group, &group.shape);
+        let prepare = |group: &&Group| fit::effect_columns(&group.term(), &self.design, &group.shape);
         let prepared = concerned.par_iter().map(prepare).collect::<Result<Vec<_>, ModelError>>()?;
         for (group, prepared) in concerned.into_iter().zip(prepared) {
             self.columns.splice(group.columns.clone(), prepared);
             changed.extend(group.columns.clone());
         }
         self.design.update_equations(&mut self.equations, &self.columns, &changed, &self.torque);
-        Ok(!changed.is_empty())
-    }
-
-    /// The columns of a candidate with another shape.
-    ///
-    /// # Errors
-    /// [`ModelError`] if the effect can't be computed with it.
-    pub fn prepared(&self, group: &Group, shape: &[f64]) -> Result<Vec<PreparedColumn>, ModelError> {
-        let (term, setting) = (group.term(), &self.design.setting);
-        if !group.follows_its_parameter() || setting.alterations.iter().any(|other| other.term == term) {
-            return fit::effect_columns(&term, &self.design, shape);
+        let torque = fit::unexplained_torque(&self.fitted.model, &self.design)?;
+        if torque != self.torque {
+            self.torque = torque;
+            self.design.replace_torque(&mut self.equations, &self.columns, &self.torque);
+            return Ok(true);
         }
-        self.design.prepare(|trajectory, load| term.columns_beside(setting, trajectory, load, shape, &self.found))
+        Ok(!changed.is_empty())
     }
 
     /// Gives a candidate another shape.
@@ -265,7 +261,7 @@ impl<'a> Library<'a> {
     /// [`ModelError`] if the effect can't be computed with it.
     pub fn reshape(&mut self, group: usize, shape: Vec<f64>) -> Result<(), ModelError> {
         let range = self.groups[group].columns.clone();
-        let prepared = self.prepared(&self.groups[group], &shape)?;
+        let prepared = fit::effect_columns(&self.groups[group].term(), &self.design, &shape)?;
         self.columns.splice(range.clone(), prepared);
         self.design.update_equations(&mut self.equations, &self.columns, &range.collect::<Vec<_>>(), &self.torque);
         self.groups[group].shape = shape;

@@ -202,10 +202,7 @@ impl<'a> Search<'a> {
                     }
                 }
                 self.settle()?;
-                let (factors, found) = self.found();
-                if self.library.pass(&factors, found)? {
-                    self.update();
-                }
+                self.follow()?;
             }
             if self.active == before {
                 break;
@@ -288,6 +285,17 @@ impl<'a> Search<'a> {
         };
         let found = self.active.iter().map(found).collect();
         (own.to_vec(), found)
+    }
+
+    /// Lets the effects of the set pass through those that change what others do, be they found or candidates.
+    fn follow(&mut self) -> Result<(), ModelError> {
+        let (factors, found) = self.found();
+        if !self.library.is_altered_by(&found) {
+            self.reload()?;
+        } else if self.library.pass(&factors, found)? {
+            self.update();
+        }
+        Ok(())
     }
 
     /// Settles the set after a change: superfluous effects leave, rivals that explain more take over, shapes are refined

@@ -103,7 +103,7 @@ fn evidence(
     }
     let model = Model { terms };
     let columns = fit::prepared_columns(&model, &design, &shapes).ok()?;
-    let equations = design.equations(&columns, &fit::unexplained_torque(&model, &design));
+    let equations = design.equations(&columns, &fit::unexplained_torque(&model, &design).ok()?);
     let samples: usize = (0..recording.joint_count()).map(|joint| design.sample_count(joint)).sum();
     let left = equations.total(&search.weights, |_| true).solve().residual_energy;
     (samples > 0).then(|| left / samples as f64)

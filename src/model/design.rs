@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::least_squares::{NormalEquations, dot};
 use super::preparation::Preparation;
-use super::terms::{Alteration, Setting};
+use super::terms::{Alteration, Found, Setting};
 use super::{Model, ModelError, RigidBody, Term};
 use crate::effect::{Column, Load};
 use crate::recording::split::{Segment, Split};
@@ -36,6 +36,8 @@ pub struct Design<'a> {
     /// Whether a prepared sample counts: `counts[trajectory][joint][sample]`.
     counts: Vec<Vec<Vec<bool>>>,
     preparations: Vec<Preparation>,
+    /// The effects that are in the torque, roughly: they pass through those that change what others do.
+    pub found: Vec<Found>,
     /// What the rigid body needs, by trajectory.
     loads: Vec<Option<Load>>,
 }
@@ -95,7 +97,7 @@ impl<'a> Design<'a> {
         }
         let blocks = cut_into_blocks(&joined(split), &preparations);
         let loads = vec![None; recording.trajectories.len()];
-        let design = Design { recording, setting, blocks, torque, counts, preparations, loads };
+        let design = Design { recording, setting, blocks, torque, counts, preparations, found: Vec::new(), loads };
         if (0..recording.joint_count()).all(|joint| design.energy(joint) == 0.0) {
             return Err(ModelError::NothingToLearn(
                 "the torque is zero, or no joint moves, in all training samples".to_owned(),
@@ -245,6 +247,21 @@ impl<'a> Design<'a> {
             }
         };
         self.blocks.par_iter().zip(&mut equations.parts).for_each(update);
+    }
+
+    /// Takes another torque into the equations of these columns.
+    pub fn replace_torque(&self, equations: &mut Equations, columns: &[PreparedColumn], torque: &[PerJoint]) {
+        let on_joint = &equations.on_joint;
+        let replace = |(block, parts): (&Block, &mut Vec<NormalEquations>)| {
+            for (joint, (part, acting)) in parts.iter_mut().zip(on_joint).enumerate() {
+                let torque = &torque[block.trajectory][joint][block.samples.clone()];
+                part.energy = dot(torque, torque);
+                for (moment, &column) in part.moment.iter_mut().zip(acting) {
+                    *moment = dot(columns[column].cut(block, joint), torque);
+                }
+            }
+        };
+        self.blocks.par_iter().zip(&mut equations.parts).for_each(replace);
     }
 
     /// Computes anew the last rows and columns of the weighted `sum` over all blocks, those of the columns `new`, which
@@ -416,6 +433,17 @@ impl PreparedColumn {
     fn cut(&self, block: &Block, joint: usize) -> &[f64] {
         let parts = &self.parts[block.trajectory];
         parts.iter().find(|(on, _)| *on == joint).map_or(&[], |(_, values)| &values[block.samples.clone()])
+    }
+
+    /// Adds `factor` times the column to a prepared torque, by trajectory.
+    pub fn add_to(&self, torque: &mut [PerJoint], factor: f64) {
+        for (torque, parts) in torque.iter_mut().zip(&self.parts) {
+            for (joint, values) in parts {
+                for (sum, value) in torque[*joint].iter_mut().zip(values) {
+                    *sum += factor * value;
+                }
+            }
+        }
     }
 
     /// Σ factors · (above − below) / step: the derivative of an effect's torque by a shape parameter.

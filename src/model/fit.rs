@@ -143,9 +143,12 @@ fn fit_in_rounds(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fi
     let mut fitted = fit_with_load(model, design, None, monitor)?;
     for _ in 0..LOAD_ROUNDS {
         let body = fitted.body_among(&fitted.factors).or(design.setting.body.clone());
-        let design = design.with_body(body, Alteration::among(&fitted.effects()));
+        let found = fitted.effects();
+        let mut design = design.with_body(body, Alteration::among(&found));
+        design.found = found;
         fitted = fit_with_load(model, &design, Some(&fitted), monitor)?;
     }
+    fitted.setting.alterations = Alteration::among(&fitted.effects());
     Ok(fitted)
 }
 
@@ -161,7 +164,7 @@ fn fit_with_load(
     if samples < 4 * factors.len() {
         return Err(ModelError::TooFewSamples { samples, parameters: factors.len() });
     }
-    let torque = unexplained_torque(model, design);
+    let torque = unexplained_torque(model, design)?;
     let mut search = ShapeSearch::new(model, design, before, &torque)?;
     // The first weights take each joint's torque for its error; the second know the error.
     let mut weights: Vec<f64> = (0..torque[0].len()).map(|joint| inverse(design.energy(joint))).collect();
@@ -185,14 +188,24 @@ fn fit_with_load(
 }
 
 /// Prepared torque less what the model knows beforehand.
-pub(crate) fn unexplained_torque(model: &Model, design: &Design) -> Vec<PerJoint> {
+///
+/// The column of an effect that changes others holds the change at the value found so far; what that value itself makes of it is
+/// in the columns of the others already, and is laid on top here.
+pub(crate) fn unexplained_torque(model: &Model, design: &Design) -> Result<Vec<PerJoint>, ModelError> {
     let mut torque = design.torque.clone();
     if let Some(known) = design.known_torque(model) {
         for (left, known) in torque.iter_mut().flatten().flatten().zip(known.iter().flatten().flatten()) {
             *left -= known;
         }
     }
-    torque
+    for alteration in &design.setting.alterations {
+        for change in design.prepare(|trajectory, load| {
+            Ok(vec![alteration.term.change_of(&design.found, &design.setting, trajectory, load)?])
+        })? {
+            change.add_to(&mut torque, alteration.linear[0]);
+        }
+    }
+    Ok(torque)
 }
 
 /// 1 / error variance of each joint.
@@ -417,7 +430,14 @@ pub(crate) fn effect_columns(
     design: &Design,
     shape: &[f64],
 ) -> Result<Vec<PreparedColumn>, ModelError> {
-    design.prepare(|trajectory, load| effect.columns(&design.setting, trajectory, load, shape))
+    let follows = effect.find()?.follows_its_parameter();
+    design.prepare(|trajectory, load| {
+        let mut columns = effect.columns(&design.setting, trajectory, load, shape)?;
+        if follows {
+            columns[0].add(&effect.change_of(&design.found, &design.setting, trajectory, load)?, 1.0);
+        }
+        Ok(columns)
+    })
 }
 
 /// Columns of all terms of a model, prepared.

@@ -334,31 +334,36 @@ impl EffectTerm {
         meets && registry::acts_before(&other.effect, &self.effect)
     }
 
-    /// [`EffectTerm::columns`] of an effect that changes what others do and is not among the alterations yet: for the rigid body's
-    /// torque, and for that of the effects that were `found` beside it.
-    pub(crate) fn columns_beside(
+    /// What a bit more of the parameter of this effect, if it is one that changes others, does to the torque of the effects that
+    /// were `found`, per unit of the parameter. With it in the column, the parameter follows from all torque that passes the
+    /// effect, not from the rigid body's alone.
+    pub(super) fn change_of(
         &self,
+        found: &[Found],
         setting: &Setting,
         trajectory: &Trajectory,
         load: Option<&Load>,
-        shape: &[f64],
-        found: &[Found],
-    ) -> Result<Vec<Column>, ModelError> {
-        let mut columns = self.columns(setting, trajectory, load, shape)?;
-        let &[start, next, ..] = &trajectory.time[..] else { return Ok(columns) };
-        // What a little of the parameter does to the others: from one sample ahead to one behind.
-        let step = next - start;
-        for (parameter, share) in [(step, 0.5 / step), (-step, -0.5 / step)] {
+    ) -> Result<Column, ModelError> {
+        let mut change = Column::on_all(vec![vec![0.0; trajectory.len()]; trajectory.joint_count()]);
+        if let Some(joint) = self.joint {
+            change.parts.retain(|(acting, _)| *acting == joint);
+        }
+        // From one sample ahead to one behind.
+        let step = trajectory.time_step();
+        let is_own = |alteration: &Alteration| alteration.term == *self;
+        let now = setting.alterations.iter().find(|alteration| is_own(alteration)).map_or(0.0, |own| own.linear[0]);
+        for (moved, share) in [(step, 0.5 / step), (-step, -0.5 / step)] {
             let mut altered = setting.clone();
-            altered.alterations.push(Alteration { term: self.clone(), linear: vec![parameter] });
+            altered.alterations.retain(|alteration| !is_own(alteration));
+            altered.alterations.push(Alteration { term: self.clone(), linear: vec![now + moved] });
             for Found { term, linear, shape } in found.iter().filter(|found| self.alters(&found.term)) {
                 let others = term.columns(&altered, trajectory, load, shape)?;
                 for (other, factor) in others.iter().zip(linear) {
-                    columns[0].add(other, share * factor);
+                    change.add(other, share * factor);
                 }
             }
         }
-        Ok(columns)
+        Ok(change)
     }
 }
 
