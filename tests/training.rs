@@ -5,7 +5,7 @@
 use torquescope::arm::{Arm, Posture};
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
 use torquescope::model::terms::Setting;
-use torquescope::model::{Fitted, Preset};
+use torquescope::model::{EffectTerm, Fitted, Preset};
 use torquescope::network::{Activation, Element, TILE, draw_weights};
 use torquescope::progress::Monitor;
 use torquescope::recording::seal::HiddenEffect;
@@ -401,7 +401,7 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
         }
         runs
     };
-    let effects = [AddedEffect { effect: "viscous-friction".into(), joint: 1, shape: vec![] }];
+    let effects = [AddedEffect { term: EffectTerm { effect: "viscous-friction".into(), joint: Some(1) }, shape: vec![] }];
     let setting = Setting {
         kinds: vec![JointKind::Revolute; 2],
         posture: Posture::RIGHT,

@@ -303,8 +303,11 @@ impl EffectTerm {
         Ok(self.find()?.spec().linear().map(factor).collect())
     }
 
-    /// Columns of the effect for these shape parameters.
-    pub(super) fn columns(
+    /// Columns of the effect for these shape parameters, as the setting's alterations leave them.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the motion lacks what its formula needs.
+    pub(crate) fn columns(
         &self,
         setting: &Setting,
         trajectory: &Trajectory,

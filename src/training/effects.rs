@@ -3,19 +3,17 @@
 //! Shape parameters (a Stribeck velocity) are given and stay; the linear ones become the factors of
 //! [`crate::model::learned::LearnedTerm::Columns`].
 
-use super::TrainError;
 use super::data::Columns;
-use crate::effect::{self, Motion, registry};
+use crate::effect::{self, Scope};
 use crate::model::terms::Setting;
+use crate::model::{EffectTerm, ModelError};
 use crate::recording::Trajectory;
 
 /// One effect on one joint, or on the whole arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AddedEffect {
-    /// Its id in the registry.
-    pub effect: String,
-    /// The joint, from 0; ignored by effects of the whole arm.
-    pub joint: usize,
+    /// Which and where.
+    pub term: EffectTerm,
     /// Its shape parameters, in the order of its file.
     pub shape: Vec<f64>,
 }
@@ -23,16 +21,14 @@ pub struct AddedEffect {
 /// Names of all linear parameters, for [`crate::model::learned::LearnedTerm::Columns`]: one for each column.
 ///
 /// # Errors
-/// [`TrainError::UnknownEffect`]
-pub fn names(effects: &[AddedEffect]) -> Result<Vec<String>, TrainError> {
+/// [`ModelError::UnknownEffect`]
+pub fn names(effects: &[AddedEffect]) -> Result<Vec<String>, ModelError> {
     let mut names = Vec::new();
-    for added in effects {
-        let spec = registry::find(&added.effect)?.spec();
-        let title = |parameter: &'static effect::ParameterSpec| match spec.scope {
-            effect::Scope::Joint | effect::Scope::Pair => {
-                format!("{} {}, joint {}", spec.id, parameter.name, added.joint + 1)
-            }
-            effect::Scope::Arm => format!("{} {}", spec.id, parameter.name),
+    for AddedEffect { term, .. } in effects {
+        let spec = term.find()?.spec();
+        let title = |parameter: &'static effect::ParameterSpec| match (spec.scope, term.joint) {
+            (Scope::Joint | Scope::Pair, Some(joint)) => format!("{} {}, joint {}", spec.id, parameter.name, joint + 1),
+            _ => format!("{} {}", spec.id, parameter.name),
         };
         names.extend(spec.linear().map(title));
     }
@@ -42,17 +38,16 @@ pub fn names(effects: &[AddedEffect]) -> Result<Vec<String>, TrainError> {
 /// The columns of all effects over one trajectory, for [`super::Samples::new`].
 ///
 /// # Errors
-/// [`TrainError::UnknownEffect`] and [`TrainError::NotApplicable`] say which effect and what it lacks.
-pub fn columns(effects: &[AddedEffect], setting: &Setting, trajectory: &Trajectory) -> Result<Columns, TrainError> {
+/// [`ModelError::UnknownEffect`] and [`ModelError::NotApplicable`] say which effect and what it lacks.
+pub fn columns(effects: &[AddedEffect], setting: &Setting, trajectory: &Trajectory) -> Result<Columns, ModelError> {
     let (joints, samples) = (trajectory.joint_count(), trajectory.len());
     if effects.is_empty() {
         return Ok(Columns::new());
     }
     let load = setting.load(trajectory);
-    let motion = Motion { load: load.as_ref(), ..setting.motion(trajectory) };
     let mut all = Columns::new();
-    for added in effects {
-        for column in registry::find(&added.effect)?.columns(&motion, added.joint, &added.shape)? {
+    for AddedEffect { term, shape } in effects {
+        for column in term.columns(setting, trajectory, load.as_ref(), shape)? {
             let mut torque = vec![vec![0.0; samples]; joints];
             for (joint, values) in column.parts {
                 torque[joint] = values;

@@ -118,7 +118,7 @@ struct TrainedNetworks {
 impl TrainedTerms for TrainedNetworks {
     fn torques(&self, trajectory: &Trajectory) -> Result<Vec<PerJoint>, ModelError> {
         let failed = |error: TrainError| ModelError::Network(error.to_string());
-        let columns = effects::columns(&self.effects, &self.setting, trajectory).map_err(failed)?;
+        let columns = effects::columns(&self.effects, &self.setting, trajectory)?;
         let components = self.model.components(trajectory, &columns).map_err(failed)?;
         let joints = self.model.architecture.joints;
         let by_joint = |values: &Vec<f64>| {
@@ -147,7 +147,7 @@ fn trained(fitted: &Fitted) -> Option<&TrainedNetworks> {
 /// [`TrainError`] if an effect can't be computed.
 pub fn effect_columns(fitted: &Fitted, trajectory: &Trajectory) -> Result<Columns, TrainError> {
     match trained(fitted) {
-        Some(networks) => effects::columns(&networks.effects, &networks.setting, trajectory),
+        Some(networks) => effects::columns(&networks.effects, &networks.setting, trajectory).map_err(failed),
         None => Ok(Columns::new()),
     }
 }
@@ -208,7 +208,7 @@ fn fit_from<E: Element>(
         for segment in segments {
             // Effects are computed along the whole trajectory, since they may have an inner state, and cut afterwards.
             let trajectory = &recording.trajectories[segment.trajectory];
-            let whole = effects::columns(&effects, &setting, trajectory)?;
+            let whole = effects::columns(&effects, &setting, trajectory).map_err(failed)?;
             let cut = |column: &PerJoint| -> PerJoint {
                 column.iter().map(|joint| joint[segment.samples.clone()].to_vec()).collect()
             };
@@ -256,11 +256,7 @@ fn added_effects(
     let terms = [Term::RigidBody(RigidBody::Identified)].into_iter().chain(effects).collect();
     let solved = model::fit(&Model { terms }, recording, split, monitor).map_err(failed)?;
     let shapes = solved.shapes().iter().skip(1);
-    let added = |(term, shape): (&model::EffectTerm, &Vec<f64>)| AddedEffect {
-        effect: term.effect.clone(),
-        joint: term.joint.unwrap_or(0),
-        shape: shape.clone(),
-    };
+    let added = |(term, shape): (&model::EffectTerm, &Vec<f64>)| AddedEffect { term: term.clone(), shape: shape.clone() };
     Ok((model.effects().zip(shapes).map(added).collect(), solved.setting().clone()))
 }
 
@@ -284,7 +280,7 @@ fn architecture<E: Element>(
         }
     }
     if !effects.is_empty() {
-        terms.push(LearnedTerm::Columns { names: effects::names(effects)? });
+        terms.push(LearnedTerm::Columns { names: effects::names(effects).map_err(failed)? });
     }
     let features = if setting.kinds.contains(&JointKind::Prismatic) { Features::Raw } else { plan.features };
     let mut architecture = Architecture { joints: setting.kinds.len(), features, terms, scales: Scales::default() };
@@ -456,11 +452,7 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Fitted, TrainError> {
         .model
         .effects()
         .zip(shapes)
-        .map(|(term, (_, shape))| AddedEffect {
-            effect: term.effect.clone(),
-            joint: term.joint.unwrap_or(0),
-            shape: shape.clone(),
-        })
+        .map(|(term, (_, shape))| AddedEffect { term: term.clone(), shape: shape.clone() })
         .collect();
     if learned.architecture.joints != plain.setting().kinds.len()
         || learned.effect_factors().len() != plain.factor_count()

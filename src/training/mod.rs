@@ -109,12 +109,6 @@ pub enum TrainError {
         /// What was expected.
         needed: &'static str,
     },
-    /// An effect that is not in the registry.
-    #[error(transparent)]
-    UnknownEffect(#[from] crate::effect::registry::UnknownEffect),
-    /// An effect that can't be computed for these data.
-    #[error(transparent)]
-    NotApplicable(#[from] crate::effect::NotApplicable),
     /// The model of the session can't be trained on this recording.
     #[error("{0}")]
     Model(String),
