@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
@@ -324,4 +324,16 @@ fn bad_input_ends_with_1_and_says_what_where_and_what_to_do() {
     assert!(fails(&["diagnose", "x.npz", "--model", "black-magic"], at, 1).contains("rigid-body"));
     write("broken.json", "{\"torquescope_model\": 1, \"fitted\": {}}");
     assert!(fails(&["evaluate", "x.npz", "--model", "broken.json"], at, 1).contains("broken.json"));
+}
+
+/// As in `… | head`, which reads no further.
+#[cfg(unix)]
+#[test]
+fn output_that_nobody_reads_ends_it_quietly() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_torquescope"));
+    let command = command.args(["experiment", "list"]).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
 }

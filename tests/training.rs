@@ -401,7 +401,8 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
         }
         runs
     };
-    let effects = [AddedEffect { term: EffectTerm { effect: "viscous-friction".into(), joint: Some(1) }, shape: vec![] }];
+    let effects =
+        [AddedEffect { term: EffectTerm { effect: "viscous-friction".into(), joint: Some(1) }, shape: vec![] }];
     let setting = Setting {
         kinds: vec![JointKind::Revolute; 2],
         posture: Posture::RIGHT,

@@ -273,18 +273,9 @@ fn print(experiment: &Experiment, cells: &[Cell], store: &Store, as_json: bool) 
             row.band_coverage.map_or(String::new(), |share| format!("{:.0} %", 100.0 * share)),
         ]);
     }
-    let header = [
-        "model",
-        " test set",
-        "seeds",
-        "nMSE torque",
-        "inertial",
-        "Coriolis",
-        "gravity",
-        "MSE by joint [(N m)²]",
-        "R²",
-        "in band",
-    ];
+    let mse = format!("MSE by joint [{}]", rows.first().map_or("", |row| row.mse_unit));
+    let header =
+        ["model", " test set", "seeds", "nMSE torque", "inertial", "Coriolis", "gravity", &mse, "R²", "in band"];
     println!("{}", table(&header, &lines));
     println!(
         "\nMean over seeds ± half of its 95 % interval; in brackets the paper's value, and ours as a multiple of it."

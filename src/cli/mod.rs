@@ -69,6 +69,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
+    if arguments.command.is_some() {
+        // As other commands do, it ends when nobody reads on: `… | head`. The window must not, by whatever it talks to.
+        sigpipe::reset();
+    }
     let result = match arguments.command {
         None => open_window(&arguments.data),
         Some(Command::Simulate(command)) => command.run(),

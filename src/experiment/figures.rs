@@ -352,7 +352,8 @@ fn errors(experiment: &Experiment, sets: &[&TestSet], rows: &[Row]) -> Figure {
         return Figure::default();
     }
     let names = sets.iter().map(|set| set.name.clone()).collect();
-    let axes = [Axis::names("", names), Axis::new("mean squared error", "(N m)²").logarithmic()];
+    let unit = rows.first().map_or("", |row| row.mse_unit);
+    let axes = [Axis::names("", names), Axis::new("mean squared error", unit).logarithmic()];
     let mut panel = Panel::new(&experiment.title, axes);
     let width = 0.84 / models.len() as f64;
     let mut published = Vec::new();

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::arm::Arm;
 use crate::model::Fitted;
 use crate::progress::Monitor;
-use crate::recording::{PerJoint, Recording, Trajectory};
+use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
 use crate::training::{TrainError, components, fit};
 
 /// Errors of a model on a test set.
@@ -15,8 +15,11 @@ pub struct Errors {
     pub nmse_torque: f64,
     /// The same of inertial, Coriolis and gravity torque, where they are known and not zero.
     pub nmse_parts: [Option<f64>; 3],
-    /// Mean of (τ − τ̂)² for each joint \[(N m)²\].
+    /// Mean of (τ − τ̂)² for each joint \[(N m)² or N²\].
     pub mse_joint: Vec<f64>,
+    /// What each joint does.
+    #[serde(default)]
+    pub kinds: Vec<JointKind>,
     /// 1 − Σ(τ − τ̂)² / Σ(τ − mean τ)², all joints together.
     pub r2: f64,
     /// Of an ensemble: share of the samples within its 95 % band, which is wide by the spread of its members.
@@ -86,6 +89,7 @@ pub fn measure(
         nmse_torque: error / size,
         nmse_parts: parts.map(|[error, size]| (size > 0.0).then(|| error / size)),
         mse_joint: by_joint.iter().map(|sums| sums[0] / samples).collect(),
+        kinds: recording.joints.iter().map(|joint| joint.kind).collect(),
         r2: 1.0 - error / spread,
         band_coverage: (members.len() > 1).then_some(inside / count),
     })

@@ -11,6 +11,7 @@ use super::file::Point;
 use super::metrics::Errors;
 use super::store::Store;
 use super::{Experiment, ExperimentError, run};
+use crate::recording::JointKind;
 
 /// The paper's tables, as published.
 const PAPER: [(u8, &str); 3] = [
@@ -38,8 +39,10 @@ pub struct Row {
     pub nmse_coriolis: Option<f64>,
     /// Of the gravity torque.
     pub nmse_gravity: Option<f64>,
-    /// For each joint \[(N m)²\].
+    /// For each joint, in that unit.
     pub mse_joint: Vec<f64>,
+    /// Unit of squared errors: (N m)², N² where joints slide, or both.
+    pub mse_unit: &'static str,
     /// All joints together.
     pub r2: f64,
     /// 95 % confidence interval of each mean, by the seeds; empty with one seed.
@@ -55,13 +58,13 @@ pub struct Row {
     /// nMSE of the torque of each seed.
     #[serde(skip)]
     pub nmse_by_seed: Vec<f64>,
-    /// Squared error of each seed, mean over the joints \[(N m)²\].
+    /// Squared error of each seed, mean over the joints.
     #[serde(skip)]
     pub mse_by_seed: Vec<f64>,
 }
 
 impl Row {
-    /// Squared error, mean over joints and seeds \[(N m)²\].
+    /// Squared error, mean over joints and seeds.
     pub fn mse(&self) -> f64 {
         statistic(&self.mse_by_seed).0
     }
@@ -151,6 +154,7 @@ fn row(model: &str, test_set: &str, point: Option<Point>, paper: BTreeMap<String
         nmse_coriolis: mean(2),
         nmse_gravity: mean(3),
         mse_joint: by_joint.iter().map(|(mean, _)| *mean).collect(),
+        mse_unit: unit_of_squares(done.first().map_or(&[], |errors| &errors.kinds)),
         r2: mean(4).unwrap_or(f64::NAN),
         interval,
         paper,
@@ -161,6 +165,14 @@ fn row(model: &str, test_set: &str, point: Option<Point>, paper: BTreeMap<String
             .iter()
             .map(|errors| errors.mse_joint.iter().sum::<f64>() / errors.mse_joint.len() as f64)
             .collect(),
+    }
+}
+
+fn unit_of_squares(kinds: &[JointKind]) -> &'static str {
+    match (kinds.contains(&JointKind::Prismatic), kinds.contains(&JointKind::Revolute)) {
+        (false, _) => "(N m)²",
+        (true, false) => "N²",
+        (true, true) => "(N m)², N²",
     }
 }
 
@@ -247,6 +259,7 @@ mod tests {
             nmse_torque: 9e-6,
             nmse_parts: [Some(1e-5), Some(1e-3), None],
             mse_joint: vec![1e-3, 1e-3, 1e-3],
+            kinds: vec![JointKind::Revolute; 3],
             r2: 0.9,
             band_coverage: None,
         };

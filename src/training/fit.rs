@@ -256,7 +256,8 @@ fn added_effects(
     let terms = [Term::RigidBody(RigidBody::Identified)].into_iter().chain(effects).collect();
     let solved = model::fit(&Model { terms }, recording, split, monitor).map_err(failed)?;
     let shapes = solved.shapes().iter().skip(1);
-    let added = |(term, shape): (&model::EffectTerm, &Vec<f64>)| AddedEffect { term: term.clone(), shape: shape.clone() };
+    let added =
+        |(term, shape): (&model::EffectTerm, &Vec<f64>)| AddedEffect { term: term.clone(), shape: shape.clone() };
     Ok((model.effects().zip(shapes).map(added).collect(), solved.setting().clone()))
 }
 
