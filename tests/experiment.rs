@@ -80,7 +80,7 @@ fn shards_of_which_one_is_killed_give_the_table_of_one_process() {
     let shard = |number: &str| -> Child {
         torquescope(&["run", "tiny.toml", "--out", "parts", "--shard", number], folder).spawn().unwrap()
     };
-    // The second shard has the networks. It is killed while it trains one: its claim stays behind.
+    // The second shard begins with a network. It is killed while it trains it: its claim stays behind.
     let mut killed = shard("2/2");
     let claims = || {
         let cells = std::fs::read_dir(folder.join("parts/cells")).into_iter().flatten();

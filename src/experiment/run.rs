@@ -40,6 +40,15 @@ impl Default for Shard {
     }
 }
 
+impl Shard {
+    /// Its share of all cells. They come seed after seed, and each seed is dealt from another shard on: else with as many shards as
+    /// models one would get the dearest model at every seed.
+    fn cells(self, all: Vec<Cell>) -> Vec<Cell> {
+        let is_own = |(number, cell): &(usize, Cell)| (number + cell.seed as usize) % self.of == self.number - 1;
+        all.into_iter().enumerate().filter(is_own).map(|(_, cell)| cell).collect()
+    }
+}
+
 impl FromStr for Shard {
     type Err = String;
 
@@ -150,7 +159,7 @@ pub fn run(
     monitor: &Monitor,
     watch: &mut dyn FnMut(&Cell),
 ) -> Result<Report, ExperimentError> {
-    let cells: Vec<Cell> = cell::plan(experiment, data)?.into_iter().skip(shard.number - 1).step_by(shard.of).collect();
+    let cells: Vec<Cell> = shard.cells(cell::plan(experiment, data)?);
     let (mut report, begin) = (Report::default(), Instant::now());
     for (index, cell) in cells.iter().enumerate() {
         if is_done(store, cell) {
@@ -414,6 +423,8 @@ fn blocks(recording: &Recording, which: Blocks) -> Vec<Trajectory> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
@@ -422,6 +433,22 @@ mod tests {
         for wrong in ["0/5", "6/5", "2", "a/b", "1/0", ""] {
             assert!(wrong.parse::<Shard>().unwrap_err().contains("write 2/5"), "{wrong}");
         }
+    }
+
+    /// With as many shards as models, each has a cell of every seed, and of other models.
+    #[test]
+    fn shards_share_the_dear_models() {
+        let experiment = crate::experiment::catalogue::find("table-2").unwrap();
+        let all = cell::plan(&experiment, None).unwrap();
+        let of = experiment.models.len();
+        let mut count = 0;
+        for number in 1..=of {
+            let cells = Shard { number, of }.cells(all.clone());
+            let models: BTreeSet<&str> = cells.iter().map(|cell| cell.model.name.as_str()).collect();
+            assert_eq!(models.len() as u64, experiment.seeds);
+            count += cells.len();
+        }
+        assert_eq!(count, all.len());
     }
 
     #[test]
