@@ -204,13 +204,8 @@ impl<'a> Library<'a> {
         let is_altered = !Alteration::are_alike(&alterations, &self.design.setting.alterations);
         let alterations = if is_altered { alterations } else { self.design.setting.alterations.clone() };
         self.design = self.design.with_body(Some(body), alterations);
-        let mut changed = Vec::new();
-        if self.fitted.model.depends_on_load() || is_altered {
-            let own = fit::prepared_columns(&self.fitted.model, &self.design, self.fitted.shapes())?;
-            self.columns.splice(0..self.base, own);
-            changed.extend(0..self.base);
-        }
-        self.renew(|group| is_altered || group.term().depends_on_load(), changed)
+        let own_change = self.fitted.model.depends_on_load() || is_altered;
+        self.renew(own_change, |group| is_altered || group.term().depends_on_load())
     }
 
     /// Whether the columns take account of just those effects that change others which the model has or which were `found` beside it.
@@ -228,7 +223,7 @@ impl<'a> Library<'a> {
     /// [`ModelError`] if a column can't be computed.
     pub fn pass(&mut self, factors: &[f64], found: Vec<Found>) -> Result<bool, ModelError> {
         self.take_as_found(factors, found);
-        self.renew(Group::follows_its_parameter, Vec::new())
+        self.renew(!self.fitted.setting().alterations.is_empty(), Group::follows_its_parameter)
     }
 
     fn take_as_found(&mut self, factors: &[f64], found: Vec<Found>) {
@@ -236,8 +231,14 @@ impl<'a> Library<'a> {
         self.design.found.extend(found);
     }
 
-    /// Computes the columns of these candidates anew, and the equations of theirs and of those `changed` already; whether any did.
-    fn renew(&mut self, concerns: impl Fn(&Group) -> bool, mut changed: Vec<usize>) -> Result<bool, ModelError> {
+    /// Computes the columns of these candidates anew, and the model's own if they change, too; whether any did.
+    fn renew(&mut self, own_change: bool, concerns: impl Fn(&Group) -> bool) -> Result<bool, ModelError> {
+        let mut changed = Vec::new();
+        if own_change {
+            let own = fit::prepared_columns(&self.fitted.model, &self.design, self.fitted.shapes())?;
+            self.columns.splice(0..self.base, own);
+            changed.extend(0..self.base);
+        }
         let concerned: Vec<&Group> = self.groups.iter().filter(|group| concerns(group)).collect();
         let prepare = |group: &&Group| fit::effect_columns(&group.term(), &self.design, &group.shape);
         let prepared = concerned.par_iter().map(prepare).collect::<Result<Vec<_>, ModelError>>()?;

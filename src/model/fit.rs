@@ -107,6 +107,11 @@ mod joint_number {
 const SHAPE_STEP: f64 = 1e-3;
 /// Rounds over all shape parameters, since they influence each other.
 const SHAPE_ROUNDS: usize = 2;
+/// Most steps that move all shape parameters together, and the share of the error by which one must lower it to go on.
+const MOST_POLISHING: usize = 8;
+const ENOUGH: f64 = 1e-6;
+/// No such step moves a shape parameter by more than this factor.
+const MOST_MOVED: f64 = 1.5;
 /// Rounds in which the load is computed anew from the identified body; each shrinks its error by the effect's strength.
 const LOAD_ROUNDS: usize = 2;
 /// The coverage of intervals.
@@ -171,6 +176,7 @@ fn fit_with_load(
     for round in 0..2 {
         monitor.report(0.2 + 0.4 * round as f32, "fitting all parameters")?;
         search.refine(&weights, monitor)?;
+        search.polish(&weights, monitor)?;
         weights = residual_weights(design, &search.equations, &search.solve(&weights));
     }
     let solution = search.equations.total(&weights, |_| true).solve();
@@ -311,15 +317,8 @@ impl<'a> ShapeSearch<'a> {
         Ok(())
     }
 
-    /// Estimates with their jackknife errors.
-    fn parameters(
-        &self,
-        factors: &[Factor],
-        weights: &[f64],
-        values: &DVector<f64>,
-        identified: &[bool],
-    ) -> Result<Vec<Parameter>, ModelError> {
-        // Column for each shape parameter: the derivative of the torque by it.
+    /// The shape parameters (term and number), and the equations with a column more for each: the derivative of the torque by it.
+    fn with_slopes(&self, values: &DVector<f64>) -> Result<(Vec<(usize, usize)>, Equations), ModelError> {
         let mut columns = self.columns.clone();
         let mut shape_parameters = Vec::new();
         for (term, shape) in self.shapes.iter().enumerate() {
@@ -342,6 +341,60 @@ impl<'a> ShapeSearch<'a> {
         } else {
             self.design.equations(&columns, self.torque)
         };
+        Ok((shape_parameters, equations))
+    }
+
+    /// Moves all shape parameters together, by Gauss and Newton, while the error falls: one at a time they stay behind where
+    /// they stand for each other.
+    fn polish(&mut self, weights: &[f64], monitor: &Monitor) -> Result<(), ModelError> {
+        let error = |search: &Self| search.equations.total(weights, |_| true).solve().residual_energy;
+        let mut least = error(self);
+        for _ in 0..MOST_POLISHING {
+            monitor.check()?;
+            let (places, equations) = self.with_slopes(&self.solve(weights))?;
+            let moves = equations.total(weights, |_| true).solve().factors;
+            let moves = &moves.as_slice()[moves.len() - places.len()..];
+            let before = self.shapes.clone();
+            for (&(term, number), moved) in places.iter().zip(moves) {
+                let Term::Effect(effect) = &self.model.terms[term] else { continue };
+                let Some((parameter, _)) = effect.find()?.spec().shapes().nth(number) else { continue };
+                let value = before[term][number];
+                let [low, high] = [value / MOST_MOVED, value * MOST_MOVED];
+                self.shapes[term][number] = (value + moved).clamp(low.max(parameter.min), high.min(parameter.max));
+            }
+            self.update_shaped()?;
+            let now = error(self);
+            if now >= least {
+                self.shapes = before;
+                return self.update_shaped();
+            }
+            if least - now < ENOUGH * now {
+                return Ok(());
+            }
+            least = now;
+        }
+        Ok(())
+    }
+
+    /// Computes the columns of all terms with shape parameters anew.
+    fn update_shaped(&mut self) -> Result<(), ModelError> {
+        for term in 0..self.shapes.len() {
+            if !self.shapes[term].is_empty() {
+                self.update_columns(term)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Estimates with their jackknife errors.
+    fn parameters(
+        &self,
+        factors: &[Factor],
+        weights: &[f64],
+        values: &DVector<f64>,
+        identified: &[bool],
+    ) -> Result<Vec<Parameter>, ModelError> {
+        let (shape_parameters, equations) = self.with_slopes(values)?;
         let errors = jackknife_errors(&equations, weights);
         let linear = factors.len();
         let quantile = interval_quantile(equations.block_count());
