@@ -110,8 +110,9 @@ const SHAPE_ROUNDS: usize = 2;
 /// Most steps that move all shape parameters together, and the share of the error by which one must lower it to go on.
 const MOST_POLISHING: usize = 8;
 const ENOUGH: f64 = 1e-6;
-/// No such step moves a shape parameter by more than this factor.
+/// No such step moves a shape parameter by more than this factor, and none is shortened to less than this share.
 const MOST_MOVED: f64 = 1.5;
+const LEAST_MOVE: f64 = 0.01;
 /// Rounds in which the load is computed anew from the identified body; each shrinks its error by the effect's strength.
 const LOAD_ROUNDS: usize = 2;
 /// The coverage of intervals.
@@ -355,18 +356,24 @@ impl<'a> ShapeSearch<'a> {
             let moves = equations.total(weights, |_| true).solve().factors;
             let moves = &moves.as_slice()[moves.len() - places.len()..];
             let before = self.shapes.clone();
-            for (&(term, number), moved) in places.iter().zip(moves) {
-                let Term::Effect(effect) = &self.model.terms[term] else { continue };
-                let Some((parameter, _)) = effect.find()?.spec().shapes().nth(number) else { continue };
-                let value = before[term][number];
-                let [low, high] = [value / MOST_MOVED, value * MOST_MOVED];
-                self.shapes[term][number] = (value + moved).clamp(low.max(parameter.min), high.min(parameter.max));
-            }
-            self.update_shaped()?;
-            let now = error(self);
-            if now >= least {
-                self.shapes = before;
-                return self.update_shaped();
+            let mut now = f64::INFINITY;
+            let mut share = 1.0;
+            while now >= least {
+                if share < LEAST_MOVE {
+                    self.shapes = before;
+                    return self.update_shaped();
+                }
+                for (&(term, number), moved) in places.iter().zip(moves) {
+                    let Term::Effect(effect) = &self.model.terms[term] else { continue };
+                    let Some((parameter, _)) = effect.find()?.spec().shapes().nth(number) else { continue };
+                    let value = before[term][number];
+                    let [low, high] = [value / MOST_MOVED, value * MOST_MOVED];
+                    let moved = (value + share * moved).clamp(low.max(parameter.min), high.min(parameter.max));
+                    self.shapes[term][number] = moved;
+                }
+                self.update_shaped()?;
+                now = error(self);
+                share *= 0.25;
             }
             if least - now < ENOUGH * now {
                 return Ok(());
