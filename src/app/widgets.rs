@@ -78,6 +78,10 @@ pub fn chip(ui: &mut Ui, text: &str, color: Color32) -> Response {
     frame.show(ui, |ui| ui.label(RichText::new(text).size(SMALL).color(color))).response
 }
 
+/// Least and most room between the columns of a table.
+const LEAST_BETWEEN: f32 = 4.0;
+const MOST_BETWEEN: f32 = 16.0;
+
 /// A table: header, then rows. Numbers are aligned at their right, texts at their left.
 pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
     let palette = Palette::in_ui(ui);
@@ -104,8 +108,9 @@ pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
             false => Layout::left_to_right(Align::Center),
         })
         .collect();
-    let spacing =
-        16.0f32.min((ui.available_width() - widths.iter().sum::<f32>()) / header.len().max(1) as f32).max(4.0);
+    // A table that is too wide by itself is scrolled: then there is room enough.
+    let free = (ui.available_width() - widths.iter().sum::<f32>()) / header.len().max(1) as f32;
+    let spacing = if free < LEAST_BETWEEN { MOST_BETWEEN } else { free.min(MOST_BETWEEN) };
     let grid = egui::Grid::new(id).striped(true).num_columns(header.len()).spacing([spacing, 6.0]);
     grid.show(ui, |ui| {
         for row in std::iter::once(&header).chain(rows) {
