@@ -108,7 +108,7 @@ pub struct Training {
     /// Their activation: tanh, sigmoid, softplus or silu.
     #[arg(long, value_parser = named::<Activation>)]
     activation: Option<Activation>,
-    /// How positions enter the networks: cos-sin or raw.
+    /// How positions enter the networks: cos-sin, link-angles or raw.
     #[arg(long, value_parser = named::<Features>)]
     features: Option<Features>,
     /// Divides velocities and accelerations that enter networks; with more than 1 these bend less where they were not trained.

@@ -164,8 +164,7 @@ impl<'a> Library<'a> {
         monitor.report(0.4, "normal equations of all candidates")?;
         let torque = fit::unexplained_torque(model, &design)?;
         let equations = design.equations(&columns, &torque);
-        let library = Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque };
-        Ok((library, impossible))
+        Ok((Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque }, impossible))
     }
 
     /// What one squared unit of a joint's residual says: 1 / variance of what all candidates together can't explain of its

@@ -364,12 +364,7 @@ impl<'a> ShapeSearch<'a> {
                     return self.update_shaped();
                 }
                 for (&(term, number), moved) in places.iter().zip(moves) {
-                    let Term::Effect(effect) = &self.model.terms[term] else { continue };
-                    let Some((parameter, _)) = effect.find()?.spec().shapes().nth(number) else { continue };
-                    let value = before[term][number];
-                    let [low, high] = [value / MOST_MOVED, value * MOST_MOVED];
-                    let moved = (value + share * moved).clamp(low.max(parameter.min), high.min(parameter.max));
-                    self.shapes[term][number] = moved;
+                    self.shapes[term][number] = self.within_reach(term, number, before[term][number], share * moved)?;
                 }
                 self.update_shaped()?;
                 now = error(self);
@@ -381,6 +376,14 @@ impl<'a> ShapeSearch<'a> {
             least = now;
         }
         Ok(())
+    }
+
+    /// A shape parameter after a move, not further than its bounds and one step allow.
+    fn within_reach(&self, term: usize, number: usize, value: f64, moved: f64) -> Result<f64, ModelError> {
+        let Term::Effect(effect) = &self.model.terms[term] else { return Ok(value) };
+        let Some((parameter, _)) = effect.find()?.spec().shapes().nth(number) else { return Ok(value) };
+        let [low, high] = [value / MOST_MOVED, value * MOST_MOVED];
+        Ok((value + moved).clamp(low.max(parameter.min), high.min(parameter.max)))
     }
 
     /// Computes the columns of all terms with shape parameters anew.

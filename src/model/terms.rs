@@ -328,9 +328,7 @@ impl EffectTerm {
         }
         Ok(columns)
     }
-}
 
-impl EffectTerm {
     /// Whether this effect, if it is one that changes others, changes that one.
     fn alters(&self, other: &EffectTerm) -> bool {
         let meets = self.joint.is_none() || other.joint.is_none() || self.joint == other.joint;
