@@ -25,6 +25,10 @@ const FILES: &[&str] = &["recording/read/mod.rs", "session", "experiment/store.r
 /// scoring of simulated draws.
 const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "cli/bench", "simulation"];
 
+/// Where an effect may be named by its id: its own room, and what hides a chosen effect on purpose (the embedded scenario and
+/// the benches that state what they measure). A rule asks `effect::Facts` instead.
+const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "cli/bench"];
+
 /// A source file: its path below `src`, and its code without comments and unit tests.
 struct Source {
     path: String,
@@ -157,5 +161,21 @@ fn a_seal_is_opened_only_on_the_users_order() {
     for source in sources() {
         let opens = source.code.contains("seal.open()") || source.code.contains("Seal::open");
         assert!(!opens || SEALS.iter().any(|place| source.path.starts_with(place)), "{} opens a seal", source.path);
+    }
+}
+
+#[test]
+fn an_effect_is_named_only_in_its_own_room() {
+    let sources = sources();
+    let stated = |line: &str| line.trim().strip_prefix("id: \"").and_then(|id| id.strip_suffix("\",")).map(str::to_owned);
+    let of_effects = sources.iter().filter(|source| source.path.starts_with("effect/"));
+    let ids: Vec<String> = of_effects.flat_map(|source| source.code.lines().filter_map(stated)).collect();
+    assert!(ids.len() > 30, "the effects were not found");
+    for source in sources.iter().filter(|source| !source.path.ends_with("tests.rs")) {
+        let may = EFFECTS.iter().any(|place| source.path.starts_with(place));
+        for id in &ids {
+            let names = source.code.contains(&format!("\"{id}\""));
+            assert!(may || !names, "{} names the effect `{id}`: make what the rule needs a field of `Facts`", source.path);
+        }
     }
 }

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use torquescope::diagnosis::{Report, Verdict};
-use torquescope::effect::{Scope, Spec, registry};
+use torquescope::effect::{Effect, Scope, registry};
 use torquescope::model::Fitted;
 use torquescope::progress::Monitor;
 use torquescope::recording::check::check;
@@ -68,7 +68,7 @@ journeys! {
 fn every_effect_has_its_journey() {
     let faults = ["torque-saturation", "stuck-channel"];
     let travelled: BTreeSet<&str> = ADDED.iter().copied().chain(faults).collect();
-    assert_eq!(travelled, registry::ALL.iter().map(|effect| effect.spec().id).collect());
+    assert_eq!(travelled, registry::ALL.iter().map(|effect| effect.id).collect());
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn report(session: &Session) -> &Report {
 }
 
 fn journey(id: &str) {
-    let spec = registry::find(id).unwrap().spec();
+    let spec = registry::find(id).unwrap();
     let mut scenario = small();
     // A delay is first sought to first order, which holds for short ones.
     let strength = if ["actuator-lag", "derivative-delay"].contains(&id) { 0.04 } else { 0.08 };
@@ -181,9 +181,9 @@ fn noise(session: &Session) -> f64 {
 }
 
 /// The effect itself and what the catalogue says can hardly be told from it.
-fn right_answers(spec: &'static Spec) -> Vec<BTreeSet<&'static str>> {
-    let others = spec.look_alikes.iter().map(|others| others.effects.iter().copied().collect());
-    std::iter::once(BTreeSet::from([spec.id])).chain(others).collect()
+fn right_answers(effect: &'static Effect) -> Vec<BTreeSet<&'static str>> {
+    let others = effect.facts.look_alikes.iter().map(|others| others.effects.iter().copied().collect());
+    std::iter::once(BTreeSet::from([effect.id])).chain(others).collect()
 }
 
 /// Sum of squares of what a session's model leaves of another session's recording.
@@ -206,7 +206,7 @@ fn shape_parameters_that_stand_for_each_other_are_found() {
     let session = run(add, &simulated(&scenario));
     let found = &session.current().unwrap().fitted.parameters;
     for (parameter, truth) in
-        registry::find("lugre-friction").unwrap().spec().parameters.iter().zip(&scenario.effects[0].parameters)
+        registry::find("lugre-friction").unwrap().parameters.iter().zip(&scenario.effects[0].parameters)
     {
         let value = found.iter().find(|found| found.name == parameter.name).unwrap().value;
         assert!((value / truth - 1.0).abs() < 0.01, "{}: {value} instead of {truth}", parameter.name);
@@ -214,7 +214,7 @@ fn shape_parameters_that_stand_for_each_other_are_found() {
 }
 
 fn check_parameters(fitted: &Fitted, hidden: &HiddenEffect) {
-    let spec = registry::find(&hidden.effect).unwrap().spec();
+    let spec = registry::find(&hidden.effect).unwrap();
     for (parameter, &truth) in spec.parameters.iter().zip(&hidden.parameters) {
         let mut found = fitted.parameters.iter().filter(|found| found.name == parameter.name);
         let found = found.find(|found| found.joint == hidden.joint).unwrap();

@@ -65,7 +65,7 @@ fn journey(effects: [(&str, usize); 2]) {
     let before = run(Command::Diagnose, &simulated);
     let report = before.report.as_ref().unwrap();
     let named = report.effects.iter().flat_map(|effect| {
-        let places = registry::find(&effect.effect).unwrap().spec().places(effect.joints.iter().copied());
+        let places = registry::find(&effect.effect).unwrap().places(effect.joints.iter().copied());
         places.into_iter().map(|place| (effect.effect.clone(), place))
     });
     let named: BTreeSet<(String, Option<usize>)> = named.collect();

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
 use torquescope::arm::{Arm, Posture};
+use torquescope::effect::registry;
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
 use torquescope::model::terms::Setting;
 use torquescope::model::{EffectTerm, Fitted, Preset};
@@ -284,7 +285,10 @@ fn a_run_of_the_session_is_resumed_with_its_effects_in_either_precision() {
     let recording = |joints, seed| simulate(&scenario(joints, seed), &Monitor::new()).unwrap();
     let (own, split) = (recording(2, 1), Split::automatic(&recording(2, 1)));
     let model = Preset::Learned(LearnedPreset::StructuredDelan).model(&own).unwrap();
-    let model = model.with_layers(&layers(Activation::Silu)).with_effect("viscous-friction", &[1]).unwrap();
+    let model = model
+        .with_layers(&layers(Activation::Silu))
+        .with_effect(registry::find("viscous-friction").unwrap(), &[1])
+        .unwrap();
     for precision in [Precision::F32, Precision::F64] {
         let options = Options { epochs: 4, batch: 100, ..Options::ours() };
         let plan = Plan { options, precision, features: Features::Raw, ..Plan::default() };
@@ -401,8 +405,10 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
         }
         runs
     };
-    let effects =
-        [AddedEffect { term: EffectTerm { effect: "viscous-friction".into(), joint: Some(1) }, shape: vec![] }];
+    let effects = [AddedEffect {
+        term: EffectTerm { effect: registry::find("viscous-friction").unwrap(), joint: Some(1) },
+        shape: vec![],
+    }];
     let setting = Setting {
         kinds: vec![JointKind::Revolute; 2],
         posture: Posture::RIGHT,
@@ -417,7 +423,7 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
     let samples = |runs: &[Trajectory]| Samples::<f32>::new(2, runs, &columns_of(runs)).unwrap();
     let (training, test) = (samples(&training), samples(&held_out));
     let mut architecture = small(LearnedPreset::StructuredDelan);
-    architecture.terms.push(LearnedTerm::Columns { names: names(&effects).unwrap() });
+    architecture.terms.push(LearnedTerm::Columns { names: names(&effects) });
     scale_to(&mut architecture, &training);
     let options = Options { epochs: 10, batch: 200, ..Options::ours() };
     let data = TrainingData { train: &training, held_out: Some(&test) };

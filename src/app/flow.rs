@@ -53,7 +53,7 @@ pub fn next(session: &Session, state: &State) -> Option<NextStep> {
             None => NextStep::run("Diagnose", "Lay every known effect beside the model", Command::Diagnose),
             Some(report) => match report.effects.first() {
                 Some(effect) => {
-                    let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |known| known.spec().name);
+                    let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |known| known.name);
                     let add = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
                     NextStep::run(format!("Add {name}"), "Add it and identify all parameters anew", add)
                 }

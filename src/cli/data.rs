@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 
 use super::progress;
 use crate::arm::{Arm, Posture};
+use crate::effect::registry;
 use crate::model::learned::{Features, Layers};
 use crate::model::{Fitted, Model, Preset, Term};
 use crate::network::Activation;
@@ -316,7 +317,7 @@ impl Data {
         };
         for text in &self.add {
             let (effect, joints) = parse_place(text, recording.joint_count())?;
-            model = model.with_effect(&effect, &joints)?;
+            model = model.with_effect(registry::find(&effect)?, &joints)?;
         }
         Ok(model)
     }

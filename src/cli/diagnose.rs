@@ -50,7 +50,7 @@ pub fn text(report: &Report) -> String {
     };
     let mut lines = vec![headline.to_owned(), String::new()];
     for (number_in_list, effect) in report.effects.iter().enumerate() {
-        let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |effect| effect.spec().name);
+        let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |effect| effect.name);
         let confidence = 100.0 * effect.confidence;
         lines.push(format!(
             "{}. {name}, {} (confidence {confidence:.0} %)",

@@ -71,9 +71,9 @@ fn table(fitted: &Fitted, recording: &Recording) -> anyhow::Result<Table> {
                 // An effect of one joint is zero at all others.
                 Term::Effect(effect) if effect.joint.is_some() => {
                     let joint = effect.joint.unwrap_or_default();
-                    table.extend(&format!("{}@{}", effect.effect, joint + 1), &torque[joint]);
+                    table.extend(&format!("{}@{}", effect.effect.id, joint + 1), &torque[joint]);
                 }
-                Term::Effect(effect) => table.extend_joints(&effect.effect, torque),
+                Term::Effect(effect) => table.extend_joints(effect.effect.id, torque),
                 other => table.extend_joints(&other.label().replace(' ', "-"), torque),
             }
         }

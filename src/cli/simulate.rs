@@ -179,7 +179,7 @@ impl Simulate {
         let parse =
             |value: &str| value.trim().parse::<f64>().with_context(|| format!("`{value}` in `{text}` is not a number"));
         let parameters = values.split(',').map(parse).collect::<anyhow::Result<Vec<f64>>>()?;
-        let spec = crate::effect::registry::find(&effect)?.spec();
+        let spec = crate::effect::registry::find(&effect)?;
         if spec.parameters.len() != parameters.len() {
             let names: Vec<&str> = spec.parameters.iter().map(|parameter| parameter.name).collect();
             bail!(

@@ -74,7 +74,7 @@ fn component_errors(truth: &Truth, recording: &Recording, fitted: &Fitted) -> an
 fn parameter_errors(truth: &Truth, fitted: &Fitted) -> anyhow::Result<Vec<ParameterError>> {
     let mut errors = Vec::new();
     for hidden in &truth.effects {
-        for (spec, value) in registry::find(&hidden.effect)?.spec().parameters.iter().zip(&hidden.parameters) {
+        for (spec, value) in registry::find(&hidden.effect)?.parameters.iter().zip(&hidden.parameters) {
             let is_same = |own: &&crate::model::Parameter| own.name == spec.name && own.joint == hidden.joint;
             errors.extend(fitted.parameters.iter().find(is_same).map(|own| ParameterError {
                 parameter: own.name.clone(),

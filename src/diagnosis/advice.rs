@@ -8,7 +8,7 @@ use crate::recording::joints_text;
 
 /// What can't be told apart, and what would tell.
 fn doubt(effect: &MissingEffect) -> Option<String> {
-    let name = |id: &str| registry::find(id).map_or(id.to_owned(), |effect| effect.spec().name.to_owned());
+    let name = |id: &str| registry::find(id).map_or(id.to_owned(), |effect| effect.name.to_owned());
     let others: Vec<String> = effect.alternatives.iter().map(|id| name(id)).collect();
     let open = format!("These data hardly tell {} from {}", name(&effect.effect), others.join(" or "));
     match (&effect.telling_motion, others.is_empty()) {
@@ -34,7 +34,7 @@ pub fn advice(
     let mut sentences = Vec::new();
     match (verdict, effects.first()) {
         (Verdict::Missing | Verdict::Ambiguous, Some(first)) => {
-            let name = registry::find(&first.effect).map_or(first.effect.as_str(), |effect| effect.spec().name);
+            let name = registry::find(&first.effect).map_or(first.effect.as_str(), |effect| effect.name);
             sentences.push(format!("Add {name} on {} first.", joints_text(&first.joints)));
             if verdict == Verdict::Ambiguous {
                 sentences.extend(effects.iter().filter_map(doubt));

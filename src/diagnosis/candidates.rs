@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use crate::effect::{Effect, Scope, Spec, registry};
+use crate::effect::{Effect, Scope};
 use crate::model::design::{Design, Equations, PreparedColumn};
 use crate::model::fit::{self, Fitted};
 use crate::model::terms::{Alteration, Found};
@@ -38,7 +38,7 @@ pub struct Library<'a> {
 #[derive(Debug, Clone)]
 pub struct Group {
     /// The effect.
-    pub spec: &'static Spec,
+    pub effect: &'static Effect,
     /// The joint, from 0; `None` for an effect of the whole arm.
     pub joint: Option<usize>,
     /// Shape parameters.
@@ -52,28 +52,28 @@ pub struct Group {
 impl Group {
     /// Price of the candidate in parameters: linear ones, and one more for each shape parameter that was searched.
     pub fn parameter_count(&self) -> usize {
-        self.spec.parameters.len()
+        self.effect.parameters.len()
     }
 
     /// Whether the other one is the same effect at the same place, perhaps with another shape.
     pub fn same_place_and_effect(&self, other: &Group) -> bool {
-        self.spec.id == other.spec.id && self.joint == other.joint
+        self.effect == other.effect && self.joint == other.joint
     }
 
     /// Whether this one has all that `other` has and more (Stribeck has Coulomb).
     pub fn includes(&self, other: &Group) -> bool {
-        self.joint == other.joint && self.spec.includes.contains(&other.spec.id)
+        self.joint == other.joint && self.effect.contains(other.effect)
     }
 
     /// Whether both describe the same thing in two ways (Dahl and LuGre), so that only one of them can be there.
     pub fn is_another_form_of(&self, other: &Group) -> bool {
-        self.joint == other.joint && self.spec.looks_like(other.spec)
+        self.joint == other.joint && self.effect.looks_like(other.effect)
     }
 
     /// The joints on which it makes torque; `None` for all.
     fn joints(&self) -> Option<std::ops::RangeInclusive<usize>> {
         let joint = self.joint?;
-        Some(if self.spec.scope == Scope::Pair { joint - 1..=joint } else { joint..=joint })
+        Some(if self.effect.scope == Scope::Pair { joint - 1..=joint } else { joint..=joint })
     }
 
     /// Whether both make torque on a common joint.
@@ -86,21 +86,16 @@ impl Group {
 
     /// Its name and place, for people.
     pub fn label(&self) -> String {
-        match (self.spec.scope, self.joint) {
-            (Scope::Joint, Some(joint)) => format!("{} on joint {}", self.spec.name, joint + 1),
-            (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", self.spec.name, joint, joint + 1),
-            _ => self.spec.name.to_owned(),
+        match (self.effect.scope, self.joint) {
+            (Scope::Joint, Some(joint)) => format!("{} on joint {}", self.effect.name, joint + 1),
+            (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", self.effect.name, joint, joint + 1),
+            _ => self.effect.name.to_owned(),
         }
-    }
-
-    /// Whether its columns are taken at the value of its parameter.
-    pub fn follows_its_parameter(&self) -> bool {
-        registry::find(self.spec.id).is_ok_and(|effect| effect.follows_its_parameter())
     }
 
     /// The model term that it stands for.
     pub fn term(&self) -> EffectTerm {
-        EffectTerm { effect: self.spec.id.to_owned(), joint: self.joint }
+        EffectTerm { effect: self.effect, joint: self.joint }
     }
 }
 
@@ -113,7 +108,7 @@ impl<'a> Library<'a> {
     pub fn new(
         fitted: &Fitted,
         design: Design<'a>,
-        effects: &[&'static dyn Effect],
+        effects: &[&'static Effect],
         monitor: &Monitor,
     ) -> Result<(Library<'a>, Vec<String>), ModelError> {
         let model = &fitted.model;
@@ -129,17 +124,16 @@ impl<'a> Library<'a> {
         monitor.report(0.15, "computing candidate effects")?;
         let positions = sorted_positions(design.recording);
         let mut places: Vec<Group> = Vec::new();
-        for effect in effects {
-            let spec = effect.spec();
-            for joint in spec.places(0..design.recording.joint_count()) {
-                if is_covered(model, spec, joint) {
+        for &effect in effects {
+            for joint in effect.places(0..design.recording.joint_count()) {
+                if is_covered(model, effect, joint) {
                     continue;
                 }
                 let least_shape =
                     effect.least_shape(joint.and_then(|joint| positions.get(joint)).map_or(&[], Vec::as_slice));
                 let seen = |shape: &Vec<f64>| shape.iter().zip(&least_shape).all(|(value, least)| value >= least);
-                let shapes = start_shapes(spec).into_iter().filter(seen);
-                let group = |shape| Group { spec, joint, shape, least_shape: least_shape.clone(), columns: 0..0 };
+                let shapes = start_shapes(effect).into_iter().filter(seen);
+                let group = |shape| Group { effect, joint, shape, least_shape: least_shape.clone(), columns: 0..0 };
                 places.extend(shapes.map(group));
             }
         }
@@ -204,7 +198,7 @@ impl<'a> Library<'a> {
         let alterations = if is_altered { alterations } else { self.design.setting.alterations.clone() };
         self.design = self.design.with_body(Some(body), alterations);
         let own_change = self.fitted.model.depends_on_load() || is_altered;
-        self.renew(own_change, |group| is_altered || group.term().depends_on_load())
+        self.renew(own_change, |group| is_altered || group.effect.facts.depends_on_load)
     }
 
     /// Whether the columns take account of just those effects that change others which the model has or which were `found` beside it.
@@ -222,7 +216,7 @@ impl<'a> Library<'a> {
     /// [`ModelError`] if a column can't be computed.
     pub fn pass(&mut self, factors: &[f64], found: Vec<Found>) -> Result<bool, ModelError> {
         self.take_as_found(factors, found);
-        self.renew(!self.fitted.setting().alterations.is_empty(), Group::follows_its_parameter)
+        self.renew(!self.fitted.setting().alterations.is_empty(), |group| group.effect.changes_others())
     }
 
     fn take_as_found(&mut self, factors: &[f64], found: Vec<Found>) {
@@ -270,11 +264,8 @@ impl<'a> Library<'a> {
 }
 
 /// Whether the model has the effect there, by itself or inside another one.
-fn is_covered(model: &Model, spec: &Spec, joint: Option<usize>) -> bool {
-    model.effects().any(|term| {
-        let inside = registry::find(&term.effect).is_ok_and(|effect| effect.spec().includes.contains(&spec.id));
-        term.joint == joint && (term.effect == spec.id || inside)
-    })
+fn is_covered(model: &Model, effect: &Effect, joint: Option<usize>) -> bool {
+    model.effects().any(|term| term.joint == joint && (term.effect == effect || term.effect.contains(effect)))
 }
 
 /// Every position of each joint, ascending.
@@ -289,8 +280,8 @@ fn sorted_positions(recording: &Recording) -> PerJoint {
 }
 
 /// All combinations of the start values of the shape parameters; one empty combination for effects without shape.
-fn start_shapes(spec: &Spec) -> Vec<Vec<f64>> {
-    spec.shapes().fold(vec![Vec::new()], |shapes, (_, grid)| {
+fn start_shapes(effect: &Effect) -> Vec<Vec<f64>> {
+    effect.shapes().fold(vec![Vec::new()], |shapes, (_, grid)| {
         let extended = shapes.iter().flat_map(|shape| {
             grid.iter().map(move |&value| {
                 let mut longer = shape.clone();

@@ -1,7 +1,7 @@
 //! The plot that shows an effect: what the rest of the model leaves of the torque, over the state where the effect shows.
 
 use super::report::Evidence;
-use crate::effect::{Axis, registry};
+use crate::effect::{Axis, Effect};
 use crate::model::{Evaluation, Fitted, Term};
 use crate::recording::split::Split;
 use crate::recording::{Recording, Trajectory};
@@ -28,10 +28,10 @@ pub fn of_effect(
     evaluation: &Evaluation,
     recording: &Recording,
     split: &Split,
-    effect: &str,
+    effect: &Effect,
     joints: &[usize],
 ) -> Vec<Evidence> {
-    let axis = registry::find(effect).map_or(Axis::Time, |effect| effect.spec().axis);
+    let axis = effect.axis;
     let samples: usize = split.held_out.iter().map(|segment| segment.samples.len()).sum();
     let every = samples.div_ceil(MOST_POINTS).max(1);
     let of_joint = |&joint: &usize| {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::selection::{MARGIN, Search};
-use crate::effect::{Spec, registry};
+use crate::effect::Effect;
 
 /// Smallest share of the joint's torque (RMS) that is worth naming.
 const LEAST_SHARE: f64 = 0.0025;
@@ -47,7 +47,7 @@ pub fn check(search: &Search, group: usize) -> Result<(), String> {
     if confirmed < CONFIRMED * gain {
         return Err("blocks that were left out do not confirm it".to_owned());
     }
-    let is_everyday = registry::is_everyday(candidate.spec.id);
+    let is_everyday = candidate.effect.facts.everyday;
     let least_t = if is_everyday { LEAST_T_OF_EVERYDAY } else { LEAST_T };
     if !is_confirmed_by(search, before, &after, least_t) {
         return Err("only a few blocks of the recording speak for it".to_owned());
@@ -64,24 +64,24 @@ pub fn leaves_it(search: &Search, set: &[usize], group: usize) -> Option<&'stati
         let offset = offset_of(search, set, group)?;
         Some(&solution.factors.as_slice()[offset..offset + groups[group].columns.len()])
     };
-    let (effect, own) = (registry::find(groups[group].spec.id).ok()?, factors(group)?);
+    let (effect, own) = (groups[group].effect, factors(group)?);
     let leaves = |&&other: &&usize| {
         let is_beside = other != group && groups[other].joint == groups[group].joint;
-        is_beside && factors(other).is_some_and(|others| effect.is_left_by(own, groups[other].spec.id, others))
+        is_beside && factors(other).is_some_and(|others| effect.is_left_by(own, groups[other].effect, others))
     };
-    set.iter().find(leaves).map(|&other| groups[other].spec.name)
+    set.iter().find(leaves).map(|&other| groups[other].effect.name)
 }
 
 /// Whether the linear parameters of the group lie within their bounds.
 pub fn is_physical(search: &Search, groups: &[usize], group: usize) -> bool {
     let solution = search.solve(groups);
     let Some(offset) = offset_of(search, groups, group) else { return false };
-    are_physical(search.library.groups[group].spec, &solution.factors.as_slice()[offset..])
+    are_physical(search.library.groups[group].effect, &solution.factors.as_slice()[offset..])
 }
 
 /// Whether these linear parameters lie within their bounds, but for rounding.
-pub fn are_physical(spec: &Spec, factors: &[f64]) -> bool {
-    spec.linear().zip(factors).all(|(parameter, &value)| {
+pub fn are_physical(effect: &Effect, factors: &[f64]) -> bool {
+    effect.linear().zip(factors).all(|(parameter, &value)| {
         let tolerance = 1e-9 * value.abs();
         value >= parameter.min - tolerance && value <= parameter.max + tolerance
     })

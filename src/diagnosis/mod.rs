@@ -66,7 +66,7 @@ pub fn diagnose(
 /// # Errors
 /// As [`diagnose`].
 pub fn diagnose_among(
-    effects: &[&'static dyn Effect],
+    effects: &[&'static Effect],
     fitted: &Fitted,
     recording: &Recording,
     split: &Split,
@@ -134,11 +134,10 @@ fn linear_counterpart(model: &Model, joints: usize) -> Model {
     for term in &model.terms {
         match term {
             Term::Learned(LearnedTerm::Friction) => {
-                let friction = ["stribeck-friction", "viscous-friction"];
-                let on_joints = friction.iter().flat_map(|effect| (0..joints).map(move |joint| (effect, Some(joint))));
-                terms.extend(
-                    on_joints.map(|(effect, joint)| Term::Effect(EffectTerm { effect: (*effect).to_owned(), joint })),
-                );
+                let mut friction: Vec<_> = registry::addable().filter(|effect| effect.facts.learned_friction).collect();
+                friction.sort_by_key(|effect| effect.id);
+                let placed = |effect| (0..joints).map(move |joint| EffectTerm { effect, joint: Some(joint) });
+                terms.extend(friction.into_iter().flat_map(placed).map(Term::Effect));
             }
             Term::Effect(_) => terms.push(term.clone()),
             Term::Learned(_) | Term::RigidBody(_) => {}
@@ -180,7 +179,7 @@ fn measure_steps(
         let parameters = last_fitted.parameters.iter().filter(|parameter| of_effect(parameter.term)).cloned().collect();
         let evidence = evidence::of_effect(&last_fitted, &last, recording, split, effect.effect, &effect.joints);
         effects.push(MissingEffect {
-            effect: effect.effect.to_owned(),
+            effect: effect.effect.id.to_owned(),
             joints: effect.joints.clone(),
             confidence: effect.confidence,
             parameters,
@@ -196,7 +195,7 @@ fn measure_steps(
 
 /// A fault of the torque readings, which were left out of all that was learned and measured: there is nothing to add for it.
 fn in_readings(fault: &Fault, recording: &Recording, last: &Evaluation) -> Option<MissingEffect> {
-    let spec = registry::of_fault(fault.kind)?.spec();
+    let spec = registry::of_fault(fault.kind)?;
     let parameter = |(parameter, value): (&ParameterSpec, f64)| Parameter {
         name: parameter.name.to_owned(),
         symbol: parameter.symbol.to_owned(),

@@ -8,7 +8,7 @@ use super::gates;
 use super::selection::{CLOSE, Rival, Search};
 use super::stated_arm::{self, Comparison};
 use crate::arm::Arm;
-use crate::effect::{Scope, registry};
+use crate::effect::{Effect, Scope};
 use crate::recording::Recording;
 
 /// A rival counts as an alternative too if it explains all but this share of what the effect explains.
@@ -22,8 +22,8 @@ const HIGHEST_BESIDE_OTHER_FORM: f64 = 0.6;
 
 /// One effect with all joints where it was found.
 pub struct Named {
-    /// Its id.
-    pub effect: &'static str,
+    /// Which.
+    pub effect: &'static Effect,
     /// Counted from 0.
     pub joints: Vec<usize>,
     /// Drop of the weighted squared error.
@@ -53,8 +53,8 @@ pub fn name_effects(search: &Search, comparison: &Comparison, recording: &Record
     let mut by_effect: BTreeMap<&'static str, Named> = BTreeMap::new();
     let mut add = |group: usize, judgement: Judgement, pins: bool| {
         let place = &search.library.groups[group];
-        let named = by_effect.entry(place.spec.id).or_insert(Named {
-            effect: place.spec.id,
+        let named = by_effect.entry(place.effect.id).or_insert(Named {
+            effect: place.effect,
             joints: Vec::new(),
             gain: 0.0,
             confidence: 1.0,
@@ -118,8 +118,8 @@ fn judge(search: &Search, group: usize) -> Judgement {
         }
         let is_simpler = groups[rival].parameter_count() <= groups[group].parameter_count();
         if priced < CLOSE || (!contains && is_simpler && worse < NEARLY_AS_MUCH * gain) {
-            let elsewhere = groups[rival].spec.id == groups[group].spec.id;
-            alternatives.push(if elsewhere { groups[rival].label() } else { groups[rival].spec.id.to_owned() });
+            let elsewhere = groups[rival].effect == groups[group].effect;
+            alternatives.push(if elsewhere { groups[rival].label() } else { groups[rival].effect.id.to_owned() });
             if groups[rival].is_another_form_of(&groups[group]) {
                 confidence = confidence.min(HIGHEST_BESIDE_OTHER_FORM);
             }
@@ -153,17 +153,16 @@ fn judge_absorbed(search: &Search, arm: &Arm, found: &[usize], group: usize) -> 
 /// in for one effect that is not in the catalogue.
 fn is_in_odd_company(search: &Search, group: usize) -> bool {
     let groups = &search.library.groups;
-    let is_odd =
-        |group: usize| groups[group].spec.scope == Scope::Joint && !registry::is_everyday(groups[group].spec.id);
+    let is_odd = |group: usize| groups[group].effect.scope == Scope::Joint && !groups[group].effect.facts.everyday;
     let is_pair = |first: usize, second: usize| {
         first != second
             && is_odd(first)
             && is_odd(second)
             && groups[first].joint == groups[second].joint
-            && groups[first].spec.axis == groups[second].spec.axis
+            && groups[first].effect.axis == groups[second].effect.axis
     };
     let belongs = |first: &usize| {
-        *first == group || (groups[group].spec.id == "torque-offset" && groups[group].joint == groups[*first].joint)
+        *first == group || (groups[group].effect.facts.is_offset && groups[group].joint == groups[*first].joint)
     };
     let mut belonging = search.active.iter().copied().filter(belongs);
     belonging.any(|first| search.active.iter().any(|&second| is_pair(first, second)))

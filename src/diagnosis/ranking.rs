@@ -78,7 +78,13 @@ pub fn rank(
             "beside what was found it explains hardly more than chance would".to_owned()
         };
         let error_drop = (index..groups.len()).filter(same).map(|other| drops[other]).fold(f64::NEG_INFINITY, f64::max);
-        ranking.push(Candidate { effect: group.spec.id.to_owned(), joint: group.joint, error_drop, accepted, reason });
+        ranking.push(Candidate {
+            effect: group.effect.id.to_owned(),
+            joint: group.joint,
+            error_drop,
+            accepted,
+            reason,
+        });
     }
     ranking.sort_by(|a, b| b.accepted.cmp(&a.accepted).then(b.error_drop.total_cmp(&a.error_drop)));
     ranking

@@ -12,7 +12,6 @@ use rayon::prelude::*;
 
 use super::candidates::{Group, Library};
 use super::gates;
-use crate::effect::registry;
 use crate::model::design::PreparedColumn;
 use crate::model::least_squares::{Elimination, NormalEquations, Solution};
 use crate::model::line_search::{FINE, minimum};
@@ -195,7 +194,7 @@ impl<'a> Search<'a> {
                 for &group in &found {
                     self.active = self.with(group);
                 }
-                if found.iter().any(|&group| self.library.groups[group].term().depends_on_load()) {
+                if found.iter().any(|&group| self.library.groups[group].effect.facts.depends_on_load) {
                     // Each time the error of the load shrinks by the strength of the effect.
                     for _ in 0..LOAD_ROUNDS {
                         self.reload()?;
@@ -263,7 +262,7 @@ impl<'a> Search<'a> {
         let (factors, found) = self.found();
         for (&group, found) in self.active.iter().zip(&found) {
             let group = &mut self.library.groups[group];
-            if group.follows_its_parameter() {
+            if group.effect.changes_others() {
                 group.shape.clone_from(&found.linear);
             }
         }
@@ -322,19 +321,17 @@ impl<'a> Search<'a> {
     fn simplify(&mut self) -> bool {
         let groups = &self.library.groups;
         let before = self.active.clone();
-        for odd in before.iter().copied().filter(|&group| !registry::is_everyday(groups[group].spec.id)) {
+        for odd in before.iter().copied().filter(|&group| !groups[group].effect.facts.everyday) {
             let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != odd).collect();
             let everyday: Vec<usize> = self
                 .rivals(odd)
                 .into_iter()
                 .map(|rival| rival.group)
-                .filter(|&rival| {
-                    registry::is_everyday(groups[rival].spec.id) && groups[rival].joint == groups[odd].joint
-                })
+                .filter(|&rival| groups[rival].effect.facts.everyday && groups[rival].joint == groups[odd].joint)
                 .collect();
             let alone = everyday.iter().map(|&first| vec![first]);
             let pairs = everyday.iter().flat_map(|&first| {
-                let is_other = move |second: &&usize| groups[**second].spec.id > groups[first].spec.id;
+                let is_other = move |second: &&usize| groups[**second].effect.id > groups[first].effect.id;
                 everyday.iter().filter(is_other).map(move |&second| vec![first, second])
             });
             let size = |set: &[usize]| set.iter().map(|&group| groups[group].parameter_count()).sum::<usize>();
@@ -443,7 +440,7 @@ impl<'a> Search<'a> {
     /// The best of the most promising effects, each with its shape refined: at its start value a shape may do badly.
     fn best_when_refined(&mut self, mut scored: Vec<(usize, f64)>) -> Result<Option<usize>, ModelError> {
         scored.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let is_everyday = |&group: &usize| registry::is_everyday(self.library.groups[group].spec.id);
+        let is_everyday = |&group: &usize| self.library.groups[group].effect.facts.everyday;
         let everyday: Vec<usize> = scored.iter().map(|(group, _)| *group).filter(is_everyday).collect();
         let mut short_list: Vec<usize> = Vec::new();
         for (group, _) in scored {
@@ -477,7 +474,7 @@ impl<'a> Search<'a> {
     /// The best shape of a group beside the active ones, between the neighbours of its start value; `None`
     /// if there is none or it has it.
     fn best_shape(&self, group: usize, steps: usize) -> Result<Option<Vec<f64>>, ModelError> {
-        if self.library.groups[group].spec.shapes().next().is_none() {
+        if self.library.groups[group].effect.shapes().next().is_none() {
             return Ok(None);
         }
         let candidate = self.library.groups[group].clone();
@@ -499,7 +496,7 @@ impl<'a> Search<'a> {
         let mut least = start;
         // Several shape parameters influence each other.
         let rounds = if steps == COARSE { 1 } else { candidate.shape.len().min(SHAPE_ROUNDS) };
-        for (number, (parameter, grid)) in (0..rounds).flat_map(|_| candidate.spec.shapes().enumerate()) {
+        for (number, (parameter, grid)) in (0..rounds).flat_map(|_| candidate.effect.shapes().enumerate()) {
             let value = shape[number];
             let below = grid.iter().copied().rfind(|&other| other < 0.999 * value);
             let above = grid.iter().copied().find(|&other| other > 1.001 * value);
@@ -565,7 +562,7 @@ impl<'a> Search<'a> {
         let base = Base::new(self, others);
         let rival = |candidate: usize| {
             let candidate_group = &groups[candidate];
-            let meets = candidate_group.meets(&groups[group]) || candidate_group.spec.id == groups[group].spec.id;
+            let meets = candidate_group.meets(&groups[group]) || candidate_group.effect == groups[group].effect;
             let excludes = |&other: &usize| {
                 let other = &groups[other];
                 other.same_place_and_effect(candidate_group)
@@ -578,7 +575,7 @@ impl<'a> Search<'a> {
             }
             let beside = base.with(self, candidate);
             let set = base.groups.iter().copied().chain([candidate]).collect();
-            gates::are_physical(candidate_group.spec, &beside.factors).then_some(Rival {
+            gates::are_physical(candidate_group.effect, &beside.factors).then_some(Rival {
                 set,
                 group: candidate,
                 cost: beside.cost,

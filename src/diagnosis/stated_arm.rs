@@ -90,7 +90,7 @@ fn is_physical(search: &Search, stated: &[f64], extra: &[usize]) -> bool {
     let Library { groups, .. } = &search.library;
     let mut factors = solution.factors.iter().rev();
     extra.iter().rev().all(|&group| {
-        let parameters: Vec<_> = groups[group].spec.linear().collect();
+        let parameters: Vec<_> = groups[group].effect.linear().collect();
         parameters
             .iter()
             .rev()

@@ -39,7 +39,8 @@ pub fn sufficiency(
     let mut search = Search::new(library);
     let mut groups = Vec::new();
     for suspect in suspects {
-        let is_it = |group: &super::candidates::Group| group.spec.id == suspect.effect && group.joint == suspect.joint;
+        let is_it =
+            |group: &super::candidates::Group| group.effect.id == suspect.effect && group.joint == suspect.joint;
         let Some(group) = search.library.groups.iter().position(is_it) else { return Ok(0.0) };
         search.reshape(group, suspect.shape.clone())?;
         groups.push(group);

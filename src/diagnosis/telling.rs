@@ -65,7 +65,7 @@ pub fn best_motion(search: &Search, fitted: &Fitted, group: usize, rival: usize)
         evidence(&recording, search, fitted, &groups[group].term(), &groups[rival].term(), &groups[rival].shape)
     };
     let now = evidence(Motion::Speed(1.0))?;
-    let joint = groups[group].joint.filter(|_| groups[group].spec.scope == Scope::Joint);
+    let joint = groups[group].joint.filter(|_| groups[group].effect.scope == Scope::Joint);
     let mut motions =
         vec![Motion::Speed(2.5), Motion::Speed(0.25), Motion::Range(1.5), Motion::TinyReversals, Motion::Sweeps];
     motions.extend(joint.filter(|_| fitted.setting().kinds.len() > 1).map(Motion::Alone));
@@ -76,7 +76,7 @@ pub fn best_motion(search: &Search, fitted: &Fitted, group: usize, rival: usize)
     let gain = best.1 / now.max(f64::MIN_POSITIVE);
     (gain > LEAST_GAIN && gain.is_finite()).then(|| TellingMotion {
         motion: best.0.description(),
-        against: groups[rival].spec.id.to_owned(),
+        against: groups[rival].effect.id.to_owned(),
         gain,
     })
 }

@@ -2,9 +2,7 @@ use super::derivative_delay::delayed;
 use super::*;
 
 /// A torque reading that comes late.
-pub struct ActuatorLag;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "actuator-lag",
     name: "actuator lag",
     formula: "tau = -T * d(tau_load)/dt",
@@ -14,68 +12,39 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against the rate of the predicted torque: a falling straight line.",
     absorbed: "Nothing of the part in phase with the velocity. The same T on all joints is a delay of the \
                positions in truth.",
-    look_alikes: &[],
     source: "Swevers, Verdonck and De Schutter, IEEE Control Systems 27 (2007) 58 (first-order expansion of a delay)",
+    stage: Stage::Drive(&ActuatorLag),
     scope: Scope::Joint,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec {
-        name: "lag",
-        symbol: "T",
-        dimension: Dimension::Time,
-        min: 0.0,
-        max: 1.0,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("lag", "T", Dimension::Time).between(0.0, 1.0)],
+    facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
-impl Effect for ActuatorLag {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct ActuatorLag;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn follows_its_parameter(&self) -> bool {
-        true
+impl ChangesTorque for ActuatorLag {
+    fn pass(&self, torque: &mut Vec<f64>, time: &[f64], lag: f64) {
+        *torque = delayed(torque, time, lag);
     }
 
     /// The rate is taken halfway: tau(t - T) = tau(t) - T * d(tau)/dt(t - T/2) up to the third order of T.
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let (load, time) = (&motion.load(&SPEC)?.torque[joint], &motion.trajectory.time);
-        let found = shape.first().copied().unwrap_or(0.0).clamp(SPEC.parameters[0].min, SPEC.parameters[0].max);
+    fn column(&self, motion: &Motion, joint: usize, found: f64) -> Result<Column, Lack> {
+        let (load, time) = (&motion.load()?.torque[joint], &motion.trajectory.time);
         let rate = delayed(&central_difference(load, time), time, 0.5 * found);
-        Ok(vec![Column::on_joint(joint, rate.into_iter().map(|rate| -rate))])
-    }
-
-    fn act(
-        &self,
-        motion: &Motion,
-        joint: usize,
-        parameters: &[f64],
-        torque: &mut PerJoint,
-    ) -> Result<(), NotApplicable> {
-        let [linear, _] = SPEC.parted(parameters)?;
-        self.pass(&mut torque[joint], &motion.trajectory.time, linear);
-        Ok(())
-    }
-
-    fn pass(&self, torque: &mut Vec<f64>, time: &[f64], linear: &[f64]) {
-        *torque = delayed(torque, time, linear[0]);
+        Ok(Column::on_joint(joint, rate.into_iter().map(|rate| -rate)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::PerJoint;
 
     #[test]
     fn acts_as_a_delay_of_all_torque() {
         let sample = testing::Sample::new();
         let mut torque: PerJoint = vec![sample.trajectory.time.iter().map(|t| 5.0 * t).collect(); 3];
-        ActuatorLag.act(&sample.motion(), 1, &[0.02], &mut torque).unwrap();
+        EFFECT.act(&sample.motion(), 1, &[0.02], &mut torque).unwrap();
         for (t, time) in sample.trajectory.time.iter().enumerate() {
             assert!((torque[1][t] - 5.0 * (time - 0.02).max(0.0)).abs() < 1e-12);
             assert_eq!(torque[0][t], 5.0 * time);
@@ -89,7 +58,7 @@ mod tests {
         let (motion, lag) = (sample.motion(), 0.02);
         let load = &motion.load.unwrap().torque[1];
         let late = delayed(load, &sample.trajectory.time, lag);
-        let column = &ActuatorLag.columns(&motion, 1, &[lag]).unwrap()[0].parts[0].1;
+        let column = &EFFECT.columns(&motion, 1, &[lag]).unwrap()[0].parts[0].1;
         for t in 5..sample.trajectory.len() {
             assert!((lag * column[t] - (late[t] - load[t])).abs() < 1e-9, "{} at {t}", column[t]);
         }
@@ -99,7 +68,7 @@ mod tests {
     #[test]
     fn is_its_formula() {
         let sample = testing::Sample::new();
-        let torque = torque(&ActuatorLag, &sample.motion(), 1, &[0.02]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[0.02]).unwrap();
         for (value, rate) in torque[1].iter().zip(sample.load_rate(1)) {
             assert!((value + 0.02 * rate).abs() < 1e-9, "{value} is not {}", -0.02 * rate);
         }

@@ -2,9 +2,7 @@ use super::coulomb_friction::sign;
 use super::*;
 
 /// Dry friction that is larger in one direction than in the other.
-pub struct AsymmetricFriction;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "asymmetric-friction",
     name: "asymmetric Coulomb friction",
     formula: "tau = tau_c * sign(qd) + tau_a for qd != 0",
@@ -12,40 +10,28 @@ static SPEC: Spec = Spec {
     description: "A seal lip, a brush or a worn gear that rubs with tau_c + tau_a forward and tau_c - tau_a backward.",
     fingerprint: "Residual against velocity: a step at zero whose two sides are not equally far from zero.",
     absorbed: "Nothing, but where gravity or a sensor offset is free too, they take tau_a.",
-    look_alikes: &[LookAlike {
-        effects: &["coulomb-friction", "torque-offset"],
-        told_by: "Standstill in a known direction: an offset stays, friction does not.",
-    }],
     source: "Simoni et al., Robotica, 10.1017/S0263574717000509",
+    stage: Stage::Body(&AsymmetricFriction),
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[
-        ParameterSpec {
-            name: "coulomb_torque",
-            symbol: "τ_c",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "asymmetry_torque",
-            symbol: "τ_a",
-            dimension: Dimension::Torque,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
+        ParameterSpec::linear("coulomb_torque", "τ_c", Dimension::Torque).at_least(0.0),
+        ParameterSpec::linear("asymmetry_torque", "τ_a", Dimension::Torque),
     ],
-    includes: &["coulomb-friction"],
+    facts: Facts {
+        includes: &["coulomb-friction"],
+        look_alikes: &[LookAlike {
+            effects: &["coulomb-friction", "torque-offset"],
+            told_by: "Standstill in a known direction: an offset stays, friction does not.",
+        }],
+        ..Facts::USUAL
+    },
 };
 
-impl Effect for AsymmetricFriction {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct AsymmetricFriction;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for AsymmetricFriction {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![
             Column::on_joint(joint, qd.iter().map(|&qd| sign(qd))),
@@ -60,7 +46,7 @@ mod tests {
 
     #[test]
     fn is_its_formula_and_nothing_at_rest() {
-        testing::assert_is(&AsymmetricFriction, &[1.7, -0.4], |_, qd, _| match qd {
+        testing::assert_is(&EFFECT, &[1.7, -0.4], |_, qd, _| match qd {
             0.0 => 0.0,
             qd if qd > 0.0 => 1.3,
             _ => -2.1,

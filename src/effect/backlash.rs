@@ -3,9 +3,7 @@ use std::f64::consts::TAU;
 use super::*;
 
 /// Play between teeth that the rotor must cross.
-pub struct Backlash;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "backlash",
     name: "backlash",
     formula: "tau = tau_b * s * sin(2 pi (t - t_0) / T_b) for t_0 < t < t_0 + T_b, s the new sign of tau_load since t_0",
@@ -15,43 +13,23 @@ static SPEC: Spec = Spec {
                   angle is measured. With the inertia I_r of the rotor the gap is tau_b T_b^2 / (2 pi I_r).",
     fingerprint: "Residual against time: short bursts, up and down, wherever the predicted torque goes through zero.",
     absorbed: "Nothing. Where the torque never changes its sign there is none.",
-    look_alikes: &[],
     source: "Nordin and Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002) 1633; the \
              crossing as a cycloid",
+    stage: Stage::Body(&Backlash),
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[
-        ParameterSpec {
-            name: "crossing_torque",
-            symbol: "τ_b",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "crossing_time",
-            symbol: "T_b",
-            dimension: Dimension::Time,
-            min: 1e-3,
-            max: 2.0,
-            role: Role::Shape { grid: &[0.05, 0.08, 0.13, 0.2] },
-        },
+        ParameterSpec::linear("crossing_torque", "τ_b", Dimension::Torque).at_least(0.0),
+        ParameterSpec::shape("crossing_time", "T_b", Dimension::Time, &[0.05, 0.08, 0.13, 0.2]).between(1e-3, 2.0),
     ],
-    includes: &[],
+    facts: Facts { depends_on_load: true, encoder: EncoderSide::Link, ..Facts::USUAL },
 };
 
-impl Effect for Backlash {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct Backlash;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let load = &motion.load(&SPEC)?.torque[joint];
+impl AddsTorque for Backlash {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        let load = &motion.load()?.torque[joint];
         let time = &motion.trajectory.time;
         let mut burst = Vec::with_capacity(time.len());
         // When and to which sign the load changed last; at exactly zero it has the sign that it had before.
@@ -84,7 +62,7 @@ mod tests {
     #[test]
     fn bursts_after_each_change_of_sign() {
         let sample = testing::Sample::new();
-        let torque = torque(&Backlash, &sample.motion(), 1, &[0.5, 0.03]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[0.5, 0.03]).unwrap();
         for (t, &time) in sample.trajectory.time.iter().enumerate() {
             let burst = |start: f64| {
                 let part = (time - start) / 0.03;

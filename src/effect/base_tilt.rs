@@ -1,9 +1,7 @@
 use super::*;
 
 /// A base that does not stand level.
-pub struct BaseTilt;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "base-tilt",
     name: "base tilt",
     formula: "tau = eps * d(tau_gravity)/d(phi_0)",
@@ -12,32 +10,19 @@ static SPEC: Spec = Spec {
                   First order in eps.",
     fingerprint: "All joints at once, against position: a quarter period away from the gravity torque.",
     absorbed: "Little of it: turned gravity has another phase than the gravity that the base parameters know.",
-    look_alikes: &[],
     source: "Closed form of the planar arm: gravity torque with the zero angle changed",
+    stage: Stage::Body(&BaseTilt),
     scope: Scope::Arm,
     axis: Axis::Position,
-    parameters: &[ParameterSpec {
-        name: "tilt",
-        symbol: "ε",
-        dimension: Dimension::Angle,
-        min: -0.5,
-        max: 0.5,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("tilt", "ε", Dimension::Angle).between(-0.5, 0.5)],
+    facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
-impl Effect for BaseTilt {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct BaseTilt;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn columns(&self, motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        Ok(vec![Column::on_all(motion.load(&SPEC)?.turned_gravity.clone())])
+impl AddsTorque for BaseTilt {
+    fn columns(&self, motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        Ok(vec![Column::on_all(motion.load()?.turned_gravity.clone())])
     }
 }
 
@@ -55,7 +40,7 @@ mod tests {
             arm.inverse_dynamics_along(&sample.trajectory.q, &still, &still)
         };
         let (level, tilted) = (gravity(-0.5e-5), gravity(0.5e-5));
-        let torque = torque(&BaseTilt, &sample.motion(), 0, &[1e-5]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 0, &[1e-5]).unwrap();
         for joint in 0..3 {
             for t in 0..sample.trajectory.len() {
                 let expected = tilted[joint][t] - level[joint][t];

@@ -1,9 +1,7 @@
 use super::*;
 
 /// Hysteresis that unloads along a straight line.
-pub struct BoucWenHysteresis;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "bouc-wen-hysteresis",
     name: "hysteresis (Bouc–Wen)",
     formula: "tau = tau_h * z, dz/dt = (qd - (|qd| z + qd |z|) / 2) / s_0, z = 0 at the start",
@@ -13,41 +11,29 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against velocity: as Coulomb friction, but after each reversal it falls in a straight line \
                   of the travelled distance, then builds up in a curve.",
     absorbed: "Nothing: a Lagrangian is conservative. On long strokes it looks like Coulomb friction.",
-    look_alikes: &[
-        LookAlike { effects: &["dahl-hysteresis"], told_by: PRE_SLIDING },
-        LookAlike { effects: &["maxwell-slip"], told_by: PRE_SLIDING },
-        LookAlike { effects: &["lugre-friction"], told_by: PRE_SLIDING },
-    ],
     source: "Wen, Method for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102 (1976) 249",
+    stage: Stage::Body(&BoucWenHysteresis),
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[
-        ParameterSpec {
-            name: "hysteresis_torque",
-            symbol: "τ_h",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "hysteresis_distance",
-            symbol: "s_0",
-            dimension: Dimension::Position,
-            min: 1e-4,
-            max: 10.0,
-            role: Role::Shape { grid: &[0.02, 0.06, 0.15, 0.4] },
-        },
+        ParameterSpec::linear("hysteresis_torque", "τ_h", Dimension::Torque).at_least(0.0),
+        ParameterSpec::shape("hysteresis_distance", "s_0", Dimension::Position, &[0.02, 0.06, 0.15, 0.4])
+            .between(1e-4, 10.0),
     ],
-    includes: &[],
+    facts: Facts {
+        look_alikes: &[
+            LookAlike { effects: &["dahl-hysteresis"], told_by: PRE_SLIDING },
+            LookAlike { effects: &["maxwell-slip"], told_by: PRE_SLIDING },
+            LookAlike { effects: &["lugre-friction"], told_by: PRE_SLIDING },
+        ],
+        ..Facts::USUAL
+    },
 };
 
-impl Effect for BoucWenHysteresis {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct BoucWenHysteresis;
 
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for BoucWenHysteresis {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let q = &motion.trajectory.q[joint];
         let mut z: f64 = 0.0;
         let mut before = q.first().copied().unwrap_or(0.0);
@@ -93,7 +79,7 @@ mod tests {
         let mut sample = testing::Sample::new();
         let stroke = |t: usize| 0.03 * t.min(20 - t) as f64;
         sample.trajectory.q[1] = (0..sample.trajectory.len()).map(stroke).collect();
-        let torque = torque(&BoucWenHysteresis, &sample.motion(), 1, &[1.5, 0.1]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[1.5, 0.1]).unwrap();
         let top = 1.0 - (-3.0_f64).exp();
         assert!((torque[1][10] - 1.5 * top).abs() < 1e-12);
         assert!((torque[1][12] - 1.5 * (top - 0.6)).abs() < 1e-12);

@@ -1,9 +1,7 @@
 use super::*;
 
 /// A torque that repeats with the position.
-pub struct Cogging;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "cogging",
     name: "cogging",
     formula: "tau = a * sin(k q) + b * cos(k q)",
@@ -12,47 +10,35 @@ static SPEC: Spec = Spec {
                   of the joint.",
     fingerprint: "Residual against position: a wave, the same at every speed and direction.",
     absorbed: "A learned potential V(q) absorbs it if it is fine enough. At k = 1 gravity absorbs it.",
-    look_alikes: &[],
     source: "Holtz and Springob, IEEE Trans. Ind. Electron. 43 (1996) 310",
+    stage: Stage::Body(&Cogging),
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[
-        ParameterSpec {
-            name: "sine_torque",
-            symbol: "a",
-            dimension: Dimension::Torque,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "cosine_torque",
-            symbol: "b",
-            dimension: Dimension::Torque,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "wave_number",
-            symbol: "k",
-            dimension: Dimension::WaveNumber,
-            min: 1.0,
-            max: 1000.0,
-            role: Role::Shape {
-                grid: &[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0],
-            },
-        },
+        ParameterSpec::linear("sine_torque", "a", Dimension::Torque),
+        ParameterSpec::linear("cosine_torque", "b", Dimension::Torque),
+        ParameterSpec::shape(
+            "wave_number",
+            "k",
+            Dimension::WaveNumber,
+            &[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0],
+        )
+        .between(1.0, 1000.0)
+        .shown_from(half_a_period),
     ],
-    includes: &[],
+    facts: Facts::USUAL,
 };
 
-impl Effect for Cogging {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+/// Less than half a period of a wave over the position can't be told from a spring.
+pub(super) fn half_a_period(positions: &[f64]) -> f64 {
+    let range = positions.last().zip(positions.first()).map_or(0.0, |(last, first)| last - first);
+    std::f64::consts::PI / range.max(f64::MIN_POSITIVE)
+}
 
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+struct Cogging;
+
+impl AddsTorque for Cogging {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let q = &motion.trajectory.q[joint];
         let wave = |wave: fn(f64) -> f64| Column::on_joint(joint, q.iter().map(move |q| wave(shape[0] * q)));
         Ok(vec![wave(f64::sin), wave(f64::cos)])
@@ -65,6 +51,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_is(&Cogging, &[0.7, -0.3, 7.0], |q, _, _| 0.7 * (7.0 * q).sin() - 0.3 * (7.0 * q).cos());
+        testing::assert_is(&EFFECT, &[0.7, -0.3, 7.0], |q, _, _| 0.7 * (7.0 * q).sin() - 0.3 * (7.0 * q).cos());
     }
 }

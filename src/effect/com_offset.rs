@@ -2,9 +2,7 @@ use super::*;
 use crate::arm::{GRAVITY, regressor};
 
 /// A link whose centre of mass lies beside the line between its joints.
-pub struct ComOffset;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "com-offset",
     name: "centre of mass beside the link",
     formula: "tau = lambda * d(tau)/d(angle of the link's first moment)",
@@ -14,37 +12,23 @@ static SPEC: Spec = Spec {
     fingerprint: "The joint and all before it, against position: a quarter period away from the gravity torque of that link.",
     absorbed: "Nothing: the planar rigid body has its centres of mass on the lines between the joints. A learned Lagrangian \
                absorbs all of it, and so do the base parameters of an arm in space.",
-    look_alikes: &[],
     source: "Khalil and Dombre, Modeling, Identification and Control of Robots, 2002: first moments mX and mY of a link",
+    stage: Stage::Body(&ComOffset),
     scope: Scope::Joint,
     axis: Axis::Position,
-    parameters: &[ParameterSpec {
-        name: "lean",
-        symbol: "λ",
-        dimension: Dimension::Angle,
-        min: -1.5,
-        max: 1.5,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("lean", "λ", Dimension::Angle).between(-1.5, 1.5)],
+    facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
-impl Effect for ComOffset {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct ComOffset;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let not = |reason: &str| NotApplicable { effect: SPEC.name, reason: reason.to_owned() };
+impl AddsTorque for ComOffset {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let Trajectory { q, qd, qdd, .. } = motion.trajectory;
         if q.len() < 2 {
-            return Err(not("with one joint it is the same as a base tilt"));
+            return Err(Lack::SecondJoint);
         }
-        let lumped = motion.load(&SPEC)?.lumped.as_ref().ok_or_else(|| not("it is about planar arms"))?;
+        let lumped = motion.load()?.lumped.as_ref().ok_or(Lack::PlanarArm)?;
         let gravity = motion.arm.map_or(GRAVITY, |arm| arm.gravity);
         let mut torque = regressor::leaning_along(motion.posture, gravity, lumped, joint, q, qd, qdd);
         torque.truncate(joint + 1);
@@ -64,7 +48,7 @@ mod tests {
         let arm = &sample.arm;
         let moment = arm.lumped_parameters()[regressor::parameter_count(3) - 2];
         let lean = 0.3;
-        let torque = torque(&ComOffset, &sample.motion(), 1, &[lean]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[lean]).unwrap();
         assert!(torque[2].iter().all(|&value| value == 0.0));
         // A first moment of lean · G₂ at a right angle to link 2, carried by its joint.
         let theta = |angles: &[f64]| arm.posture.zero_angle + arm.posture.sign() * (angles[0] + angles[1]);
@@ -95,6 +79,6 @@ mod tests {
                 assert!((torque[joint][t] - expected).abs() < 1e-4, "{} is not {expected}", torque[joint][t]);
             }
         }
-        assert!(ComOffset.columns(&Motion { load: None, ..sample.motion() }, 1, &[]).is_err());
+        assert!(EFFECT.columns(&Motion { load: None, ..sample.motion() }, 1, &[]).is_err());
     }
 }

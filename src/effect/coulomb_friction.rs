@@ -1,9 +1,7 @@
 use super::*;
 
 /// Friction of constant size against the motion.
-pub struct CoulombFriction;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "coulomb-friction",
     name: "Coulomb friction",
     formula: "tau = tau_c * sign(qd)",
@@ -11,27 +9,18 @@ static SPEC: Spec = Spec {
     description: "Dry friction in bearings, seals and gears. Its size does not depend on the speed; its direction does.",
     fingerprint: "Residual against velocity: a step of twice the friction torque at zero velocity, flat on both sides.",
     absorbed: "Nothing: a Lagrangian is conservative. A different friction torque in each direction adds a torque offset.",
-    look_alikes: &[],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
+    stage: Stage::Body(&CoulombFriction),
     scope: Scope::Joint,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec {
-        name: "coulomb_torque",
-        symbol: "τ_c",
-        dimension: Dimension::Torque,
-        min: 0.0,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("coulomb_torque", "τ_c", Dimension::Torque).at_least(0.0)],
+    facts: Facts { everyday: true, ..Facts::USUAL },
 };
 
-impl Effect for CoulombFriction {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct CoulombFriction;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for CoulombFriction {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![Column::on_joint(joint, qd.iter().map(|&qd| sign(qd)))])
     }
@@ -48,7 +37,7 @@ mod tests {
 
     #[test]
     fn is_its_formula_and_nothing_at_rest() {
-        testing::assert_is(&CoulombFriction, &[1.7], |_, qd, _| match qd {
+        testing::assert_is(&EFFECT, &[1.7], |_, qd, _| match qd {
             0.0 => 0.0,
             qd if qd > 0.0 => 1.7,
             _ => -1.7,

@@ -2,9 +2,7 @@ use super::coulomb_friction::sign;
 use super::*;
 
 /// Friction that turns round over a distance, not at once.
-pub struct DahlHysteresis;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "dahl-hysteresis",
     name: "hysteresis (Dahl)",
     formula: "tau = tau_h * z, dz/dt = (qd - |qd| z) / s_0, z = 0 at the start",
@@ -13,41 +11,29 @@ static SPEC: Spec = Spec {
                   friction builds up over the distance s_0.",
     fingerprint: "Residual against velocity: as Coulomb friction, but with a rounded loop after each reversal.",
     absorbed: "Nothing: a Lagrangian is conservative. On long strokes it looks like Coulomb friction.",
-    look_alikes: &[
-        LookAlike { effects: &["bouc-wen-hysteresis"], told_by: PRE_SLIDING },
-        LookAlike { effects: &["maxwell-slip"], told_by: PRE_SLIDING },
-        LookAlike { effects: &["lugre-friction"], told_by: PRE_SLIDING },
-    ],
     source: "Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968)",
+    stage: Stage::Body(&DahlHysteresis),
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[
-        ParameterSpec {
-            name: "friction_torque",
-            symbol: "τ_h",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "breakaway_distance",
-            symbol: "s_0",
-            dimension: Dimension::Position,
-            min: 1e-4,
-            max: 10.0,
-            role: Role::Shape { grid: &[0.02, 0.05, 0.1, 0.2, 0.4] },
-        },
+        ParameterSpec::linear("friction_torque", "τ_h", Dimension::Torque).at_least(0.0),
+        ParameterSpec::shape("breakaway_distance", "s_0", Dimension::Position, &[0.02, 0.05, 0.1, 0.2, 0.4])
+            .between(1e-4, 10.0),
     ],
-    includes: &[],
+    facts: Facts {
+        look_alikes: &[
+            LookAlike { effects: &["bouc-wen-hysteresis"], told_by: PRE_SLIDING },
+            LookAlike { effects: &["maxwell-slip"], told_by: PRE_SLIDING },
+            LookAlike { effects: &["lugre-friction"], told_by: PRE_SLIDING },
+        ],
+        ..Facts::USUAL
+    },
 };
 
-impl Effect for DahlHysteresis {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct DahlHysteresis;
 
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for DahlHysteresis {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let q = &motion.trajectory.q[joint];
         let mut z: f64 = 0.0;
         let mut before = q.first().copied().unwrap_or(0.0);
@@ -74,7 +60,7 @@ mod tests {
         let count = sample.trajectory.len();
         let stroke = |t: usize| 0.03 * t.min(20 - t) as f64;
         sample.trajectory.q[1] = (0..count).map(stroke).collect();
-        let torque = torque(&DahlHysteresis, &sample.motion(), 1, &[1.5, 0.1]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[1.5, 0.1]).unwrap();
         for t in 0..count {
             let there = |x: f64| 1.0 - (-x / 0.1).exp();
             let top = there(0.3);

@@ -2,9 +2,7 @@ use super::coulomb_friction::sign;
 use super::*;
 
 /// Torque that is lost before the actuator answers.
-pub struct DeadZone;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "dead-zone",
     name: "dead zone",
     formula: "tau = delta * sign(tau_load)",
@@ -13,32 +11,19 @@ static SPEC: Spec = Spec {
                   whatever its size.",
     fingerprint: "Residual against the torque that the model predicts: a step at zero.",
     absorbed: "Gravity absorbs part of it where the torque changes its sign only with the position.",
-    look_alikes: &[],
     source: "Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996",
+    stage: Stage::Body(&DeadZone),
     scope: Scope::Joint,
     axis: Axis::Position,
-    parameters: &[ParameterSpec {
-        name: "dead_torque",
-        symbol: "δ",
-        dimension: Dimension::Torque,
-        min: 0.0,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("dead_torque", "δ", Dimension::Torque).at_least(0.0)],
+    facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
-impl Effect for DeadZone {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct DeadZone;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let load = &motion.load(&SPEC)?.torque[joint];
+impl AddsTorque for DeadZone {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        let load = &motion.load()?.torque[joint];
         Ok(vec![Column::on_joint(joint, load.iter().map(|&load| sign(load)))])
     }
 }
@@ -49,6 +34,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_depends_on_load(&DeadZone, &[0.5], |load, _, _| 0.5 * sign(load));
+        testing::assert_depends_on_load(&EFFECT, &[0.5], |load, _, _| 0.5 * sign(load));
     }
 }

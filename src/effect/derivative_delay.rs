@@ -1,9 +1,7 @@
 use super::*;
 
 /// Velocity and acceleration that come late because they were filtered.
-pub struct DerivativeDelay;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "derivative-delay",
     name: "delay of velocity and acceleration",
     formula: "tau = T * (d(tau_load)/d(qd) * qdd + d(tau_load)/d(qdd) * d(qdd)/dt)",
@@ -13,64 +11,44 @@ static SPEC: Spec = Spec {
     fingerprint: "All joints at once, against the rate of the acceleration: a rising straight line; inertia and Coriolis \
                   torque lag, gravity does not.",
     absorbed: "Nothing of the part in phase with the velocity.",
-    look_alikes: &[],
     source: "Swevers, Verdonck and De Schutter, IEEE Control Systems 27 (2007) 58; first-order expansion",
+    stage: Stage::Reading(&DerivativeDelay, Remedy::SetRight(&DerivativeDelay)),
     scope: Scope::Arm,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec {
-        name: "delay",
-        symbol: "T",
-        dimension: Dimension::Time,
-        min: 0.0,
-        max: 1.0,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("delay", "T", Dimension::Time).between(0.0, 1.0)],
+    facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
 /// Step of the derivative by the delay, before a delay was found \[s\].
 const LEAST_AHEAD: f64 = 1e-4;
 
-impl Effect for DerivativeDelay {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct DerivativeDelay;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn follows_its_parameter(&self) -> bool {
-        true
-    }
-
-    /// The torque of the motion that is read, moved ahead by the delay, less that of the motion as it is read.
-    fn columns(&self, motion: &Motion, _joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let load = motion.load(&SPEC)?;
-        let ahead = shape.first().copied().unwrap_or(0.0).clamp(LEAST_AHEAD, SPEC.parameters[0].max);
-        let mut right = motion.trajectory.clone();
-        self.set_right(&mut right, &[ahead]);
-        let mut column = (load.body)(&right);
-        for (value, read) in column.iter_mut().flatten().zip((load.body)(motion.trajectory).iter().flatten()) {
-            *value = (*value - read) / ahead;
-        }
-        Ok(vec![Column::on_all(column)])
-    }
-
-    /// The torque is right: it is the motion that is read late.
-    fn act(&self, _: &Motion, _: usize, _: &[f64], _: &mut PerJoint) -> Result<(), NotApplicable> {
-        Ok(())
-    }
-
-    fn set_right(&self, motion: &mut Trajectory, linear: &[f64]) {
-        self.misread(motion, 0, &[-linear[0]]);
-    }
-
+impl ChangesReading for DerivativeDelay {
     fn misread(&self, reading: &mut Trajectory, _joint: usize, parameters: &[f64]) {
         let &[delay] = parameters else { return };
         for signal in reading.qd.iter_mut().chain(&mut reading.qdd) {
             *signal = delayed(signal, &reading.time, delay);
         }
+    }
+}
+
+impl SetsRight for DerivativeDelay {
+    fn set_right(&self, motion: &mut Trajectory, delay: f64) {
+        self.misread(motion, 0, &[-delay]);
+    }
+
+    /// The torque of the motion that is read, moved ahead by the delay, less that of the motion as it is read.
+    fn column(&self, motion: &Motion, found: f64) -> Result<Column, Lack> {
+        let load = motion.load()?;
+        let ahead = found.max(LEAST_AHEAD);
+        let mut right = motion.trajectory.clone();
+        self.set_right(&mut right, ahead);
+        let mut column = (load.body)(&right);
+        for (value, read) in column.iter_mut().flatten().zip((load.body)(motion.trajectory).iter().flatten()) {
+            *value = (*value - read) / ahead;
+        }
+        Ok(Column::on_all(column))
     }
 }
 
@@ -104,6 +82,8 @@ pub(super) fn delayed(signal: &[f64], time: &[f64], delay: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arm::Arm;
+    use crate::recording::PerJoint;
 
     #[test]
     fn a_delayed_signal_is_that_of_before() {
@@ -133,11 +113,11 @@ mod tests {
         let (q, qd, qdd) = (wave(0, 0.0), wave(1, quarter), wave(2, 2.0 * quarter));
         let truth = arm.inverse_dynamics_along(&q, &qd, &qdd);
         let mut reading = Trajectory { name: String::new(), time, q, qd, qdd, tau: truth.clone() };
-        DerivativeDelay.misread(&mut reading, 0, &[0.01]);
+        EFFECT.misread(&mut reading, 0, &[0.01]);
         let load = Load::of_arm(&arm, &reading);
         let kinds = [JointKind::Revolute; 3];
         let motion = Motion { trajectory: &reading, kinds: &kinds, posture: arm.posture, arm: None, load: Some(&load) };
-        let column = &DerivativeDelay.columns(&motion, 0, &[0.01]).unwrap()[0];
+        let column = &EFFECT.columns(&motion, 0, &[0.01]).unwrap()[0];
         for (joint, torque) in &column.parts {
             let joint = *joint;
             let lack = |t: usize| truth[joint][t] - load.torque[joint][t];

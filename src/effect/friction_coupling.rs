@@ -2,9 +2,7 @@ use super::coulomb_friction::sign;
 use super::*;
 
 /// Friction of a transmission that two neighbouring joints share.
-pub struct FrictionCoupling;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "friction-coupling",
     name: "friction coupling",
     formula: "tau_j = d * qd_i + c * sign(qd_i + qd_j), tau_i = d * qd_j + c * sign(qd_i + qd_j), i the joint before j",
@@ -15,39 +13,23 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against the velocity of the neighbouring joint: a straight line through the origin, and a \
                   step where the sum of both velocities changes its sign.",
     absorbed: "Nothing: a Lagrangian is conservative.",
-    look_alikes: &[],
     source: "Janot, Vandanjon and Gautier, IEEE Trans. Control Syst. Technol. 22 (2014) 132 (joints 5 and 6 of the \
              TX40)",
+    stage: Stage::Body(&FrictionCoupling),
     scope: Scope::Pair,
     axis: Axis::Velocity,
     parameters: &[
-        ParameterSpec {
-            name: "coupling_coefficient",
-            symbol: "d",
-            dimension: Dimension::Damping,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "coupling_torque",
-            symbol: "c",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
+        ParameterSpec::linear("coupling_coefficient", "d", Dimension::Damping),
+        ParameterSpec::linear("coupling_torque", "c", Dimension::Torque).at_least(0.0),
     ],
-    includes: &[],
+    facts: Facts::USUAL,
 };
 
-impl Effect for FrictionCoupling {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct FrictionCoupling;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let [before, joint] = motion.pair(&SPEC, joint)?;
+impl AddsTorque for FrictionCoupling {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        let [before, joint] = motion.pair(joint)?;
         let qd = &motion.trajectory.qd;
         let of_sum: Vec<f64> = qd[before].iter().zip(&qd[joint]).map(|(first, second)| sign(first + second)).collect();
         Ok(vec![
@@ -64,7 +46,7 @@ mod tests {
     #[test]
     fn each_joint_of_the_pair_feels_the_other() {
         let sample = testing::Sample::new();
-        let torque = torque(&FrictionCoupling, &sample.motion(), 1, &[0.3, 0.2]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[0.3, 0.2]).unwrap();
         for t in 0..sample.trajectory.len() {
             let [first, second] = [sample.trajectory.qd[0][t], sample.trajectory.qd[1][t]];
             let of_sum = 0.2 * (first + second).signum();
@@ -72,7 +54,7 @@ mod tests {
             assert!((torque[1][t] - 0.3 * first - of_sum).abs() < 1e-12);
             assert_eq!(torque[2][t], 0.0);
         }
-        assert!(FrictionCoupling.columns(&sample.motion(), 0, &[]).is_err(), "there is none before the first joint");
-        assert!(FrictionCoupling.columns(&sample.motion(), 3, &[]).is_err());
+        assert!(EFFECT.columns(&sample.motion(), 0, &[]).is_err(), "there is none before the first joint");
+        assert!(EFFECT.columns(&sample.motion(), 3, &[]).is_err());
     }
 }

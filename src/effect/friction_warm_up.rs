@@ -2,9 +2,7 @@ use super::coulomb_friction::sign;
 use super::*;
 
 /// Dry friction that is larger while the joint is cold.
-pub struct FrictionWarmUp;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "friction-warm-up",
     name: "friction warm-up",
     formula: "tau = (tau_c + tau_w * exp(-t / T_w)) * sign(qd)",
@@ -13,48 +11,29 @@ static SPEC: Spec = Spec {
                   from the start of each trajectory. It contains Coulomb friction (tau_c), the level when warm.",
     fingerprint: "Residual against time: a wedge that closes, ever more slowly, its sign that of the velocity.",
     absorbed: "Nothing: a Lagrangian is conservative. In short recordings its mean looks like Coulomb friction.",
-    look_alikes: &[LookAlike {
-        effects: &["friction-drift"],
-        told_by: "Runs longer than the warm-up: a drift goes on, a warm-up ends.",
-    }],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013 (friction and temperature)",
+    stage: Stage::Body(&FrictionWarmUp),
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[
-        ParameterSpec {
-            name: "coulomb_torque",
-            symbol: "τ_c",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "cold_torque",
-            symbol: "τ_w",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "warm_up_time",
-            symbol: "T_w",
-            dimension: Dimension::Time,
-            min: 0.1,
-            max: 1e5,
-            role: Role::Shape { grid: &[1.0, 3.0, 10.0] },
-        },
+        ParameterSpec::linear("coulomb_torque", "τ_c", Dimension::Torque).at_least(0.0),
+        ParameterSpec::linear("cold_torque", "τ_w", Dimension::Torque).at_least(0.0),
+        ParameterSpec::shape("warm_up_time", "T_w", Dimension::Time, &[1.0, 3.0, 10.0]).between(0.1, 1e5),
     ],
-    includes: &["coulomb-friction"],
+    facts: Facts {
+        includes: &["coulomb-friction"],
+        look_alikes: &[LookAlike {
+            effects: &["friction-drift"],
+            told_by: "Runs longer than the warm-up: a drift goes on, a warm-up ends.",
+        }],
+        ..Facts::USUAL
+    },
 };
 
-impl Effect for FrictionWarmUp {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct FrictionWarmUp;
 
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for FrictionWarmUp {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let Trajectory { time, qd, .. } = motion.trajectory;
         let start = time.first().copied().unwrap_or(0.0);
         let cold = time.iter().zip(&qd[joint]).map(|(time, &qd)| ((start - time) / shape[0]).exp() * sign(qd));
@@ -70,7 +49,7 @@ mod tests {
     fn falls_from_the_cold_level_to_the_warm_one() {
         let mut sample = testing::Sample::new();
         sample.trajectory.time.iter_mut().for_each(|time| *time += 5.0);
-        let torque = torque(&FrictionWarmUp, &sample.motion(), 1, &[0.3, 0.4, 0.1]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[0.3, 0.4, 0.1]).unwrap();
         for (t, &qd) in sample.trajectory.qd[1].iter().enumerate() {
             let level = 0.3 + 0.4 * (-(t as f64) / 10.0).exp();
             assert!((torque[1][t] - level * sign(qd)).abs() < 1e-12);

@@ -1,9 +1,7 @@
 use super::*;
 
 /// A spring that gets stiffer the further it is bent.
-pub struct HardeningSpring;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "hardening-spring",
     name: "hardening spring",
     formula: "tau = k_3 * q^3",
@@ -13,27 +11,18 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against position: flat in the middle, steep at both ends, the same at every speed and \
                   direction.",
     absorbed: "A rigid body with gravity absorbs little of it; a learned potential V(q) absorbs all of it.",
-    look_alikes: &[],
     source: "Kovacic and Brennan, The Duffing Equation, Wiley 2011",
+    stage: Stage::Body(&HardeningSpring),
     scope: Scope::Joint,
     axis: Axis::Position,
-    parameters: &[ParameterSpec {
-        name: "cubic_stiffness",
-        symbol: "k_3",
-        dimension: Dimension::CubicStiffness,
-        min: 0.0,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("cubic_stiffness", "k_3", Dimension::CubicStiffness).at_least(0.0)],
+    facts: Facts::USUAL,
 };
 
-impl Effect for HardeningSpring {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct HardeningSpring;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for HardeningSpring {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         Ok(vec![Column::on_joint(joint, motion.trajectory.q[joint].iter().map(|q| q.powi(3)))])
     }
 }
@@ -44,6 +33,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_is(&HardeningSpring, &[2.5], |q, _, _| 2.5 * q * q * q);
+        testing::assert_is(&EFFECT, &[2.5], |q, _, _| 2.5 * q * q * q);
     }
 }

@@ -1,9 +1,7 @@
 use super::*;
 
 /// A gear that twists between the motor and the link.
-pub struct JointElasticity;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "joint-elasticity",
     name: "joint elasticity",
     formula: "tau = c * d^2(tau_load)/dt^2, c = I_r / k",
@@ -14,37 +12,23 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against acceleration: a line that is steeper the faster the motion; the second derivative of \
                   the predicted torque.",
     absorbed: "Where the motion has a single frequency, rotor inertia and base parameters absorb it.",
-    look_alikes: &[],
     source: "Spong, Modeling and control of elastic joint robots, J. Dyn. Sys. Meas. Control 109 (1987) 310",
+    stage: Stage::Body(&JointElasticity),
     scope: Scope::Joint,
     axis: Axis::Acceleration,
-    parameters: &[ParameterSpec {
-        name: "inertia_over_stiffness",
-        symbol: "c",
-        dimension: Dimension::TimeSquared,
-        min: 0.0,
-        max: 1.0,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("inertia_over_stiffness", "c", Dimension::TimeSquared).between(0.0, 1.0)],
+    facts: Facts { depends_on_load: true, encoder: EncoderSide::Link, left_by: Some(LEFT_BY_LAG), ..Facts::USUAL },
 };
 
-impl Effect for JointElasticity {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+/// A lag T is a delay or a filter of first order, which differ by T² / 2 of the second derivative; sampling adds to that.
+const LEFT_BY_LAG: LeftBy =
+    LeftBy { effect: "actuator-lag", is_left: |elasticity, lag| elasticity[0] < lag[0].powi(2) };
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
+struct JointElasticity;
 
-    /// A lag T is a delay or a filter of first order, which differ by T² / 2 of the second derivative; sampling adds to that.
-    fn is_left_by(&self, own: &[f64], other: &str, others: &[f64]) -> bool {
-        other == "actuator-lag" && own[0] < others[0].powi(2)
-    }
-
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let (load, time) = (&motion.load(&SPEC)?.torque[joint], &motion.trajectory.time);
+impl AddsTorque for JointElasticity {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        let (load, time) = (&motion.load()?.torque[joint], &motion.trajectory.time);
         let curvature = central_difference(&central_difference(load, time), time);
         Ok(vec![Column::on_joint(joint, curvature.into_iter())])
     }
@@ -57,15 +41,16 @@ mod tests {
     /// The load of the sample is a parabola in time with the second derivative 80 N m/s².
     #[test]
     fn a_little_of_it_is_what_a_lag_leaves() {
-        assert!(JointElasticity.is_left_by(&[3e-4], "actuator-lag", &[0.02]));
-        assert!(!JointElasticity.is_left_by(&[5e-4], "actuator-lag", &[0.02]));
-        assert!(!JointElasticity.is_left_by(&[3e-4], "torque-gain", &[0.02]));
+        let [lag, gain] = ["actuator-lag", "torque-gain"].map(|id| registry::find(id).unwrap());
+        assert!(EFFECT.is_left_by(&[3e-4], lag, &[0.02]));
+        assert!(!EFFECT.is_left_by(&[5e-4], lag, &[0.02]));
+        assert!(!EFFECT.is_left_by(&[3e-4], gain, &[0.02]));
     }
 
     #[test]
     fn is_its_formula() {
         let sample = testing::Sample::new();
-        let torque = torque(&JointElasticity, &sample.motion(), 1, &[0.01]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[0.01]).unwrap();
         assert!(torque[1].iter().all(|value| (value - 0.8).abs() < 1e-9), "{:?}", torque[1]);
         assert!(torque[0].iter().chain(&torque[2]).all(|&value| value == 0.0));
     }

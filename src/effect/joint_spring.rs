@@ -1,9 +1,7 @@
 use super::*;
 
 /// A linear spring across a joint.
-pub struct JointSpring;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "joint-spring",
     name: "joint spring",
     formula: "tau = k * q + tau_0",
@@ -11,37 +9,21 @@ static SPEC: Spec = Spec {
     description: "A spring, a gas counterweight or a stiff cable across the joint. Its rest position is where k * q + tau_0 = 0.",
     fingerprint: "Residual against position: a straight line, the same at every speed and direction.",
     absorbed: "A rigid body with gravity absorbs little of it; a learned potential V(q) absorbs all of it.",
-    look_alikes: &[],
     source: "Jubien and Gautier, Global identification of spring balancer, IROS 2013",
+    stage: Stage::Body(&JointSpring),
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[
-        ParameterSpec {
-            name: "stiffness",
-            symbol: "k",
-            dimension: Dimension::Stiffness,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "preload",
-            symbol: "τ_0",
-            dimension: Dimension::Torque,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
+        ParameterSpec::linear("stiffness", "k", Dimension::Stiffness).at_least(0.0),
+        ParameterSpec::linear("preload", "τ_0", Dimension::Torque),
     ],
-    includes: &["torque-offset"],
+    facts: Facts { includes: &["torque-offset"], ..Facts::USUAL },
 };
 
-impl Effect for JointSpring {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct JointSpring;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for JointSpring {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let q = &motion.trajectory.q[joint];
         Ok(vec![Column::on_joint(joint, q.iter().copied()), Column::on_joint(joint, q.iter().map(|_| 1.0))])
     }
@@ -53,6 +35,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_is(&JointSpring, &[5.0, -2.0], |q, _, _| 5.0 * q - 2.0);
+        testing::assert_is(&EFFECT, &[5.0, -2.0], |q, _, _| 5.0 * q - 2.0);
     }
 }

@@ -2,9 +2,7 @@ use super::coulomb_friction::sign;
 use super::*;
 
 /// Dry friction that grows with the torque that the gear transmits.
-pub struct LoadFriction;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "load-friction",
     name: "load-dependent friction",
     formula: "tau = mu * |tau_load| * sign(qd)",
@@ -13,32 +11,19 @@ static SPEC: Spec = Spec {
                   the rigid body needs.",
     fingerprint: "Residual against velocity, coloured by the size of the torque: a step that opens like a fan.",
     absorbed: "Nothing: a Lagrangian is conservative. Where the load hardly changes it looks like Coulomb friction.",
-    look_alikes: &[],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
+    stage: Stage::Body(&LoadFriction),
     scope: Scope::Joint,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec {
-        name: "load_friction_ratio",
-        symbol: "μ",
-        dimension: Dimension::Ratio,
-        min: 0.0,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("load_friction_ratio", "μ", Dimension::Ratio).at_least(0.0)],
+    facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
-impl Effect for LoadFriction {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct LoadFriction;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let load = &motion.load(&SPEC)?.torque[joint];
+impl AddsTorque for LoadFriction {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        let load = &motion.load()?.torque[joint];
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![Column::on_joint(joint, load.iter().zip(qd).map(|(load, &qd)| load.abs() * sign(qd)))])
     }
@@ -50,6 +35,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_depends_on_load(&LoadFriction, &[0.2], |load, _, qd| 0.2 * load.abs() * sign(qd));
+        testing::assert_depends_on_load(&EFFECT, &[0.2], |load, _, qd| 0.2 * load.abs() * sign(qd));
     }
 }

@@ -1,9 +1,7 @@
 use super::*;
 
 /// Bristles that bend before they slide, over a film that builds up with speed.
-pub struct LugreFriction;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "lugre-friction",
     name: "LuGre friction",
     formula: "tau = tau_c * z, dz/dt = (qd - |qd| z / g) / s_0, g = 1 + r * exp(-(qd / v_s)^2), z = 0 at the start",
@@ -15,59 +13,32 @@ static SPEC: Spec = Spec {
                   the Coulomb level.",
     absorbed: "Nothing: a Lagrangian is conservative. With no slow motion in the data it looks like Dahl hysteresis, on \
                long strokes like Stribeck or Coulomb friction.",
-    look_alikes: &[
-        LookAlike { effects: &["dahl-hysteresis"], told_by: PRE_SLIDING },
-        LookAlike { effects: &["bouc-wen-hysteresis"], told_by: PRE_SLIDING },
-        LookAlike { effects: &["maxwell-slip"], told_by: PRE_SLIDING },
-    ],
     source: "Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419",
+    stage: Stage::Body(&LugreFriction),
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[
-        ParameterSpec {
-            name: "coulomb_torque",
-            symbol: "τ_c",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "breakaway_distance",
-            symbol: "s_0",
-            dimension: Dimension::Position,
-            min: 1e-4,
-            max: 10.0,
-            role: Role::Shape { grid: &[0.02, 0.06, 0.2] },
-        },
-        ParameterSpec {
-            name: "stribeck_ratio",
-            symbol: "r",
-            dimension: Dimension::Ratio,
-            min: 1e-3,
-            max: 10.0,
-            role: Role::Shape { grid: &[0.6] },
-        },
-        ParameterSpec {
-            name: "stribeck_velocity",
-            symbol: "v_s",
-            dimension: Dimension::Velocity,
-            min: 1e-3,
-            max: 10.0,
-            role: Role::Shape { grid: &[0.1, 0.4] },
-        },
+        ParameterSpec::linear("coulomb_torque", "τ_c", Dimension::Torque).at_least(0.0),
+        ParameterSpec::shape("breakaway_distance", "s_0", Dimension::Position, &[0.02, 0.06, 0.2]).between(1e-4, 10.0),
+        ParameterSpec::shape("stribeck_ratio", "r", Dimension::Ratio, &[0.6]).between(1e-3, 10.0),
+        ParameterSpec::shape("stribeck_velocity", "v_s", Dimension::Velocity, &[0.1, 0.4]).between(1e-3, 10.0),
     ],
-    includes: &[],
+    facts: Facts {
+        look_alikes: &[
+            LookAlike { effects: &["dahl-hysteresis"], told_by: PRE_SLIDING },
+            LookAlike { effects: &["bouc-wen-hysteresis"], told_by: PRE_SLIDING },
+            LookAlike { effects: &["maxwell-slip"], told_by: PRE_SLIDING },
+        ],
+        ..Facts::USUAL
+    },
 };
 
-impl Effect for LugreFriction {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct LugreFriction;
 
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for LugreFriction {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let &[distance, ratio, velocity] = shape else {
-            return Err(NotApplicable { effect: SPEC.name, reason: "it has three shape parameters".to_owned() });
+            return Err(Lack::Parameters { needed: 3, given: shape.len() });
         };
         let (q, qd) = (&motion.trajectory.q[joint], &motion.trajectory.qd[joint]);
         let carried = |qd: f64| 1.0 + ratio * (-(qd / velocity).powi(2)).exp();
@@ -106,7 +77,7 @@ mod tests {
     #[test]
     fn is_the_solution_of_its_equation() {
         let (coarse, fine) = (swing(400), swing(400_000));
-        let found = &torque(&LugreFriction, &coarse.motion(), 1, &[1.5, 0.05, 0.6, 0.2]).unwrap()[1];
+        let found = &EFFECT.torque(&coarse.motion(), 1, &[1.5, 0.05, 0.6, 0.2]).unwrap()[1];
         let mut z: f64 = 0.0;
         for (t, &qd) in fine.trajectory.qd[1].iter().enumerate() {
             if t % 1000 == 0 {
@@ -122,8 +93,8 @@ mod tests {
     fn without_the_stribeck_part_it_is_dahl_hysteresis() {
         let swing = swing(400);
         let dahl = registry::find("dahl-hysteresis").unwrap();
-        let dahl = &torque(dahl, &swing.motion(), 1, &[1.5, 0.05]).unwrap()[1];
-        let found = &torque(&LugreFriction, &swing.motion(), 1, &[1.5, 0.05, 1e-12, 0.2]).unwrap()[1];
+        let dahl = &dahl.torque(&swing.motion(), 1, &[1.5, 0.05]).unwrap()[1];
+        let found = &EFFECT.torque(&swing.motion(), 1, &[1.5, 0.05, 1e-12, 0.2]).unwrap()[1];
         assert!(dahl.iter().zip(found).all(|(dahl, found)| (dahl - found).abs() < 1e-9));
     }
 }

@@ -1,12 +1,10 @@
 use super::*;
 
-/// Friction of many small springs that let go one after the other.
-pub struct MaxwellSlip;
-
 /// How many springs there are.
 const ELEMENTS: usize = 4;
 
-static SPEC: Spec = Spec {
+/// Friction of many small springs that let go one after the other.
+pub static EFFECT: Effect = Effect {
     id: "maxwell-slip",
     name: "hysteresis (Maxwell slip)",
     formula: "tau = tau_h * mean of z_i, dz_i = dq / (i s_0 / 4), -1 <= z_i <= 1, i = 1 .. 4, z_i = 0 at the start",
@@ -16,41 +14,29 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against velocity: as Coulomb friction, but after each reversal it builds up along a \
                   polygon of the travelled distance.",
     absorbed: "Nothing: a Lagrangian is conservative. On long strokes it looks like Coulomb friction.",
-    look_alikes: &[
-        LookAlike { effects: &["dahl-hysteresis"], told_by: PRE_SLIDING },
-        LookAlike { effects: &["bouc-wen-hysteresis"], told_by: PRE_SLIDING },
-        LookAlike { effects: &["lugre-friction"], told_by: PRE_SLIDING },
-    ],
     source: "Al-Bender, Lampaert and Swevers, The generalized Maxwell-slip model, IEEE Trans. Autom. Control 50 (2005) 1883",
+    stage: Stage::Body(&MaxwellSlip),
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[
-        ParameterSpec {
-            name: "friction_torque",
-            symbol: "τ_h",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "breakaway_distance",
-            symbol: "s_0",
-            dimension: Dimension::Position,
-            min: 1e-4,
-            max: 10.0,
-            role: Role::Shape { grid: &[0.05, 0.12, 0.3, 0.7] },
-        },
+        ParameterSpec::linear("friction_torque", "τ_h", Dimension::Torque).at_least(0.0),
+        ParameterSpec::shape("breakaway_distance", "s_0", Dimension::Position, &[0.05, 0.12, 0.3, 0.7])
+            .between(1e-4, 10.0),
     ],
-    includes: &[],
+    facts: Facts {
+        look_alikes: &[
+            LookAlike { effects: &["dahl-hysteresis"], told_by: PRE_SLIDING },
+            LookAlike { effects: &["bouc-wen-hysteresis"], told_by: PRE_SLIDING },
+            LookAlike { effects: &["lugre-friction"], told_by: PRE_SLIDING },
+        ],
+        ..Facts::USUAL
+    },
 };
 
-impl Effect for MaxwellSlip {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct MaxwellSlip;
 
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for MaxwellSlip {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let q = &motion.trajectory.q[joint];
         let stiffness: [f64; ELEMENTS] = std::array::from_fn(|i| ELEMENTS as f64 / ((i + 1) as f64 * shape[0]));
         let mut springs = [0.0_f64; ELEMENTS];
@@ -79,7 +65,7 @@ mod tests {
         let count = sample.trajectory.len();
         let stroke = |t: usize| 0.03 * t.min(20 - t) as f64;
         sample.trajectory.q[1] = (0..count).map(stroke).collect();
-        let torque = torque(&MaxwellSlip, &sample.motion(), 1, &[2.0, 0.2]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[2.0, 0.2]).unwrap();
         let first = |x: f64| (1..=4).map(|i| (x / (0.05 * i as f64)).min(1.0)).sum::<f64>() / 4.0;
         for t in 0..count {
             let expected =

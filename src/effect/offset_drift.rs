@@ -1,9 +1,7 @@
 use super::*;
 
 /// A zero error that grows with time.
-pub struct OffsetDrift;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "offset-drift",
     name: "offset drift",
     formula: "tau = tau_0 + r * t",
@@ -12,37 +10,21 @@ static SPEC: Spec = Spec {
                   trajectory. It contains a torque offset (tau_0), the drift up to then.",
     fingerprint: "Residual against time: a straight line in every trajectory.",
     absorbed: "Nothing. In short recordings its mean looks like a torque offset.",
-    look_alikes: &[],
     source: "The offset of Janot, Gautier and Brunot, the EMPS benchmark, with a rate",
+    stage: Stage::Body(&OffsetDrift),
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[
-        ParameterSpec {
-            name: "offset",
-            symbol: "τ_0",
-            dimension: Dimension::Torque,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "drift_rate",
-            symbol: "r",
-            dimension: Dimension::TorqueRate,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
+        ParameterSpec::linear("offset", "τ_0", Dimension::Torque),
+        ParameterSpec::linear("drift_rate", "r", Dimension::TorqueRate),
     ],
-    includes: &["torque-offset"],
+    facts: Facts { includes: &["torque-offset"], ..Facts::USUAL },
 };
 
-impl Effect for OffsetDrift {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct OffsetDrift;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for OffsetDrift {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let time = &motion.trajectory.time;
         let start = time.first().copied().unwrap_or(0.0);
         Ok(vec![
@@ -60,7 +42,7 @@ mod tests {
     fn starts_at_the_offset_and_grows() {
         let mut sample = testing::Sample::new();
         sample.trajectory.time.iter_mut().for_each(|time| *time += 5.0);
-        let torque = torque(&OffsetDrift, &sample.motion(), 1, &[0.3, -0.4]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 1, &[0.3, -0.4]).unwrap();
         assert!(torque[1].iter().enumerate().all(|(t, value)| (value - 0.3 + 0.4 * 0.01 * t as f64).abs() < 1e-12));
     }
 }

@@ -1,10 +1,9 @@
+use super::cogging::half_a_period;
 use super::coulomb_friction::sign;
 use super::*;
 
 /// The part of dry friction that changes with the position.
-pub struct PositionFriction;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "position-friction",
     name: "position-dependent friction",
     formula: "tau = (a * sin(k q) + b * cos(k q)) * sign(qd)",
@@ -14,45 +13,24 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against position: two waves, mirror images of each other, one for each direction of \
                   motion.",
     absorbed: "Nothing: a Lagrangian is conservative.",
-    look_alikes: &[],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
+    stage: Stage::Body(&PositionFriction),
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[
-        ParameterSpec {
-            name: "sine_torque",
-            symbol: "a",
-            dimension: Dimension::Torque,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "cosine_torque",
-            symbol: "b",
-            dimension: Dimension::Torque,
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "wave_number",
-            symbol: "k",
-            dimension: Dimension::WaveNumber,
-            min: 0.5,
-            max: 100.0,
-            role: Role::Shape { grid: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0] },
-        },
+        ParameterSpec::linear("sine_torque", "a", Dimension::Torque),
+        ParameterSpec::linear("cosine_torque", "b", Dimension::Torque),
+        ParameterSpec::shape("wave_number", "k", Dimension::WaveNumber, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+            .between(0.5, 100.0)
+            .shown_from(half_a_period),
     ],
-    includes: &[],
+    facts: Facts::USUAL,
 };
 
-impl Effect for PositionFriction {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct PositionFriction;
 
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for PositionFriction {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let Trajectory { q, qd, .. } = motion.trajectory;
         let wave = |wave: fn(f64) -> f64| {
             let torque = q[joint].iter().zip(&qd[joint]).map(move |(q, &qd)| wave(shape[0] * q) * sign(qd));
@@ -68,7 +46,7 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_is(&PositionFriction, &[0.7, -0.3, 2.0], |q, qd, _| {
+        testing::assert_is(&EFFECT, &[0.7, -0.3, 2.0], |q, qd, _| {
             (0.7 * (2.0 * q).sin() - 0.3 * (2.0 * q).cos()) * sign(qd)
         });
     }

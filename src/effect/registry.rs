@@ -2,66 +2,58 @@
 
 use super::*;
 
-/// All effects, in the order in which help and lists show them, and in which they act: first what moves with the arm, then
-/// what the torque goes through until it is read.
-pub static ALL: &[&dyn Effect] = &[
-    &viscous_friction::ViscousFriction,
-    &coulomb_friction::CoulombFriction,
-    &asymmetric_friction::AsymmetricFriction,
-    &stribeck_friction::StribeckFriction,
-    &load_friction::LoadFriction,
-    &quadratic_drag::QuadraticDrag,
-    &position_friction::PositionFriction,
-    &friction_drift::FrictionDrift,
-    &friction_warm_up::FrictionWarmUp,
-    &dahl_hysteresis::DahlHysteresis,
-    &maxwell_slip::MaxwellSlip,
-    &bouc_wen_hysteresis::BoucWenHysteresis,
-    &lugre_friction::LugreFriction,
-    &friction_coupling::FrictionCoupling,
-    &joint_spring::JointSpring,
-    &hardening_spring::HardeningSpring,
-    &end_stop::EndStop,
-    &cogging::Cogging,
-    &tip_payload::TipPayload,
-    &base_tilt::BaseTilt,
-    &com_offset::ComOffset,
-    &rotor_inertia::RotorInertia,
-    &inertia_coupling::InertiaCoupling,
-    &joint_elasticity::JointElasticity,
-    &backlash::Backlash,
-    &torque_coupling::TorqueCoupling,
-    &torque_offset::TorqueOffset,
-    &offset_drift::OffsetDrift,
-    &torque_gain::TorqueGain,
-    &dead_zone::DeadZone,
-    &actuator_lag::ActuatorLag,
-    &derivative_delay::DerivativeDelay,
-    &torque_saturation::TorqueSaturation,
-    &stuck_channel::StuckChannel,
+/// All effects, in the order in which help and lists show them. It changes no result: they act in the order of their stages.
+pub static ALL: &[&Effect] = &[
+    &viscous_friction::EFFECT,
+    &coulomb_friction::EFFECT,
+    &asymmetric_friction::EFFECT,
+    &stribeck_friction::EFFECT,
+    &load_friction::EFFECT,
+    &quadratic_drag::EFFECT,
+    &position_friction::EFFECT,
+    &friction_drift::EFFECT,
+    &friction_warm_up::EFFECT,
+    &dahl_hysteresis::EFFECT,
+    &maxwell_slip::EFFECT,
+    &bouc_wen_hysteresis::EFFECT,
+    &lugre_friction::EFFECT,
+    &friction_coupling::EFFECT,
+    &joint_spring::EFFECT,
+    &hardening_spring::EFFECT,
+    &end_stop::EFFECT,
+    &cogging::EFFECT,
+    &tip_payload::EFFECT,
+    &base_tilt::EFFECT,
+    &com_offset::EFFECT,
+    &rotor_inertia::EFFECT,
+    &inertia_coupling::EFFECT,
+    &joint_elasticity::EFFECT,
+    &backlash::EFFECT,
+    &torque_coupling::EFFECT,
+    &torque_offset::EFFECT,
+    &offset_drift::EFFECT,
+    &torque_gain::EFFECT,
+    &dead_zone::EFFECT,
+    &actuator_lag::EFFECT,
+    &derivative_delay::EFFECT,
+    &torque_saturation::EFFECT,
+    &stuck_channel::EFFECT,
 ];
 
-/// The effects that the diagnosis looks for by their columns: all but faults of the readings, and those that data can't tell
+/// The effects that a model can have: all but faults of the readings.
+pub fn addable() -> impl Iterator<Item = &'static Effect> {
+    ALL.iter().copied().filter(|effect| effect.fault().is_none())
+}
+
+/// The effects that the diagnosis looks for by their columns: those that a model can have, but for those that data can't tell
 /// from a sum of others, which it names instead.
-pub fn sought() -> Vec<&'static dyn Effect> {
-    let is_sum = |effect: &dyn Effect| effect.spec().look_alikes.iter().any(|others| others.effects.len() > 1);
-    ALL.iter().copied().filter(|&effect| effect.fault().is_none() && !is_sum(effect)).collect()
-}
-
-/// Whether nearly every real joint has this effect, so that it comes to mind before any other: friction, the zero of the torque
-/// reading, the inertia of a geared motor.
-pub fn is_everyday(id: &str) -> bool {
-    ["viscous-friction", "coulomb-friction", "stribeck-friction", "torque-offset", "rotor-inertia"].contains(&id)
-}
-
-/// Whether the first of these effects acts before the second.
-pub fn acts_before(first: &str, second: &str) -> bool {
-    let place = |id: &str| ALL.iter().position(|effect| effect.spec().id == id);
-    place(first) < place(second)
+pub fn sought() -> Vec<&'static Effect> {
+    let is_sum = |effect: &Effect| effect.facts.look_alikes.iter().any(|others| others.effects.len() > 1);
+    addable().filter(|effect| !is_sum(effect)).collect()
 }
 
 /// The effect that stands for a fault of the readings.
-pub fn of_fault(kind: FaultKind) -> Option<&'static dyn Effect> {
+pub fn of_fault(kind: FaultKind) -> Option<&'static Effect> {
     ALL.iter().copied().find(|effect| effect.fault() == Some(kind))
 }
 
@@ -79,10 +71,10 @@ pub struct UnknownEffect {
 ///
 /// # Errors
 /// [`UnknownEffect`] lists the ids that exist.
-pub fn find(id: &str) -> Result<&'static dyn Effect, UnknownEffect> {
-    ALL.iter().copied().find(|effect| effect.spec().id == id).ok_or_else(|| UnknownEffect {
+pub fn find(id: &str) -> Result<&'static Effect, UnknownEffect> {
+    ALL.iter().copied().find(|effect| effect.id == id).ok_or_else(|| UnknownEffect {
         id: id.to_owned(),
-        known: ALL.iter().map(|effect| effect.spec().id).collect::<Vec<_>>().join(", "),
+        known: ALL.iter().map(|effect| effect.id).collect::<Vec<_>>().join(", "),
     })
 }
 
@@ -94,40 +86,49 @@ mod tests {
     use crate::effect::testing::Sample;
 
     /// Start values in the middle of the shape grids.
-    fn shape(spec: &Spec) -> Vec<f64> {
-        spec.shapes().map(|(_, grid)| grid[grid.len() / 2]).collect()
+    fn shape(effect: &Effect) -> Vec<f64> {
+        effect.shapes().map(|(_, grid)| grid[grid.len() / 2]).collect()
     }
 
     #[test]
     fn ids_are_unique_and_found() {
         let mut seen = HashSet::new();
         for effect in ALL {
-            let spec = effect.spec();
-            assert!(seen.insert(spec.id), "{} is there twice", spec.id);
-            assert!(spec.id.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-'), "{}", spec.id);
-            assert_eq!(find(spec.id).unwrap().spec().name, spec.name);
+            assert!(seen.insert(effect.id), "{} is there twice", effect.id);
+            assert!(
+                effect.id.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-'),
+                "{}",
+                effect.id
+            );
+            assert_eq!(find(effect.id).unwrap().name, effect.name);
         }
         let message = find("coulomb").map(|_| ()).unwrap_err().to_string();
         assert!(message.contains("no effect `coulomb`") && message.contains("coulomb-friction"), "{message}");
     }
 
     #[test]
-    fn every_spec_is_complete() {
+    fn every_effect_is_complete() {
         for effect in ALL {
-            let spec = effect.spec();
-            let texts =
-                [spec.name, spec.formula, spec.typeset, spec.description, spec.fingerprint, spec.absorbed, spec.source];
-            assert!(texts.iter().all(|text| !text.trim().is_empty()), "{} lacks a text", spec.id);
-            assert_eq!(spec.linear().count() > 0, effect.fault().is_none(), "{} has nothing to fit", spec.id);
-            let linear_first = spec.parameters.iter().is_sorted_by_key(|p| matches!(p.role, Role::Shape { .. }));
-            assert!(linear_first, "{}: linear parameters come first", spec.id);
-            let names: HashSet<_> = spec.parameters.iter().map(|parameter| parameter.name).collect();
-            assert_eq!(names.len(), spec.parameters.len(), "{} has a parameter twice", spec.id);
-            for parameter in spec.parameters {
+            let texts = [
+                effect.name,
+                effect.formula,
+                effect.typeset,
+                effect.description,
+                effect.fingerprint,
+                effect.absorbed,
+                effect.source,
+            ];
+            assert!(texts.iter().all(|text| !text.trim().is_empty()), "{} lacks a text", effect.id);
+            assert_eq!(effect.linear().count() > 0, effect.fault().is_none(), "{} has nothing to fit", effect.id);
+            let linear_first = effect.parameters.iter().is_sorted_by_key(|p| matches!(p.role, Role::Shape { .. }));
+            assert!(linear_first, "{}: linear parameters come first", effect.id);
+            let names: HashSet<_> = effect.parameters.iter().map(|parameter| parameter.name).collect();
+            assert_eq!(names.len(), effect.parameters.len(), "{} has a parameter twice", effect.id);
+            for parameter in effect.parameters {
                 assert!(!parameter.name.is_empty() && !parameter.symbol.is_empty() && parameter.min < parameter.max);
             }
-            for (parameter, grid) in spec.shapes() {
-                assert!(!grid.is_empty() && grid.is_sorted(), "{}: grid of {}", spec.id, parameter.name);
+            for (parameter, grid) in effect.shapes() {
+                assert!(!grid.is_empty() && grid.is_sorted(), "{}: grid of {}", effect.id, parameter.name);
                 assert!(grid.iter().all(|value| (parameter.min..=parameter.max).contains(value)));
             }
         }
@@ -136,27 +137,26 @@ mod tests {
     #[test]
     fn every_linear_parameter_has_its_column_and_the_torque_is_their_sum() {
         let sample = Sample::new();
-        for effect in ALL.iter().filter(|effect| effect.fault().is_none()) {
-            let spec = effect.spec();
-            let columns = effect.columns(&sample.motion(), 1, &shape(spec)).unwrap();
-            assert_eq!(columns.len(), spec.linear().count(), "{}", spec.id);
+        for effect in addable() {
+            let columns = effect.columns(&sample.motion(), 1, &shape(effect)).unwrap();
+            assert_eq!(columns.len(), effect.linear().count(), "{}", effect.id);
             for (index, column) in columns.iter().enumerate() {
                 let torque_with = |value: f64| {
                     let mut parameters = vec![0.7; columns.len()];
                     parameters[index] = value;
-                    parameters.extend(shape(spec));
-                    torque(*effect, &sample.motion(), 1, &parameters).unwrap()
+                    parameters.extend(shape(effect));
+                    effect.torque(&sample.motion(), 1, &parameters).unwrap()
                 };
                 let (low, high) = (torque_with(0.2), torque_with(1.2));
                 let mut derivative = vec![vec![0.0; sample.trajectory.len()]; 3];
                 for (joint, values) in &column.parts {
-                    assert_eq!(values.len(), sample.trajectory.len(), "{}", spec.id);
+                    assert_eq!(values.len(), sample.trajectory.len(), "{}", effect.id);
                     derivative[*joint].clone_from(values);
                 }
                 for joint in 0..3 {
                     for t in 0..sample.trajectory.len() {
                         let slope = high[joint][t] - low[joint][t];
-                        assert!((slope - derivative[joint][t]).abs() < 1e-9, "{}: {slope}", spec.id);
+                        assert!((slope - derivative[joint][t]).abs() < 1e-9, "{}: {slope}", effect.id);
                     }
                 }
             }
@@ -166,9 +166,9 @@ mod tests {
     #[test]
     fn effects_say_whether_they_depend_on_the_load() {
         let sample = Sample::new();
-        for effect in ALL.iter().filter(|effect| effect.fault().is_none()) {
-            let without = effect.columns(&Motion { load: None, ..sample.motion() }, 1, &shape(effect.spec()));
-            assert_eq!(without.is_err(), effect.depends_on_load(), "{}", effect.spec().id);
+        for effect in addable() {
+            let without = effect.columns(&Motion { load: None, ..sample.motion() }, 1, &shape(effect));
+            assert_eq!(without.is_err(), effect.facts.depends_on_load, "{}", effect.id);
         }
     }
 
@@ -178,42 +178,45 @@ mod tests {
         for kind in [FaultKind::Stuck, FaultKind::Saturated] {
             let effect = of_fault(kind).unwrap();
             assert_eq!(effect.fault(), Some(kind));
-            assert!(effect.columns(&sample.motion(), 1, &[]).unwrap_err().to_string().contains("nothing to add"));
+            assert_eq!(effect.columns(&sample.motion(), 1, &[]).unwrap_err().lack, Lack::InReadings);
+            assert!(effect.check_addable().unwrap_err().to_string().contains("nothing to add"));
         }
     }
 
     #[test]
     fn look_alikes_exist_and_look_alike_both_ways() {
         for effect in ALL {
-            let spec = effect.spec();
-            for others in spec.look_alikes {
-                assert!(!others.effects.is_empty() && others.told_by.ends_with('.'), "{}", spec.id);
+            for others in effect.facts.look_alikes {
+                assert!(!others.effects.is_empty() && others.told_by.ends_with('.'), "{}", effect.id);
                 for id in others.effects {
-                    let other = find(id).unwrap().spec();
-                    assert!(other.id != spec.id && other.scope == spec.scope, "{}", spec.id);
+                    let other = find(id).unwrap();
+                    assert!(other.id != effect.id && other.scope == effect.scope, "{}", effect.id);
                 }
                 if let [id] = others.effects {
-                    let back = find(id).unwrap().spec().look_alikes;
-                    assert!(back.iter().any(|others| others.effects == [spec.id]), "{id} does not name {}", spec.id);
+                    let back = find(id).unwrap().facts.look_alikes;
+                    assert!(
+                        back.iter().any(|others| others.effects == [effect.id]),
+                        "{id} does not name {}",
+                        effect.id
+                    );
                 }
             }
-            let is_sought = sought().iter().any(|sought| sought.spec().id == spec.id);
-            let expected = effect.fault().is_none() && spec.id != "asymmetric-friction";
-            assert_eq!(is_sought, expected, "{}", spec.id);
+            let is_sought = sought().iter().any(|sought| sought.id == effect.id);
+            let expected = effect.fault().is_none() && effect.id != "asymmetric-friction";
+            assert_eq!(is_sought, expected, "{}", effect.id);
         }
     }
 
     #[test]
     fn what_an_effect_includes_exists_and_is_among_its_columns() {
         let sample = Sample::new();
-        for effect in ALL.iter().filter(|effect| effect.fault().is_none()) {
-            let spec = effect.spec();
-            let columns = effect.columns(&sample.motion(), 1, &shape(spec)).unwrap();
-            for id in spec.includes {
+        for effect in addable() {
+            let columns = effect.columns(&sample.motion(), 1, &shape(effect)).unwrap();
+            for id in effect.facts.includes {
                 let part = find(id).unwrap();
-                assert_ne!(part.spec().id, spec.id);
-                for column in part.columns(&sample.motion(), 1, &shape(part.spec())).unwrap() {
-                    assert!(columns.contains(&column), "{} does not contain {id}", spec.id);
+                assert_ne!(part.id, effect.id);
+                for column in part.columns(&sample.motion(), 1, &shape(part)).unwrap() {
+                    assert!(columns.contains(&column), "{} does not contain {id}", effect.id);
                 }
             }
         }

@@ -1,9 +1,7 @@
 use super::*;
 
 /// The motor's own inertia, seen through the gear.
-pub struct RotorInertia;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "rotor-inertia",
     name: "rotor inertia",
     formula: "tau = I_r * qdd",
@@ -12,27 +10,18 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against acceleration: a straight line through the origin.",
     absorbed: "At the first joint it can't be told from the first link's inertia, unless the arm's parameters are stated. A \
                learned mass matrix absorbs all of it.",
-    look_alikes: &[],
     source: "Spong, Hutchinson and Vidyasagar, Robot Modeling and Control; Leboutet et al., Appl. Sci. 11 (2021) 4303",
+    stage: Stage::Body(&RotorInertia),
     scope: Scope::Joint,
     axis: Axis::Acceleration,
-    parameters: &[ParameterSpec {
-        name: "reflected_inertia",
-        symbol: "I_r",
-        dimension: Dimension::Inertia,
-        min: 0.0,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("reflected_inertia", "I_r", Dimension::Inertia).at_least(0.0)],
+    facts: Facts { everyday: true, absorbed_by_body: true, ..Facts::USUAL },
 };
 
-impl Effect for RotorInertia {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct RotorInertia;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for RotorInertia {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         Ok(vec![Column::on_joint(joint, motion.trajectory.qdd[joint].iter().copied())])
     }
 }
@@ -43,6 +32,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_is(&RotorInertia, &[0.6], |_, _, qdd| 0.6 * qdd);
+        testing::assert_is(&EFFECT, &[0.6], |_, _, qdd| 0.6 * qdd);
     }
 }

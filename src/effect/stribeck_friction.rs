@@ -2,9 +2,7 @@ use super::coulomb_friction::sign;
 use super::*;
 
 /// Coulomb friction that is larger near standstill.
-pub struct StribeckFriction;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "stribeck-friction",
     name: "Stribeck friction",
     formula: "tau = (tau_c + tau_s * exp(-(qd / v_s)^2)) * sign(qd)",
@@ -13,45 +11,23 @@ static SPEC: Spec = Spec {
                   speed. It contains Coulomb friction (tau_c).",
     fingerprint: "Residual against velocity: a step as for Coulomb friction with a peak on either side of zero velocity.",
     absorbed: "Nothing: a Lagrangian is conservative. With no slow motion in the data it looks like Coulomb friction.",
-    look_alikes: &[],
     source: "Li, Wu, Chen, Sun, Mathematics 12 (2024) 2527, eq. 12; Bittencourt and Gunnarsson (2012)",
+    stage: Stage::Body(&StribeckFriction),
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[
-        ParameterSpec {
-            name: "coulomb_torque",
-            symbol: "τ_c",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "stribeck_torque",
-            symbol: "τ_s",
-            dimension: Dimension::Torque,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "stribeck_velocity",
-            symbol: "v_s",
-            dimension: Dimension::Velocity,
-            min: 1e-3,
-            max: 10.0,
-            role: Role::Shape { grid: &[0.02, 0.05, 0.1, 0.2, 0.4, 0.8] },
-        },
+        ParameterSpec::linear("coulomb_torque", "τ_c", Dimension::Torque).at_least(0.0),
+        ParameterSpec::linear("stribeck_torque", "τ_s", Dimension::Torque).at_least(0.0),
+        ParameterSpec::shape("stribeck_velocity", "v_s", Dimension::Velocity, &[0.02, 0.05, 0.1, 0.2, 0.4, 0.8])
+            .between(1e-3, 10.0),
     ],
-    includes: &["coulomb-friction"],
+    facts: Facts { everyday: true, learned_friction: true, includes: &["coulomb-friction"], ..Facts::USUAL },
 };
 
-impl Effect for StribeckFriction {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct StribeckFriction;
 
-    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for StribeckFriction {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![
             Column::on_joint(joint, qd.iter().map(|&qd| sign(qd))),
@@ -69,7 +45,7 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_is(&StribeckFriction, &[1.1, 0.6, VELOCITY], |_, qd, _| {
+        testing::assert_is(&EFFECT, &[1.1, 0.6, VELOCITY], |_, qd, _| {
             (1.1 + 0.6 * (-qd * qd / (VELOCITY * VELOCITY)).exp()) * sign(qd)
         });
     }
@@ -78,7 +54,7 @@ mod tests {
     fn falls_from_break_away_to_the_coulomb_level() {
         let mut sample = Sample::new();
         sample.trajectory.qd[0][..4].copy_from_slice(&[1e-9, VELOCITY, 100.0, 0.0]);
-        let torque = torque(&StribeckFriction, &sample.motion(), 0, &[1.1, 0.6, VELOCITY]).unwrap();
+        let torque = EFFECT.torque(&sample.motion(), 0, &[1.1, 0.6, VELOCITY]).unwrap();
         for (found, expected) in torque[0].iter().zip([1.7, 1.1 + 0.6 / std::f64::consts::E, 1.1, 0.0]) {
             assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
         }
@@ -89,7 +65,7 @@ mod tests {
     fn changes_smoothly_with_the_stribeck_velocity() {
         let sample = Sample::new();
         let step = 1e-6;
-        let at = |velocity| torque(&StribeckFriction, &sample.motion(), 1, &[1.1, 0.6, velocity]).unwrap();
+        let at = |velocity| EFFECT.torque(&sample.motion(), 1, &[1.1, 0.6, velocity]).unwrap();
         let (low, high) = (at(VELOCITY - step), at(VELOCITY + step));
         for (t, &qd) in sample.trajectory.qd[1].iter().enumerate() {
             let slope = (high[1][t] - low[1][t]) / (2.0 * step);

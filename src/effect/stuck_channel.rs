@@ -1,9 +1,7 @@
 use super::*;
 
 /// A torque channel that now and then repeats its last reading.
-pub struct StuckChannel;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "stuck-channel",
     name: "stuck torque channel",
     formula: "tau(t) = tau(t_0) for t_0 <= t < t_0 + d, once every T",
@@ -14,44 +12,20 @@ static SPEC: Spec = Spec {
                   flat line.",
     absorbed: "Nothing, but it biases all parameters. Readings that are stuck are found when a recording is opened and \
                left out of every fit and every error, so there is nothing to add to the model.",
-    look_alikes: &[],
     source: "Isermann, Fault-Diagnosis Systems, Springer 2006, chapter 20 (sensor faults)",
+    stage: Stage::Reading(&StuckChannel, Remedy::LeaveOut(FaultKind::Stuck)),
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[
-        ParameterSpec {
-            name: "stuck_time",
-            symbol: "d",
-            dimension: Dimension::Time,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Reading,
-        },
-        ParameterSpec {
-            name: "stuck_period",
-            symbol: "T",
-            dimension: Dimension::Time,
-            min: 0.0,
-            max: f64::INFINITY,
-            role: Role::Reading,
-        },
+        ParameterSpec::reading("stuck_time", "d", Dimension::Time),
+        ParameterSpec::reading("stuck_period", "T", Dimension::Time),
     ],
-    includes: &[],
+    facts: Facts::USUAL,
 };
 
-impl Effect for StuckChannel {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct StuckChannel;
 
-    fn fault(&self) -> Option<FaultKind> {
-        Some(FaultKind::Stuck)
-    }
-
-    fn columns(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        Err(NotApplicable::in_readings(&SPEC))
-    }
-
+impl ChangesReading for StuckChannel {
     fn misread(&self, reading: &mut Trajectory, joint: usize, parameters: &[f64]) {
         let &[duration, period] = parameters else { return };
         let start = reading.time.first().copied().unwrap_or(0.0);
@@ -76,7 +50,7 @@ mod tests {
     fn repeats_the_last_reading() {
         let mut sample = testing::Sample::new();
         sample.trajectory.tau = vec![(0..21).map(f64::from).collect(); 3];
-        StuckChannel.misread(&mut sample.trajectory, 0, &[0.0301, 0.1]);
+        EFFECT.misread(&mut sample.trajectory, 0, &[0.0301, 0.1]);
         let expected = [0, 1, 2, 3, 4, 5, 6, 6, 6, 6, 10, 11, 12, 13, 14, 15, 16, 16, 16, 16, 20].map(f64::from);
         assert_eq!(sample.trajectory.tau[0], expected);
         assert_eq!(sample.trajectory.tau[1][9], 9.0);

@@ -2,9 +2,7 @@ use super::*;
 use crate::arm::Link;
 
 /// A point mass at the end of the last link.
-pub struct TipPayload;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "tip-payload",
     name: "tip payload",
     formula: "tau = m_p * J^T (a_tip + g e_z)",
@@ -12,37 +10,25 @@ static SPEC: Spec = Spec {
     description: "A load at the tip that the model does not know: a tool, a cable, a work piece.",
     fingerprint: "All joints at once, in the proportions of gravity and inertia at the tip: residual against position.",
     absorbed: "The base parameters absorb all of a payload that never changes. It can be named only beside a stated arm.",
-    look_alikes: &[],
     source: "Khalil, Gautier and Lemoine, Identification of the payload inertial parameters, ICRA 2007; closed form of the planar arm",
+    stage: Stage::Body(&TipPayload),
     scope: Scope::Arm,
     axis: Axis::Position,
-    parameters: &[ParameterSpec {
-        name: "payload_mass",
-        symbol: "m_p",
-        dimension: Dimension::Mass,
-        min: 0.0,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("payload_mass", "m_p", Dimension::Mass).at_least(0.0)],
+    facts: Facts { absorbed_by_body: true, ..Facts::USUAL },
 };
 
-impl Effect for TipPayload {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct TipPayload;
 
-    fn columns(&self, motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let lacking = |reason: String| NotApplicable { effect: SPEC.name, reason };
-        let arm = motion.arm.ok_or_else(|| lacking("it needs the link lengths: state the arm".to_owned()))?;
+impl AddsTorque for TipPayload {
+    fn columns(&self, motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        let arm = motion.arm.ok_or(Lack::Arm)?;
         let (links, joints) = (arm.joint_count(), motion.trajectory.joint_count());
         if links != joints {
-            return Err(lacking(format!(
-                "the stated arm has {links} links, the motion has {joints} joints: state an arm that fits"
-            )));
+            return Err(Lack::OtherArm { links, joints });
         }
         if motion.kinds.contains(&JointKind::Prismatic) {
-            return Err(lacking("its formula is for arms whose joints all turn".to_owned()));
+            return Err(Lack::TurningJoints);
         }
         // The torque is linear in the masses, so the torque of a unit mass is that of an arm that has no other mass.
         let mut tip_mass_only = arm.clone();
@@ -61,7 +47,7 @@ impl Effect for TipPayload {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arm::Posture;
+    use crate::arm::{Arm, Posture};
     use testing::Sample;
 
     /// The last link with a point mass at its end, by the parallel-axis theorem.
@@ -86,7 +72,7 @@ mod tests {
             let Trajectory { q, qd, qdd, .. } = &sample.trajectory;
             let with = loaded(&sample.arm, 0.9).inverse_dynamics_along(q, qd, qdd);
             let without = sample.arm.inverse_dynamics_along(q, qd, qdd);
-            let torque = torque(&TipPayload, &sample.motion(), 0, &[0.9]).unwrap();
+            let torque = EFFECT.torque(&sample.motion(), 0, &[0.9]).unwrap();
             for joint in 0..3 {
                 for t in 0..sample.trajectory.len() {
                     let expected = with[joint][t] - without[joint][t];
@@ -99,7 +85,7 @@ mod tests {
     #[test]
     fn needs_an_arm_that_fits_the_motion() {
         let sample = Sample::new();
-        let reason = |motion: Motion| TipPayload.columns(&motion, 0, &[]).unwrap_err().to_string();
+        let reason = |motion: Motion| EFFECT.columns(&motion, 0, &[]).unwrap_err().to_string();
         assert!(reason(Motion { arm: None, ..sample.motion() }).contains("state the arm"));
         let two = Arm::uniform(2);
         assert!(reason(Motion { arm: Some(&two), ..sample.motion() }).contains("2 links"));

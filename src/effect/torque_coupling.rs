@@ -1,9 +1,7 @@
 use super::*;
 
 /// Torque of one joint that is read, or borne, by its neighbour.
-pub struct TorqueCoupling;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "torque-coupling",
     name: "torque coupling",
     formula: "tau_j = a * tau_load_i, tau_i = b * tau_load_j, i the joint before j",
@@ -13,44 +11,24 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against the torque that the model predicts for the neighbouring joint: a straight line \
                   through the origin.",
     absorbed: "Base parameters absorb little of it, because the joints share their links.",
-    look_alikes: &[],
     source: "Janot, Vandanjon and Gautier, IEEE Trans. Control Syst. Technol. 22 (2014) 132 (joints 5 and 6 of the \
              TX40)",
+    stage: Stage::Body(&TorqueCoupling),
     scope: Scope::Pair,
     axis: Axis::Position,
     parameters: &[
-        ParameterSpec {
-            name: "share_of_earlier",
-            symbol: "a",
-            dimension: Dimension::Ratio,
-            min: -2.0,
-            max: 2.0,
-            role: Role::Linear,
-        },
-        ParameterSpec {
-            name: "share_of_later",
-            symbol: "b",
-            dimension: Dimension::Ratio,
-            min: -2.0,
-            max: 2.0,
-            role: Role::Linear,
-        },
+        ParameterSpec::linear("share_of_earlier", "a", Dimension::Ratio).between(-2.0, 2.0),
+        ParameterSpec::linear("share_of_later", "b", Dimension::Ratio).between(-2.0, 2.0),
     ],
-    includes: &[],
+    facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
-impl Effect for TorqueCoupling {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct TorqueCoupling;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let [before, joint] = motion.pair(&SPEC, joint)?;
-        let load = &motion.load(&SPEC)?.torque;
+impl AddsTorque for TorqueCoupling {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        let [before, joint] = motion.pair(joint)?;
+        let load = &motion.load()?.torque;
         Ok(vec![
             Column::on_joint(joint, load[before].iter().copied()),
             Column::on_joint(before, load[joint].iter().copied()),
@@ -67,12 +45,12 @@ mod tests {
         let sample = testing::Sample::new();
         let motion = sample.motion();
         let load = &motion.load.unwrap().torque;
-        let torque = torque(&TorqueCoupling, &motion, 1, &[0.3, -0.1]).unwrap();
+        let torque = EFFECT.torque(&motion, 1, &[0.3, -0.1]).unwrap();
         for t in 0..sample.trajectory.len() {
             assert_eq!(torque[1][t], 0.3 * load[0][t]);
             assert_eq!(torque[0][t], -0.1 * load[1][t]);
             assert_eq!(torque[2][t], 0.0);
         }
-        assert!(TorqueCoupling.columns(&motion, 0, &[]).is_err(), "there is none before the first joint");
+        assert!(EFFECT.columns(&motion, 0, &[]).is_err(), "there is none before the first joint");
     }
 }

@@ -1,9 +1,7 @@
 use super::*;
 
 /// A torque reading that is too large or too small by a factor.
-pub struct TorqueGain;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "torque-gain",
     name: "torque gain error",
     formula: "tau = gamma * tau_load",
@@ -13,33 +11,20 @@ static SPEC: Spec = Spec {
     fingerprint: "Residual against the torque that the model predicts: a straight line through the origin.",
     absorbed: "One gain on all joints can't be told from heavier links. Gains that differ show, because the joints \
                share their links.",
-    look_alikes: &[],
     source: "Gautier and Briot, Global identification of joint drive gains, J. Dyn. Sys. Meas. Control 136 (2014) \
              051025",
+    stage: Stage::Body(&TorqueGain),
     scope: Scope::Joint,
     axis: Axis::Position,
-    parameters: &[ParameterSpec {
-        name: "gain_error",
-        symbol: "γ",
-        dimension: Dimension::Ratio,
-        min: -0.9,
-        max: 10.0,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("gain_error", "γ", Dimension::Ratio).between(-0.9, 10.0)],
+    facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
-impl Effect for TorqueGain {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct TorqueGain;
 
-    fn depends_on_load(&self) -> bool {
-        true
-    }
-
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let load = &motion.load(&SPEC)?.torque[joint];
+impl AddsTorque for TorqueGain {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        let load = &motion.load()?.torque[joint];
         Ok(vec![Column::on_joint(joint, load.iter().copied())])
     }
 }
@@ -50,6 +35,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_depends_on_load(&TorqueGain, &[-0.1], |load, _, _| -0.1 * load);
+        testing::assert_depends_on_load(&EFFECT, &[-0.1], |load, _, _| -0.1 * load);
     }
 }

@@ -1,9 +1,7 @@
 use super::*;
 
 /// A constant error of the torque reading.
-pub struct TorqueOffset;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "torque-offset",
     name: "torque offset",
     formula: "tau = tau_0",
@@ -11,27 +9,18 @@ static SPEC: Spec = Spec {
     description: "A zero error of the torque sensor or of the motor current.",
     fingerprint: "Residual against anything: flat, but not at zero.",
     absorbed: "Nothing, unless a joint hardly moves: then it looks like gravity.",
-    look_alikes: &[],
     source: "Janot, Gautier and Brunot, the EMPS benchmark (its model has an offset)",
+    stage: Stage::Body(&TorqueOffset),
     scope: Scope::Joint,
     axis: Axis::Time,
-    parameters: &[ParameterSpec {
-        name: "offset",
-        symbol: "τ_0",
-        dimension: Dimension::Torque,
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("offset", "τ_0", Dimension::Torque)],
+    facts: Facts { everyday: true, is_offset: true, ..Facts::USUAL },
 };
 
-impl Effect for TorqueOffset {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct TorqueOffset;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for TorqueOffset {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         Ok(vec![Column::on_joint(joint, motion.trajectory.time.iter().map(|_| 1.0))])
     }
 }
@@ -42,6 +31,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_is(&TorqueOffset, &[-1.3], |_, _, _| -1.3);
+        testing::assert_is(&EFFECT, &[-1.3], |_, _, _| -1.3);
     }
 }

@@ -1,9 +1,7 @@
 use super::*;
 
 /// A torque reading that is cut off at a limit.
-pub struct TorqueSaturation;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "torque-saturation",
     name: "torque saturation",
     formula: "tau = min(max(tau, -tau_max), tau_max)",
@@ -14,34 +12,17 @@ static SPEC: Spec = Spec {
                   torque has flat ends.",
     absorbed: "Nothing, but it biases masses and friction downwards. Readings at the limit are found when a recording is \
                opened and left out of every fit and every error, so there is nothing to add to the model.",
-    look_alikes: &[],
     source: "Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996",
+    stage: Stage::Reading(&TorqueSaturation, Remedy::LeaveOut(FaultKind::Saturated)),
     scope: Scope::Joint,
     axis: Axis::Time,
-    parameters: &[ParameterSpec {
-        name: "torque_limit",
-        symbol: "τ_max",
-        dimension: Dimension::Torque,
-        min: 0.0,
-        max: f64::INFINITY,
-        role: Role::Reading,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::reading("torque_limit", "τ_max", Dimension::Torque)],
+    facts: Facts::USUAL,
 };
 
-impl Effect for TorqueSaturation {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct TorqueSaturation;
 
-    fn fault(&self) -> Option<FaultKind> {
-        Some(FaultKind::Saturated)
-    }
-
-    fn columns(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        Err(NotApplicable::in_readings(&SPEC))
-    }
-
+impl ChangesReading for TorqueSaturation {
     fn misread(&self, reading: &mut Trajectory, joint: usize, parameters: &[f64]) {
         let &[limit] = parameters else { return };
         reading.tau[joint].iter_mut().for_each(|tau| *tau = tau.max(-limit).min(limit));
@@ -56,7 +37,7 @@ mod tests {
     fn cuts_off_both_ends() {
         let mut sample = testing::Sample::new();
         sample.trajectory.tau = vec![(0..21).map(|t| f64::from(t) - 10.0).collect(); 3];
-        TorqueSaturation.misread(&mut sample.trajectory, 1, &[7.5]);
+        EFFECT.misread(&mut sample.trajectory, 1, &[7.5]);
         for (t, tau) in sample.trajectory.tau[1].iter().enumerate() {
             assert_eq!(*tau, (t as f64 - 10.0).clamp(-7.5, 7.5));
         }

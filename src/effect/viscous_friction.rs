@@ -1,9 +1,7 @@
 use super::*;
 
 /// Friction in proportion to speed.
-pub struct ViscousFriction;
-
-static SPEC: Spec = Spec {
+pub static EFFECT: Effect = Effect {
     id: "viscous-friction",
     name: "viscous friction",
     formula: "tau = d * qd",
@@ -11,27 +9,18 @@ static SPEC: Spec = Spec {
     description: "Shear of lubricant and back-EMF of a voltage-driven motor: a torque against the motion that grows with speed.",
     fingerprint: "Residual against velocity: a straight line through the origin.",
     absorbed: "Nothing: a Lagrangian is conservative.",
-    look_alikes: &[],
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
+    stage: Stage::Body(&ViscousFriction),
     scope: Scope::Joint,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec {
-        name: "viscous_coefficient",
-        symbol: "d",
-        dimension: Dimension::Damping,
-        min: 0.0,
-        max: f64::INFINITY,
-        role: Role::Linear,
-    }],
-    includes: &[],
+    parameters: &[ParameterSpec::linear("viscous_coefficient", "d", Dimension::Damping).at_least(0.0)],
+    facts: Facts { everyday: true, learned_friction: true, ..Facts::USUAL },
 };
 
-impl Effect for ViscousFriction {
-    fn spec(&self) -> &'static Spec {
-        &SPEC
-    }
+struct ViscousFriction;
 
-    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
+impl AddsTorque for ViscousFriction {
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         Ok(vec![Column::on_joint(joint, motion.trajectory.qd[joint].iter().copied())])
     }
 }
@@ -42,6 +31,6 @@ mod tests {
 
     #[test]
     fn is_its_formula() {
-        testing::assert_is(&ViscousFriction, &[0.8], |_, qd, _| 0.8 * qd);
+        testing::assert_is(&EFFECT, &[0.8], |_, qd, _| 0.8 * qd);
     }
 }

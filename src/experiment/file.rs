@@ -302,7 +302,9 @@ impl Experiment {
             if let Effects::Named(names) = &model.effects {
                 for name in names {
                     let id = name.split('@').next().unwrap_or_default();
-                    registry::find(id).map_err(|problem| format!("{place}model `{}`: {problem}", model.name))?;
+                    let wrong = |problem: String| format!("{place}model `{}`: {problem}", model.name);
+                    let effect = registry::find(id).map_err(|problem| wrong(problem.to_string()))?;
+                    effect.check_addable().map_err(|problem| wrong(problem.to_string()))?;
                 }
             }
             self.plan_of(model, 0)

@@ -15,6 +15,7 @@ pub mod summary;
 
 use std::path::PathBuf;
 
+use crate::effect::registry::UnknownEffect;
 use crate::model::ModelError;
 use crate::progress::Stopped;
 use crate::recording::read::ReadError;
@@ -97,6 +98,9 @@ pub enum ExperimentError {
     /// A model does not fit the data.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// There is no such effect.
+    #[error(transparent)]
+    UnknownEffect(#[from] UnknownEffect),
     /// A network can't be trained.
     #[error(transparent)]
     Train(#[from] TrainError),

@@ -14,6 +14,7 @@ use super::store::{Claim, Owner, Store};
 use super::{Experiment, ExperimentError, cell};
 use crate::arm::Arm;
 use crate::diagnosis::diagnose;
+use crate::effect::registry;
 use crate::model::learned::LearnedTerm;
 use crate::model::{self, Fitted, Model, Preset, Term};
 use crate::progress::Monitor;
@@ -321,7 +322,7 @@ fn model_of(
         Effects::Named(names) => {
             for name in names {
                 let (effect, joints) = place(name, joints)?;
-                model = model.with_effect(effect, &joints)?;
+                model = model.with_effect(registry::find(effect)?, &joints)?;
             }
             Ok((model, Vec::new(), None))
         }
@@ -332,7 +333,7 @@ fn model_of(
             let report = diagnose(&body, recording, &split, monitor)?;
             let mut named = Vec::new();
             for effect in &report.effects {
-                model = model.with_effect(&effect.effect, &effect.joints)?;
+                model = model.with_effect(registry::find(&effect.effect)?, &effect.joints)?;
                 let joints: Vec<String> = effect.joints.iter().map(|joint| (joint + 1).to_string()).collect();
                 named.push(format!("{}@{}", effect.effect, joints.join(",")));
             }

@@ -255,8 +255,8 @@ impl<'a> ShapeSearch<'a> {
         for (number, term) in model.terms.iter().enumerate() {
             let found = || before.iter().flat_map(|fitted| fitted.parameters_of(number)).map(|found| found.value);
             shapes.push(match term {
-                Term::Effect(effect) if effect.find()?.follows_its_parameter() => found().collect(),
-                Term::Effect(effect) => effect.find()?.spec().shapes().map(|(_, grid)| grid[grid.len() / 2]).collect(),
+                Term::Effect(term) if term.effect.changes_others() => found().collect(),
+                Term::Effect(term) => term.effect.shapes().map(|(_, grid)| grid[grid.len() / 2]).collect(),
                 Term::RigidBody(_) | Term::Learned(_) => Vec::new(),
             });
         }
@@ -283,9 +283,8 @@ impl<'a> ShapeSearch<'a> {
     }
 
     fn refine_one(&mut self, term: usize, number: usize, weights: &[f64]) -> Result<(), ModelError> {
-        let Term::Effect(effect) = &self.model.terms[term] else { return Ok(()) };
-        let spec = effect.find()?.spec();
-        let Some((parameter, grid)) = spec.shapes().nth(number) else { return Ok(()) };
+        let Term::Effect(placed) = &self.model.terms[term] else { return Ok(()) };
+        let Some((parameter, grid)) = placed.effect.shapes().nth(number) else { return Ok(()) };
         let mut cost = |value: f64| -> Result<f64, ModelError> {
             self.shapes[term][number] = value;
             self.update_columns(term)?;
@@ -309,9 +308,9 @@ impl<'a> ShapeSearch<'a> {
     }
 
     fn update_columns(&mut self, term: usize) -> Result<(), ModelError> {
-        let Term::Effect(effect) = &self.model.terms[term] else { return Ok(()) };
+        let Term::Effect(placed) = &self.model.terms[term] else { return Ok(()) };
         let first = first_column(self.model, self.design, term)?;
-        let columns = effect_columns(effect, self.design, &self.shapes[term])?;
+        let columns = effect_columns(placed, self.design, &self.shapes[term])?;
         let changed = first..first + columns.len();
         self.columns.splice(changed.clone(), columns);
         self.design.update_equations(&mut self.equations, &self.columns, &changed.collect::<Vec<_>>(), self.torque);
@@ -323,15 +322,15 @@ impl<'a> ShapeSearch<'a> {
         let mut columns = self.columns.clone();
         let mut shape_parameters = Vec::new();
         for (term, shape) in self.shapes.iter().enumerate() {
-            let Term::Effect(effect) = &self.model.terms[term] else { continue };
+            let Term::Effect(placed) = &self.model.terms[term] else { continue };
             let first = first_column(self.model, self.design, term)?;
-            for (number, _) in effect.find()?.spec().shapes().enumerate() {
+            for (number, _) in placed.effect.shapes().enumerate() {
                 let step = SHAPE_STEP * shape[number];
                 let mut shifted = [shape.clone(), shape.clone()];
                 shifted[0][number] -= step;
                 shifted[1][number] += step;
-                let [below, above] = [&shifted[0], &shifted[1]].map(|shape| effect_columns(effect, self.design, shape));
-                let count = effect.find()?.spec().linear().count();
+                let [below, above] = [&shifted[0], &shifted[1]].map(|shape| effect_columns(placed, self.design, shape));
+                let count = placed.effect.linear().count();
                 let torque_factors: Vec<f64> = (first..first + count).map(|column| values[column]).collect();
                 columns.push(PreparedColumn::slope(&below?, &above?, &torque_factors, 2.0 * step));
                 shape_parameters.push((term, number));
@@ -380,8 +379,8 @@ impl<'a> ShapeSearch<'a> {
 
     /// A shape parameter after a move, not further than its bounds and one step allow.
     fn within_reach(&self, term: usize, number: usize, value: f64, moved: f64) -> Result<f64, ModelError> {
-        let Term::Effect(effect) = &self.model.terms[term] else { return Ok(value) };
-        let Some((parameter, _)) = effect.find()?.spec().shapes().nth(number) else { return Ok(value) };
+        let Term::Effect(placed) = &self.model.terms[term] else { return Ok(value) };
+        let Some((parameter, _)) = placed.effect.shapes().nth(number) else { return Ok(value) };
         let [low, high] = [value / MOST_MOVED, value * MOST_MOVED];
         Ok((value + moved).clamp(low.max(parameter.min), high.min(parameter.max)))
     }
@@ -413,15 +412,14 @@ impl<'a> ShapeSearch<'a> {
             parameters.push(parameter(factor, values[index], identified[index], errors[index], quantile));
         }
         for (index, &(term, number)) in shape_parameters.iter().enumerate() {
-            let Term::Effect(effect) = &self.model.terms[term] else { continue };
-            let spec = effect.find()?.spec();
-            let Some((shape, _)) = spec.shapes().nth(number) else { continue };
-            let kind = self.design.setting.kinds[effect.joint.unwrap_or(0)];
+            let Term::Effect(placed) = &self.model.terms[term] else { continue };
+            let Some((shape, _)) = placed.effect.shapes().nth(number) else { continue };
+            let kind = self.design.setting.kinds[placed.joint.unwrap_or(0)];
             let factor = Factor {
                 term,
                 name: shape.name.to_owned(),
                 symbol: shape.symbol.to_owned(),
-                joint: effect.joint,
+                joint: placed.joint,
                 unit: shape.dimension.unit(kind),
                 bounds: [shape.min, shape.max],
             };
@@ -489,15 +487,14 @@ fn first_column(model: &Model, design: &Design, term: usize) -> Result<usize, Mo
 }
 
 pub(crate) fn effect_columns(
-    effect: &EffectTerm,
+    term: &EffectTerm,
     design: &Design,
     shape: &[f64],
 ) -> Result<Vec<PreparedColumn>, ModelError> {
-    let follows = effect.find()?.follows_its_parameter();
     design.prepare(|trajectory, load| {
-        let mut columns = effect.columns(&design.setting, trajectory, load, shape)?;
-        if follows {
-            columns[0].add(&effect.change_of(&design.found, &design.setting, trajectory, load)?, 1.0);
+        let mut columns = term.columns(&design.setting, trajectory, load, shape)?;
+        if term.effect.changes_others() {
+            columns[0].add(&term.change_of(&design.found, &design.setting, trajectory, load)?, 1.0);
         }
         Ok(columns)
     })

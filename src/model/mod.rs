@@ -19,7 +19,7 @@ pub mod terms;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::Arm;
-use crate::effect::{self, Effect, registry};
+use crate::effect::{self, Effect};
 use crate::recording::Recording;
 
 pub use evaluate::{Evaluation, JointError, Prediction};
@@ -58,8 +58,8 @@ pub enum RigidBody {
 /// One effect on one joint, or on the whole arm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EffectTerm {
-    /// Its id in the registry.
-    pub effect: String,
+    /// The effect; its id in files.
+    pub effect: &'static Effect,
     /// The joint (from 0); `None` for an effect of the whole arm.
     pub joint: Option<usize>,
 }
@@ -107,16 +107,16 @@ pub enum ModelError {
     /// A term names a joint that the recording does not have.
     #[error("{effect} is asked for on joint {joint}, but the recording has {joints} joints")]
     NoSuchJoint {
-        /// The effect.
-        effect: String,
+        /// Name of the effect.
+        effect: &'static str,
         /// Counted from 1.
         joint: usize,
         /// Of the recording.
         joints: usize,
     },
-    /// An effect that is not in the registry.
+    /// An effect that no model can have.
     #[error(transparent)]
-    UnknownEffect(#[from] registry::UnknownEffect),
+    NotAddable(#[from] effect::NotAddable),
     /// An effect that can't be computed for these data.
     #[error(transparent)]
     NotApplicable(#[from] effect::NotApplicable),
@@ -204,7 +204,7 @@ impl Preset {
 impl Model {
     /// Whether the torque of one of its effects follows from that of the rigid body.
     pub fn depends_on_load(&self) -> bool {
-        self.effects().any(EffectTerm::depends_on_load)
+        self.effects().any(|term| term.effect.facts.depends_on_load)
     }
 
     /// This model with an effect more: on each of `joints`, or on the whole arm if the effect is one of the whole arm.
@@ -213,23 +213,20 @@ impl Model {
     /// not added twice.
     ///
     /// # Errors
-    /// [`ModelError::UnknownEffect`].
-    pub fn with_effect(&self, id: &str, joints: &[usize]) -> Result<Model, ModelError> {
-        let spec = registry::find(id)?.spec();
+    /// [`ModelError::NotAddable`] if it is a fault of the readings.
+    pub fn with_effect(&self, effect: &'static Effect, joints: &[usize]) -> Result<Model, ModelError> {
+        effect.check_addable()?;
         let mut model = self.clone();
-        for joint in spec.places(joints.iter().copied()) {
-            let covered = |term: &EffectTerm| {
-                term.joint == joint && registry::find(&term.effect).is_ok_and(|old| old.spec().includes.contains(&id))
-            };
-            let there = |term: &EffectTerm| term.joint == joint && (term.effect == id);
-            if model.effects().any(|term| covered(term) || there(term)) {
+        for joint in effect.places(joints.iter().copied()) {
+            let covers = |old: &EffectTerm| old.joint == joint && (old.effect == effect || old.effect.contains(effect));
+            if model.effects().any(covers) {
                 continue;
             }
             model.terms.retain(|term| match term {
-                Term::Effect(old) => old.joint != joint || !spec.includes.contains(&old.effect.as_str()),
+                Term::Effect(old) => old.joint != joint || !effect.contains(old.effect),
                 Term::RigidBody(_) | Term::Learned(_) => true,
             });
-            model.terms.push(Term::Effect(EffectTerm { effect: id.to_owned(), joint }));
+            model.terms.push(Term::Effect(EffectTerm { effect, joint }));
         }
         Ok(model)
     }
@@ -280,23 +277,8 @@ impl Term {
             Term::RigidBody(RigidBody::Identified) => "rigid body".to_owned(),
             Term::RigidBody(RigidBody::Stated(_)) => "stated rigid body".to_owned(),
             Term::Learned(term) => term.kind().to_owned(),
-            Term::Effect(term) => {
-                let name = registry::find(&term.effect).map_or(term.effect.as_str(), |effect| effect.spec().name);
-                match term.joint {
-                    Some(joint) => format!("{name}, joint {}", joint + 1),
-                    None => name.to_owned(),
-                }
-            }
+            Term::Effect(EffectTerm { effect, joint: Some(joint) }) => format!("{}, joint {}", effect.name, joint + 1),
+            Term::Effect(EffectTerm { effect, joint: None }) => effect.name.to_owned(),
         }
-    }
-}
-
-impl EffectTerm {
-    /// The effect itself.
-    ///
-    /// # Errors
-    /// [`ModelError::UnknownEffect`].
-    pub fn find(&self) -> Result<&'static dyn Effect, ModelError> {
-        Ok(registry::find(&self.effect)?)
     }
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::arm::chain::{Chain, PER_LINK};
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
-use crate::effect::{Column, Load, Motion, registry};
+use crate::effect::{Column, Load, Motion, ParameterSpec};
 use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
 
 /// What terms need to know of the recording beside the motion.
@@ -62,10 +62,11 @@ impl Alteration {
     /// The effect as it was found, if it is one that changes others.
     fn of(found: &Found) -> Option<Alteration> {
         let Found { term, linear, .. } = found;
-        let effect = term.find().ok().filter(|effect| effect.follows_its_parameter())?;
-        let bounded =
-            |(parameter, value): (&crate::effect::ParameterSpec, &f64)| value.clamp(parameter.min, parameter.max);
-        Some(Alteration { term: term.clone(), linear: effect.spec().linear().zip(linear).map(bounded).collect() })
+        if !term.effect.changes_others() {
+            return None;
+        }
+        let bounded = |(parameter, value): (&ParameterSpec, &f64)| value.clamp(parameter.min, parameter.max);
+        Some(Alteration { term: term.clone(), linear: term.effect.linear().zip(linear).map(bounded).collect() })
     }
 
     /// Whether both hardly differ.
@@ -116,7 +117,7 @@ impl Setting {
 
     /// What the rigid body needs along a trajectory that is read: by its rough factors, or by the stated arm if there are none.
     pub fn load(&self, trajectory: &Trajectory) -> Option<Load> {
-        let trajectory = &self.true_motion(trajectory, |_| true).ok()?;
+        let trajectory = &self.true_motion(trajectory, |_| true);
         if let Some(factors) = &self.body {
             return Some(self.load_by(factors, trajectory));
         }
@@ -125,16 +126,12 @@ impl Setting {
     }
 
     /// The motion that is read, without what those alterations do to it that `count`.
-    fn true_motion<'a>(
-        &self,
-        read: &'a Trajectory,
-        count: impl Fn(&Alteration) -> bool,
-    ) -> Result<Cow<'a, Trajectory>, ModelError> {
+    fn true_motion<'a>(&self, read: &'a Trajectory, count: impl Fn(&Alteration) -> bool) -> Cow<'a, Trajectory> {
         let mut motion = Cow::Borrowed(read);
         for alteration in self.alterations.iter().filter(|one| one.term.joint.is_none() && count(one)) {
-            alteration.term.find()?.set_right(motion.to_mut(), &alteration.linear);
+            alteration.term.effect.set_right(motion.to_mut(), &alteration.linear);
         }
-        Ok(motion)
+        motion
     }
 
     fn load_by(&self, factors: &[f64], trajectory: &Trajectory) -> Load {
@@ -284,15 +281,10 @@ fn columns_along(
 }
 
 impl EffectTerm {
-    /// Whether its torque follows from that of the rigid body.
-    pub fn depends_on_load(&self) -> bool {
-        self.find().is_ok_and(|effect| effect.depends_on_load())
-    }
-
     /// Factors of the effect: its linear parameters.
-    pub(super) fn factors(&self, term: usize, setting: &Setting) -> Result<Vec<Factor>, ModelError> {
+    pub(super) fn factors(&self, term: usize, setting: &Setting) -> Vec<Factor> {
         let kind = setting.kinds[self.joint.unwrap_or(0)];
-        let factor = |parameter: &crate::effect::ParameterSpec| Factor {
+        let factor = |parameter: &ParameterSpec| Factor {
             term,
             name: parameter.name.to_owned(),
             symbol: parameter.symbol.to_owned(),
@@ -300,7 +292,7 @@ impl EffectTerm {
             unit: parameter.dimension.unit(kind),
             bounds: [parameter.min, parameter.max],
         };
-        Ok(self.find()?.spec().linear().map(factor).collect())
+        self.effect.linear().map(factor).collect()
     }
 
     /// Columns of the effect for these shape parameters, as the setting's alterations leave them.
@@ -315,14 +307,13 @@ impl EffectTerm {
         shape: &[f64],
     ) -> Result<Vec<Column>, ModelError> {
         let is_altered_by = |other: &Alteration| other.term.alters(self);
-        let true_motion = setting.true_motion(trajectory, is_altered_by)?;
+        let true_motion = setting.true_motion(trajectory, is_altered_by);
         let motion = Motion { load, ..setting.motion(&true_motion) };
-        let mut columns = self.find()?.columns(&motion, self.joint.unwrap_or(0), shape)?;
+        let mut columns = self.effect.columns(&motion, self.joint.unwrap_or(0), shape)?;
         for alteration in setting.alterations.iter().filter(|other| is_altered_by(other)) {
-            let effect = alteration.term.find()?;
             for (joint, values) in columns.iter_mut().flat_map(|column| &mut column.parts) {
                 if alteration.term.joint == Some(*joint) {
-                    effect.pass(values, &trajectory.time, &alteration.linear);
+                    alteration.term.effect.pass(values, &trajectory.time, &alteration.linear);
                 }
             }
         }
@@ -332,7 +323,7 @@ impl EffectTerm {
     /// Whether this effect, if it is one that changes others, changes that one.
     fn alters(&self, other: &EffectTerm) -> bool {
         let meets = self.joint.is_none() || other.joint.is_none() || self.joint == other.joint;
-        meets && registry::acts_before(&other.effect, &self.effect)
+        meets && self.effect.acts_after(other.effect)
     }
 
     /// What a bit more of the parameter of this effect, if it is one that changes others, does to the torque of the effects that
@@ -382,10 +373,10 @@ impl Model {
                 Term::Effect(effect) => {
                     let joints = setting.kinds.len();
                     if let Some(joint) = effect.joint.filter(|&joint| joint >= joints) {
-                        let effect = effect.effect.clone();
+                        let effect = effect.effect.name;
                         return Err(ModelError::NoSuchJoint { effect, joint: joint + 1, joints });
                     }
-                    factors.extend(effect.factors(index, setting)?);
+                    factors.extend(effect.factors(index, setting));
                 }
             }
         }

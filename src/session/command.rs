@@ -8,7 +8,7 @@ use super::runs::{Keeper, RunFileError};
 use super::terms::{self, TermEdit};
 use super::{Session, Step};
 use crate::diagnosis;
-use crate::effect::{Scope, registry};
+use crate::effect::{Effect, Scope, registry};
 use crate::model::learned::LearnedPreset;
 use crate::model::{self, Evaluation, Fitted, Model, ModelError, Preset, Term};
 use crate::progress::{Monitor, Stopped};
@@ -158,6 +158,9 @@ pub enum SessionError {
     /// A joint effect without a joint.
     #[error("name at least one joint for {0}")]
     NoJoint(String),
+    /// There is no such effect.
+    #[error(transparent)]
+    UnknownEffect(#[from] registry::UnknownEffect),
     /// A file can't be read.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -344,7 +347,10 @@ impl Command {
             Command::UseRun { run } => format!("use the model of training {}", run + 1),
             Command::UseModel { title, .. } => format!("start from {title}"),
             Command::Diagnose => "diagnose".to_owned(),
-            Command::AddEffect { effect, joints } => format!("add {}", effect_text(effect, joints)),
+            Command::AddEffect { effect, joints } => {
+                let name = registry::find(effect).map_or(effect.clone(), |effect| effect_text(effect, joints));
+                format!("add {name}")
+            }
             Command::EditTerms(edit) => edit.title().to_owned(),
             Command::Extrapolate { .. } => "extrapolate".to_owned(),
             Command::GoTo { step } => format!("go back to step {}", step + 1),
@@ -440,23 +446,23 @@ fn trained(
 fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {
     let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
     let current = session.current().ok_or(SessionError::NoModel)?;
-    let spec = registry::find(id).map_err(ModelError::from)?.spec();
-    if spec.scope != Scope::Arm && joints.is_empty() {
-        return Err(SessionError::NoJoint(spec.name.to_owned()));
+    let effect = registry::find(id)?;
+    if effect.scope != Scope::Arm && joints.is_empty() {
+        return Err(SessionError::NoJoint(effect.name.to_owned()));
     }
     let old = &current.fitted.model;
-    let model = old.with_effect(id, joints)?;
+    let model = old.with_effect(effect, joints)?;
     if model == *old {
-        return Err(SessionError::AlreadyThere(effect_text(id, joints)));
+        return Err(SessionError::AlreadyThere(effect_text(effect, joints)));
     }
-    let title = format!("+ {}", effect_text(id, joints));
+    let title = format!("+ {}", effect_text(effect, joints));
     let mut ladder = session.ladder.clone();
     let added = step(title.clone(), model.clone(), Some(&current.fitted), session, monitor)?;
     let absorbed = added
         .fitted
         .parameters
         .iter()
-        .any(|parameter| !parameter.identified && is_of(&model.terms[parameter.term], id));
+        .any(|parameter| !parameter.identified && is_of(&model.terms[parameter.term], effect));
     if !absorbed {
         ladder.push(added);
         return Ok(Session { ladder, report: None, ..session.clone() });
@@ -465,7 +471,7 @@ fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) 
     // its own: what the effect gains is then the difference between the last two steps.
     let arm = match &recording.stated_arm {
         Some(arm) if !old.is_pinned() => arm,
-        _ => return Err(SessionError::Absorbed(effect_text(id, joints))),
+        _ => return Err(SessionError::Absorbed(effect_text(effect, joints))),
     };
     ladder.push(step("rigid body held at the stated arm".to_owned(), old.pinned_to(arm), None, session, monitor)?);
     ladder.push(step(title, model.pinned_to(arm), None, session, monitor)?);
@@ -473,16 +479,15 @@ fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) 
 }
 
 /// `Coulomb friction on joints 1, 2`.
-fn effect_text(id: &str, joints: &[usize]) -> String {
-    match registry::find(id).map(|effect| effect.spec()) {
-        Ok(spec) if spec.scope == Scope::Arm => spec.name.to_owned(),
-        Ok(spec) => format!("{} on {}", spec.name, joints_text(joints)),
-        Err(_) => id.to_owned(),
+fn effect_text(effect: &Effect, joints: &[usize]) -> String {
+    match effect.scope {
+        Scope::Arm => effect.name.to_owned(),
+        Scope::Joint | Scope::Pair => format!("{} on {}", effect.name, joints_text(joints)),
     }
 }
 
-fn is_of(term: &Term, id: &str) -> bool {
-    matches!(term, Term::Effect(effect) if effect.effect == id)
+fn is_of(term: &Term, effect: &Effect) -> bool {
+    matches!(term, Term::Effect(term) if term.effect == effect)
 }
 
 #[cfg(test)]

@@ -416,7 +416,7 @@ mod tests {
     fn fitted(recording: &Recording, split: &Split, effect: Option<&str>) -> Fitted {
         let mut model = Preset::RigidBody.model(recording).unwrap();
         if let Some(effect) = effect {
-            model = model.with_effect(effect, &[0, 1]).unwrap();
+            model = model.with_effect(crate::effect::registry::find(effect).unwrap(), &[0, 1]).unwrap();
         }
         fit(&model, recording, split, &Monitor::new()).unwrap()
     }

@@ -6,7 +6,7 @@ use rand::{Rng, RngExt};
 use super::{Draw, Scenario, SimulationError, demand, random};
 use crate::arm::Arm;
 use crate::arm::dynamics::Components;
-use crate::effect::{self, Effect, Load, Motion, NotApplicable, ParameterSpec, Scope, Spec, registry};
+use crate::effect::{Effect, Load, Motion, NotApplicable, ParameterSpec, Scope, registry};
 use crate::progress::Monitor;
 use crate::recording::fault::FaultKind;
 use crate::recording::seal::{HiddenEffect, Truth};
@@ -17,7 +17,7 @@ const BISECTIONS: usize = 30;
 
 /// A hidden effect that was found to make sense for an arm of a number of joints.
 pub(super) struct Hidden<'a> {
-    effect: &'static dyn Effect,
+    effect: &'static Effect,
     /// 0 for an effect of the whole arm, which ignores it.
     joint: usize,
     parameters: &'a [f64],
@@ -26,15 +26,14 @@ pub(super) struct Hidden<'a> {
 impl<'a> Hidden<'a> {
     fn resolve(hidden: &'a HiddenEffect, joints: usize) -> Result<Self, SimulationError> {
         let effect = registry::find(&hidden.effect)?;
-        let spec = effect.spec();
-        spec.check_parameters(&hidden.parameters)?;
-        let joint = checked_place(spec, hidden.joint, joints)?;
+        effect.check_parameters(&hidden.parameters)?;
+        let joint = checked_place(effect, hidden.joint, joints)?;
         Ok(Hidden { effect, joint, parameters: &hidden.parameters })
     }
 
-    /// Where it stands in the registry, which is the order in which effects act.
-    fn turn(&self) -> usize {
-        registry::ALL.iter().position(|effect| effect.spec().id == self.effect.spec().id).unwrap_or(usize::MAX)
+    /// By this they act one after the other: along the chain, and within a stage in an order that depends on nothing else.
+    fn turn(&self) -> (usize, &'static str, usize) {
+        (self.effect.stage.number(), self.effect.id, self.joint)
     }
 
     /// Its torque \[N m\] by its formula along the true motion of the arm, whose torque is still that of the bare arm; what a
@@ -48,14 +47,11 @@ impl<'a> Hidden<'a> {
             }
             return Ok(read.tau);
         }
-        self.along(arm, trajectory, |motion| effect::torque(self.effect, motion, self.joint, self.parameters))
+        self.along(arm, trajectory, |motion| self.effect.torque(motion, self.joint, self.parameters))
     }
 
     /// What it does to the `torque` of the arm and the effects before it, along the true motion of the arm.
     pub(super) fn act(&self, arm: &Arm, trajectory: &Trajectory, torque: &mut PerJoint) -> Result<(), SimulationError> {
-        if self.effect.fault().is_some() {
-            return Ok(());
-        }
         self.along(arm, trajectory, |motion| self.effect.act(motion, self.joint, self.parameters, torque))
     }
 
@@ -71,7 +67,7 @@ impl<'a> Hidden<'a> {
         work: impl FnOnce(&Motion) -> Result<T, NotApplicable>,
     ) -> Result<T, SimulationError> {
         let kinds = vec![JointKind::Revolute; arm.joint_count()];
-        let load = self.effect.depends_on_load().then(|| Load::of_arm(arm, trajectory));
+        let load = self.effect.facts.depends_on_load.then(|| Load::of_arm(arm, trajectory));
         let motion = Motion { trajectory, kinds: &kinds, posture: arm.posture, arm: Some(arm), load: load.as_ref() };
         Ok(work(&motion)?)
     }
@@ -117,16 +113,16 @@ pub(super) fn add(effects: &[Hidden], arm: &Arm, run: &mut Trajectory) -> Result
 }
 
 /// The joint (from 0) where an effect acts on an arm of a number of joints; 0 for an effect of the whole arm.
-fn checked_place(spec: &Spec, joint: Option<usize>, joints: usize) -> Result<usize, SimulationError> {
-    let first = usize::from(spec.scope == Scope::Pair);
-    match (spec.scope, joint) {
+fn checked_place(effect: &Effect, joint: Option<usize>, joints: usize) -> Result<usize, SimulationError> {
+    let first = usize::from(effect.scope == Scope::Pair);
+    match (effect.scope, joint) {
         (Scope::Joint | Scope::Pair, Some(joint)) if (first..joints).contains(&joint) => Ok(joint),
         (Scope::Joint | Scope::Pair, Some(joint)) => {
-            Err(SimulationError::NoSuchJoint { effect: spec.name, joint: joint + 1, joints })
+            Err(SimulationError::NoSuchJoint { effect: effect.name, joint: joint + 1, joints })
         }
-        (Scope::Joint | Scope::Pair, None) => Err(SimulationError::JointMissing(spec.name)),
+        (Scope::Joint | Scope::Pair, None) => Err(SimulationError::JointMissing(effect.name)),
         (Scope::Arm, None) => Ok(0),
-        (Scope::Arm, Some(_)) => Err(SimulationError::JointOnWholeArm(spec.name)),
+        (Scope::Arm, Some(_)) => Err(SimulationError::JointOnWholeArm(effect.name)),
     }
 }
 
@@ -146,10 +142,10 @@ impl Scenario {
         strength: f64,
     ) -> Result<Vec<HiddenEffect>, SimulationError> {
         demand("strength of the hidden effect", strength, strength > 0.0, "a finite number above 0")?;
-        let spec = registry::find(effect)?.spec();
-        let places = spec.places(joints.iter().copied());
+        let effect = registry::find(effect)?;
+        let places = effect.places(joints.iter().copied());
         if places.is_empty() {
-            return Err(SimulationError::JointMissing(spec.name));
+            return Err(SimulationError::JointMissing(effect.name));
         }
         let runs = self.exact_runs(&Monitor::new())?;
         let mut random = random(self.seed, Draw::Effects);
@@ -166,6 +162,7 @@ impl Scenario {
             Scenario { name: format!("mystery {seed}"), seed, effects: Vec::new(), ..Scenario::embedded() };
         let mut random = random(seed, Draw::Mystery);
         let mut effects = registry::ALL.to_vec();
+        effects.sort_by_key(|effect| effect.id);
         effects.shuffle(&mut random);
         let strength = random.random_range(0.03..=0.2);
         let count = random.random_range(1..=2);
@@ -173,7 +170,7 @@ impl Scenario {
         joints.sort_unstable();
         let mut failure = SimulationError::EmptyRegistry;
         for effect in effects {
-            match scenario.hide_by_strength(effect.spec().id, &joints, strength) {
+            match scenario.hide_by_strength(effect.id, &joints, strength) {
                 Ok(hidden) => {
                     scenario.effects = hidden;
                     return Ok(scenario);
@@ -186,21 +183,19 @@ impl Scenario {
 
     fn scaled(
         &self,
-        id: &str,
+        effect: &'static Effect,
         joint: Option<usize>,
         strength: f64,
         runs: &[Trajectory],
         random: &mut impl Rng,
     ) -> Result<HiddenEffect, SimulationError> {
-        let effect = registry::find(id)?;
-        let spec = effect.spec();
-        let place = checked_place(spec, joint, self.arm.joint_count())?;
+        let place = checked_place(effect, joint, self.arm.joint_count())?;
         if let Some(kind) = effect.fault() {
             return self.faulty(effect, kind, place, strength, runs, random);
         }
-        let shape: Vec<f64> = spec.shapes().map(|(_, grid)| draw_shape(grid, random)).collect();
+        let shape: Vec<f64> = effect.shapes().map(|(_, grid)| draw_shape(grid, random)).collect();
         let with = |linear: Vec<f64>| HiddenEffect {
-            effect: id.to_owned(),
+            effect: effect.id.to_owned(),
             joint,
             parameters: linear.into_iter().chain(shape.iter().copied()).collect(),
         };
@@ -212,20 +207,20 @@ impl Scenario {
         };
         let norm_with = |linear| Ok::<f64, SimulationError>(norm(torque_with(linear)?.iter().flatten().flatten()));
 
-        let count = spec.linear().count();
+        let count = effect.linear().count();
         let alone = |index| (0..count).map(|other| if other == index { 1.0 } else { 0.0 }).collect();
         let sizes = (0..count).map(|index| norm_with(alone(index))).collect::<Result<Vec<_>, _>>()?;
         if sizes.contains(&0.0) {
-            return Err(SimulationError::NoTorque { effect: spec.name, joint });
+            return Err(SimulationError::NoTorque { effect: effect.name, joint });
         }
         // How much is a lot differs for a torque and a stiffness, but not for two torques: what is drawn is measured by the
         // column of the first parameter that has the same dimension.
         let size_of = |dimension| {
-            let alike = spec.linear().zip(&sizes).find(|(parameter, _)| parameter.dimension == dimension);
+            let alike = effect.linear().zip(&sizes).find(|(parameter, _)| parameter.dimension == dimension);
             alike.map_or(1.0, |(_, size)| *size)
         };
         let drawn: Vec<f64> =
-            spec.linear().map(|parameter| draw_share(parameter, random) / size_of(parameter.dimension)).collect();
+            effect.linear().map(|parameter| draw_share(parameter, random) / size_of(parameter.dimension)).collect();
         // It is measured by the torque of the joints that feel it.
         let torque = torque_with(drawn.clone())?;
         let feels = |joint: &usize| torque.iter().any(|run| run[*joint].iter().any(|value| *value != 0.0));
@@ -233,17 +228,17 @@ impl Scenario {
         let wanted = strength * norm(runs.iter().flat_map(|run| feeling.iter().flat_map(|joint| &run.tau[*joint])));
         let factor = wanted / norm(torque.iter().flatten().flatten());
         if !(factor.is_finite() && factor > 0.0) {
-            return Err(SimulationError::NoTorque { effect: spec.name, joint });
+            return Err(SimulationError::NoTorque { effect: effect.name, joint });
         }
         let hidden = with(drawn.into_iter().map(|parameter| factor * parameter).collect());
-        spec.check_parameters(&hidden.parameters)?;
+        effect.check_parameters(&hidden.parameters)?;
         Ok(hidden)
     }
 
     /// A fault of the readings that changes them by the wanted share; its first parameter is found by bisection.
     fn faulty(
         &self,
-        effect: &'static dyn Effect,
+        effect: &'static Effect,
         kind: FaultKind,
         joint: usize,
         strength: f64,
@@ -271,11 +266,11 @@ impl Scenario {
         }
         let reached = share(strong)? / strength;
         if !(0.8..=1.25).contains(&reached) {
-            return Err(SimulationError::NoTorque { effect: effect.spec().name, joint: Some(joint) });
+            return Err(SimulationError::NoTorque { effect: effect.name, joint: Some(joint) });
         }
         let parameters = parameters(strong);
-        effect.spec().check_parameters(&parameters)?;
-        Ok(HiddenEffect { effect: effect.spec().id.to_owned(), joint: Some(joint), parameters })
+        effect.check_parameters(&parameters)?;
+        Ok(HiddenEffect { effect: effect.id.to_owned(), joint: Some(joint), parameters })
     }
 }
 
@@ -321,15 +316,14 @@ mod tests {
     fn every_effect_can_be_hidden_at_a_wanted_strength() {
         let scenario = Scenario { effects: Vec::new(), ..Scenario::embedded() };
         for effect in registry::ALL {
-            let spec = effect.spec();
-            for hidden in scenario.hide_by_strength(spec.id, &[0, 2], 0.07).unwrap() {
-                assert_eq!(hidden.joint.is_none(), spec.scope == Scope::Arm);
+            for hidden in scenario.hide_by_strength(effect.id, &[0, 2], 0.07).unwrap() {
+                assert_eq!(hidden.joint.is_none(), effect.scope == Scope::Arm);
                 let ratio = rms_ratio(&scenario, &hidden);
                 // Readings are faulty as a whole or not at all.
                 let tolerance = if effect.fault().is_some() { 0.01 } else { 1e-9 };
-                assert!((ratio - 0.07).abs() < tolerance, "{}: {ratio}", spec.id);
-                for (parameter, value) in spec.parameters.iter().zip(&hidden.parameters) {
-                    if let Role::Shape { grid } = parameter.role {
+                assert!((ratio - 0.07).abs() < tolerance, "{}: {ratio}", effect.id);
+                for (parameter, value) in effect.parameters.iter().zip(&hidden.parameters) {
+                    if let Role::Shape { grid, .. } = parameter.role {
                         assert!((grid[0]..=grid[grid.len() - 1]).contains(value), "{} {value}", parameter.name);
                     }
                     assert!(*value != 0.0, "{} is 0", parameter.name);
@@ -374,7 +368,7 @@ mod tests {
             }
         }
         for effect in registry::ALL {
-            let id = effect.spec().id;
+            let id = effect.id;
             assert!(drawn.iter().any(|scenario| scenario.effects[0].effect == id), "{id} was never drawn");
         }
     }

@@ -44,6 +44,36 @@ fn the_demonstration_is_what_it_says() {
     assert_eq!(recording.provenance.acceleration, Origin::Measured);
 }
 
+/// Body, drive and reading: the stage says who acts first, not the place in a list.
+#[test]
+fn the_order_of_hidden_effects_changes_nothing() {
+    let effects = vec![
+        hidden("torque-saturation", Some(0), &[20.0]),
+        hidden("derivative-delay", None, &[0.01]),
+        hidden("coulomb-friction", Some(0), &[2.0]),
+        hidden("actuator-lag", Some(0), &[0.02]),
+        hidden("viscous-friction", Some(0), &[0.5]),
+        hidden("stuck-channel", Some(0), &[0.3, 2.0]),
+        hidden("viscous-friction", Some(1), &[0.4]),
+    ];
+    let scenario = |effects| simulated(&Scenario { effects, ..Scenario::embedded() }).trajectories;
+    let told = scenario(effects.clone());
+    for turn in 1..effects.len() {
+        let mut turned = effects.clone();
+        turned.rotate_left(turn);
+        assert_eq!(scenario(turned), told, "turned by {turn}");
+    }
+    let mut late = effects[2..4].to_vec();
+    late.reverse();
+    let lagged = simulated(&Scenario { effects: late, torque_noise: 0.0, ..Scenario::embedded() });
+    let without = simulated(&Scenario { effects: vec![effects[2].clone()], torque_noise: 0.0, ..Scenario::embedded() });
+    let [lagged, without] = [&lagged, &without].map(|recording| &recording.trajectories[0].tau[0]);
+    // At 100 Hz a lag of 20 ms is two samples: friction arrives late, too.
+    for t in 2..lagged.len() {
+        assert!((lagged[t] - without[t - 2]).abs() < 1e-9, "{} is not {}", lagged[t], without[t - 2]);
+    }
+}
+
 #[test]
 fn without_noise_the_torque_is_that_of_the_arm_and_the_effects() {
     let scenario = Scenario {

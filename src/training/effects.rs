@@ -4,7 +4,7 @@
 //! [`crate::model::learned::LearnedTerm::Columns`].
 
 use super::data::Columns;
-use crate::effect::{self, Scope};
+use crate::effect::{ParameterSpec, Scope};
 use crate::model::terms::Setting;
 use crate::model::{EffectTerm, ModelError};
 use crate::recording::Trajectory;
@@ -19,26 +19,25 @@ pub struct AddedEffect {
 }
 
 /// Names of all linear parameters, for [`crate::model::learned::LearnedTerm::Columns`]: one for each column.
-///
-/// # Errors
-/// [`ModelError::UnknownEffect`]
-pub fn names(effects: &[AddedEffect]) -> Result<Vec<String>, ModelError> {
+pub fn names(effects: &[AddedEffect]) -> Vec<String> {
     let mut names = Vec::new();
     for AddedEffect { term, .. } in effects {
-        let spec = term.find()?.spec();
-        let title = |parameter: &'static effect::ParameterSpec| match (spec.scope, term.joint) {
-            (Scope::Joint | Scope::Pair, Some(joint)) => format!("{} {}, joint {}", spec.id, parameter.name, joint + 1),
-            _ => format!("{} {}", spec.id, parameter.name),
+        let effect = term.effect;
+        let title = |parameter: &'static ParameterSpec| match (effect.scope, term.joint) {
+            (Scope::Joint | Scope::Pair, Some(joint)) => {
+                format!("{} {}, joint {}", effect.id, parameter.name, joint + 1)
+            }
+            _ => format!("{} {}", effect.id, parameter.name),
         };
-        names.extend(spec.linear().map(title));
+        names.extend(effect.linear().map(title));
     }
-    Ok(names)
+    names
 }
 
 /// The columns of all effects over one trajectory, for [`super::Samples::new`].
 ///
 /// # Errors
-/// [`ModelError::UnknownEffect`] and [`ModelError::NotApplicable`] say which effect and what it lacks.
+/// [`ModelError::NotApplicable`] says which effect and what it lacks.
 pub fn columns(effects: &[AddedEffect], setting: &Setting, trajectory: &Trajectory) -> Result<Columns, ModelError> {
     let (joints, samples) = (trajectory.joint_count(), trajectory.len());
     if effects.is_empty() {

@@ -281,7 +281,7 @@ fn architecture<E: Element>(
         }
     }
     if !effects.is_empty() {
-        terms.push(LearnedTerm::Columns { names: effects::names(effects).map_err(failed)? });
+        terms.push(LearnedTerm::Columns { names: effects::names(effects) });
     }
     let features = if setting.kinds.contains(&JointKind::Prismatic) { Features::Raw } else { plan.features };
     let mut architecture = Architecture { joints: setting.kinds.len(), features, terms, scales: Scales::default() };

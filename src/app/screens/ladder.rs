@@ -58,7 +58,7 @@ fn verdict(session: &Session) -> String {
     let Some(truth) = session.truth.as_deref() else { return String::new() };
     let Some(step) = session.current() else { return String::new() };
     let found = |hidden: &HiddenEffect| {
-        step.fitted.model.effects().any(|term| term.effect == hidden.effect && term.joint == hidden.joint)
+        step.fitted.model.effects().any(|term| term.effect.id == hidden.effect && term.joint == hidden.joint)
     };
     if truth.effects.is_empty() {
         return "; nothing was hidden".to_owned();
@@ -68,7 +68,7 @@ fn verdict(session: &Session) -> String {
     }
     let mut names: Vec<&str> = Vec::new();
     for hidden in &truth.effects {
-        let name = registry::find(&hidden.effect).map_or(hidden.effect.as_str(), |effect| effect.spec().name);
+        let name = registry::find(&hidden.effect).map_or(hidden.effect.as_str(), |effect| effect.name);
         if !names.contains(&name) {
             names.push(name);
         }
@@ -298,7 +298,7 @@ fn revealed(ui: &mut Ui, session: &Session, recording: &Recording, truth: &Truth
         ui.label("Nothing was hidden.");
     }
     for hidden in &truth.effects {
-        let Some(spec) = registry::find(&hidden.effect).ok().map(|effect| effect.spec()) else {
+        let Some(spec) = registry::find(&hidden.effect).ok() else {
             ui.label(&hidden.effect);
             continue;
         };
@@ -329,7 +329,7 @@ fn revealed(ui: &mut Ui, session: &Session, recording: &Recording, truth: &Truth
 fn estimate(session: &Session, hidden: &HiddenEffect, name: &str) -> Option<(f64, Option<[f64; 2]>)> {
     let fitted = &session.current()?.fitted;
     let term = fitted.model.terms.iter().position(
-        |term| matches!(term, Term::Effect(term) if term.effect == hidden.effect && term.joint == hidden.joint),
+        |term| matches!(term, Term::Effect(term) if term.effect.id == hidden.effect && term.joint == hidden.joint),
     )?;
     let parameter = fitted.parameters.iter().find(|parameter| parameter.term == term && parameter.name == name)?;
     Some((parameter.value, parameter.interval))

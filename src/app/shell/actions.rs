@@ -63,20 +63,19 @@ pub fn all(desk: &Desk) -> Vec<Action> {
             add(format!("Extrapolate in {}", stretch.name()), "", Order::run(Command::Extrapolate { steps, stretch }));
         }
         let joints = desk.session.recording.as_ref().map_or(0, |recording| recording.joint_count());
-        for effect in registry::ALL {
-            let spec = effect.spec();
+        for effect in registry::addable() {
             let mut offer = |name: String, joints: Vec<usize>| {
-                add(name, "", Order::run(Command::AddEffect { effect: spec.id.to_owned(), joints }));
+                add(name, "", Order::run(Command::AddEffect { effect: effect.id.to_owned(), joints }));
             };
-            if spec.scope == Scope::Arm {
-                offer(format!("Add {}", spec.name), Vec::new());
+            if effect.scope == Scope::Arm {
+                offer(format!("Add {}", effect.name), Vec::new());
                 continue;
             }
             // The later joint of a pair names it.
-            let first = usize::from(spec.scope == Scope::Pair);
-            offer(format!("Add {} on all joints", spec.name), (first..joints).collect());
+            let first = usize::from(effect.scope == Scope::Pair);
+            offer(format!("Add {} on all joints", effect.name), (first..joints).collect());
             for joint in first..joints {
-                offer(format!("Add {} on joint {}", spec.name, joint + 1), vec![joint]);
+                offer(format!("Add {} on joint {}", effect.name, joint + 1), vec![joint]);
             }
         }
     }

@@ -15,15 +15,13 @@ use crate::cli::progress;
 use crate::cli::table::{number, table};
 use crate::cli::write_file;
 use crate::diagnosis::{MissingEffect, Report, Suspect, Verdict, diagnose_among, sufficiency};
-use crate::effect::{Effect, Spec, registry};
+use crate::effect::{Effect, registry};
 use crate::figure;
 use crate::progress::Monitor;
 use crate::recording::seal::{HiddenEffect, Truth};
 use crate::session::{Command, Session, SessionError};
 use crate::simulation::{Excitation, Scenario};
 
-/// Effects that the base parameters absorb, wholly or on some joint, so that only a stated arm shows them.
-const ABSORBED_BY_BODY: [&str; 2] = ["tip-payload", "rotor-inertia"];
 /// How many effects the draws hide, in turn; the last of them is left out of the candidates.
 const TURNS: [usize; 8] = [0, 1, 2, 0, 1, 2, 3, 1];
 
@@ -128,7 +126,7 @@ struct EffectRates {
 /// One recording: what is simulated and who may be named.
 struct Case {
     scenario: Scenario,
-    candidates: Vec<&'static dyn Effect>,
+    candidates: Vec<&'static Effect>,
     hidden: usize,
     unknown: bool,
 }
@@ -200,12 +198,10 @@ impl Diagnosis {
             let unknown = all_unknown || (hidden.is_none() && turn + 1 == TURNS.len());
             let count = if unknown { 1 } else { hidden.map_or(TURNS[turn], usize::from) };
             hide(&mut scenario, count, &only, &mut random);
-            let is_candidate = |effect: &&dyn Effect| {
+            let is_candidate = |effect: &&'static Effect| {
                 let stands_for = |hidden: &HiddenEffect| {
-                    let spec = effect.spec();
-                    let is_other_form =
-                        registry::find(&hidden.effect).is_ok_and(|hidden| hidden.spec().looks_like(spec));
-                    hidden.effect == spec.id || spec.includes.contains(&hidden.effect.as_str()) || is_other_form
+                    registry::find(&hidden.effect)
+                        .is_ok_and(|hidden| hidden == *effect || effect.contains(hidden) || hidden.looks_like(effect))
                 };
                 !unknown || !scenario.effects.iter().any(stands_for)
             };
@@ -249,25 +245,21 @@ fn vary(scenario: &mut Scenario, random: &mut ChaCha8Rng) {
 /// it.
 fn hide(scenario: &mut Scenario, count: usize, only: &[String], random: &mut ChaCha8Rng) {
     let joints = scenario.arm.joint_count();
-    let pool: Vec<&Spec> = registry::sought()
-        .iter()
-        .map(|effect| effect.spec())
-        .filter(|spec| only.is_empty() || only.iter().any(|id| id == spec.id))
-        .filter(|spec| scenario.stated || !ABSORBED_BY_BODY.contains(&spec.id))
+    let pool: Vec<&Effect> = registry::sought()
+        .into_iter()
+        .filter(|effect| only.is_empty() || only.iter().any(|id| id == effect.id))
+        .filter(|effect| scenario.stated || !effect.facts.absorbed_by_body)
         .collect();
     let mut hidden: Vec<HiddenEffect> = Vec::new();
-    let mut named: Vec<&Spec> = Vec::new();
+    let mut named: Vec<&Effect> = Vec::new();
     // Some draws are impossible (an end stop out of reach), so there are more tries than effects.
     for _ in 0..20 * count {
         if named.len() == count {
             break;
         }
-        let Some(&spec) = pool.choose(random) else { break };
-        let is_related = |other: &&Spec| {
-            other.id == spec.id
-                || other.includes.contains(&spec.id)
-                || spec.includes.contains(&other.id)
-                || spec.looks_like(other)
+        let Some(&effect) = pool.choose(random) else { break };
+        let is_related = |other: &&Effect| {
+            *other == effect || other.contains(effect) || effect.contains(other) || effect.looks_like(other)
         };
         if named.iter().any(is_related) {
             continue;
@@ -275,16 +267,16 @@ fn hide(scenario: &mut Scenario, count: usize, only: &[String], random: &mut Cha
         let first = random.random_range(0..joints);
         let places = if random.random_bool(0.3) { vec![first, (first + 1) % joints] } else { vec![first] };
         let strength = 0.03 * (0.2f64 / 0.03).powf(random.random_range(0.0..1.0));
-        if let Ok(drawn) = scenario.hide_by_strength(spec.id, &places, strength) {
+        if let Ok(drawn) = scenario.hide_by_strength(effect.id, &places, strength) {
             hidden.extend(drawn);
-            named.push(spec);
+            named.push(effect);
         }
     }
     scenario.effects = hidden;
 }
 
 fn suspect(hidden: &HiddenEffect) -> Suspect {
-    let linear = registry::find(&hidden.effect).map_or(0, |effect| effect.spec().linear().count());
+    let linear = registry::find(&hidden.effect).map_or(0, |effect| effect.linear().count());
     let shape = hidden.parameters.iter().skip(linear).copied().collect();
     Suspect { effect: hidden.effect.clone(), joint: hidden.joint, shape }
 }
@@ -294,7 +286,7 @@ fn true_answer(truth: &Truth) -> Answer {
 }
 
 fn answer_of(named: &MissingEffect) -> Answer {
-    let places = registry::find(&named.effect).map(|effect| effect.spec().places(named.joints.iter().copied()));
+    let places = registry::find(&named.effect).map(|effect| effect.places(named.joints.iter().copied()));
     places.unwrap_or_default().into_iter().map(|place| (named.effect.clone(), place)).collect()
 }
 
@@ -352,7 +344,7 @@ impl Score {
     }
 
     fn count_effects(&mut self, expected: &Answer, given: &Answer) {
-        for id in registry::sought().iter().map(|effect| effect.spec().id) {
+        for id in registry::sought().iter().map(|effect| effect.id) {
             let places = |answer: &Answer| -> BTreeSet<Option<usize>> {
                 answer.iter().filter(|(effect, _)| effect == id).map(|(_, place)| *place).collect()
             };
@@ -385,7 +377,7 @@ impl Score {
     /// Whether the true parameters lie inside their intervals.
     fn check_intervals(&mut self, hidden: &HiddenEffect, report: &Report) {
         let Ok(effect) = registry::find(&hidden.effect) else { return };
-        for (spec, &value) in effect.spec().parameters.iter().zip(&hidden.parameters) {
+        for (spec, &value) in effect.parameters.iter().zip(&hidden.parameters) {
             let named = report.effects.iter().filter(|named| named.effect == hidden.effect);
             let estimates = named.flat_map(|named| &named.parameters);
             let found = estimates.filter(|estimate| estimate.name == spec.name && estimate.joint == hidden.joint);

@@ -6,6 +6,7 @@ use crate::arm::Arm;
 use crate::cli::data::Training;
 use crate::cli::progress;
 use crate::cli::table::{number, table};
+use crate::effect::registry;
 use crate::model::learned::LearnedPreset;
 use crate::model::{self, Evaluation, Fitted, Preset};
 use crate::progress::Monitor;
@@ -128,7 +129,7 @@ impl Case {
             let every_joint: Vec<usize> = (0..self.joints).collect();
             let mut body = Preset::RigidBody.model(&recording)?;
             for (effect, _) in self.effects {
-                body = body.with_effect(effect, &every_joint)?;
+                body = body.with_effect(registry::find(effect)?, &every_joint)?;
             }
             let solved = model::fit(&body, &recording, &split, &Monitor::new())?;
             let (nmse, worst) = errors(&trained.fitted, &test)?;

@@ -51,13 +51,13 @@ pub fn of(ui: &Ui, desk: &mut Desk, step: &Arc<Step>) -> Option<Arc<Vec<Part>>> 
             truth.iter().flat_map(|truth| &truth.effects).zip(exact.into_iter().flat_map(|exact| exact.effects))
         {
             let same = step.fitted.model.terms.iter().find_map(|term| match term {
-                Term::Effect(own) if own.effect == hidden.effect && own.joint == hidden.joint => Some(term.label()),
+                Term::Effect(own) if own.effect.id == hidden.effect && own.joint == hidden.joint => Some(term.label()),
                 _ => None,
             });
             match parts.iter_mut().find(|part| Some(&part.name) == same.as_ref()) {
                 Some(part) => part.truth = Some(torque),
                 None => {
-                    let name = registry::find(&hidden.effect).map_or("unknown", |effect| effect.spec().name);
+                    let name = registry::find(&hidden.effect).map_or("unknown", |effect| effect.name);
                     parts.push(Part { name: format!("hidden: {name}"), own: None, truth: Some(torque) });
                 }
             }

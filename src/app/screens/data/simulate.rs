@@ -22,7 +22,7 @@ fn own(ui: &mut Ui, desk: &mut Desk) {
     super::arm_editor::show(ui, &mut wish.arm);
     arm(ui, wish);
     super::motion::show(ui, &mut wish.motion);
-    let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].spec().name);
+    let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].name);
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Hidden effect");
         let chooser = ComboBox::from_id_salt("hidden effect").selected_text(name(wish.effect)).width(170.0);
@@ -34,7 +34,7 @@ fn own(ui: &mut Ui, desk: &mut Desk) {
         });
         chooser.response.labelled_by(label.id);
     });
-    let spec = wish.effect.map(|index| registry::ALL[index].spec());
+    let spec = wish.effect.map(|index| registry::ALL[index]);
     if let Some(spec) = spec.filter(|spec| spec.scope != Scope::Arm) {
         // The later joint of a pair names it.
         let first = usize::from(spec.scope == Scope::Pair);
@@ -125,7 +125,7 @@ fn scenario(wish: &Wish) -> Result<Scenario, SimulationError> {
         ..Scenario::embedded()
     };
     let Some(index) = wish.effect else { return Ok(bare) };
-    let spec = registry::ALL[index].spec();
+    let spec = registry::ALL[index];
     let first = usize::from(spec.scope == Scope::Pair);
     let joints: Vec<usize> = (first..wish.joints.len()).filter(|&joint| wish.joints[joint]).collect();
     let effects = bare.hide_by_strength(spec.id, &joints, wish.strength_percent / 100.0)?;

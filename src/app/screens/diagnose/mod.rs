@@ -12,7 +12,7 @@ use crate::app::state::{Busy, Desk, Order};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
-use crate::effect::{self, Scope, Spec, registry};
+use crate::effect::{self, Effect, Scope, registry};
 use crate::model::Parameter;
 use crate::recording::{Recording, joints_text};
 use crate::session::Command;
@@ -137,8 +137,8 @@ fn effect_text(effect: &MissingEffect, recording: &Recording) -> String {
     }
 }
 
-fn spec(id: &str) -> Option<&'static Spec> {
-    registry::find(id).ok().map(|effect| effect.spec())
+fn spec(id: &str) -> Option<&'static Effect> {
+    registry::find(id).ok()
 }
 
 fn chooser(ui: &mut Ui, desk: &mut Desk, report: &Report) {

@@ -11,7 +11,7 @@ use crate::app::plot::{export, ticks};
 use crate::app::state::{Desk, Order, Share};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
-use crate::effect::{Scope, registry};
+use crate::effect::{Effect, Scope, registry};
 use crate::figure::{Axis, Ink, Mark, Panel};
 use crate::model::learned::LearnedTerm;
 use crate::model::{Parameter, Preset, RigidBody, Term};
@@ -156,10 +156,7 @@ fn texts(term: &Term, recording: &Recording) -> (String, String) {
         Term::RigidBody(RigidBody::Stated(_)) => {
             learned("τ = H(q) q̈ + c(q, q̇) + g(q)", "Planar links with the masses and lengths that the maker states.")
         }
-        Term::Effect(effect) => match registry::find(&effect.effect) {
-            Ok(effect) => (widgets::formula(effect.spec().formula), effect.spec().description.to_owned()),
-            Err(error) => (effect.effect.clone(), error.to_string()),
-        },
+        Term::Effect(term) => learned(&widgets::formula(term.effect.formula), term.effect.description),
         Term::Learned(LearnedTerm::StructuredLagrangian { .. }) => learned(
             "τ = d/dt ∂L/∂q̇ − ∂L/∂q,  L = ½ q̇ᵀ H(q) q̇ − V(q),  H = L Lᵀ",
             "Two networks: the lower triangle of the mass matrix, and the potential energy.",
@@ -205,18 +202,19 @@ fn set_aside(ui: &mut Ui, orders: &mut Vec<Order>, idle: bool, place: usize, ter
 fn add(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     widgets::card(ui, "Add a term", |ui| {
         let addition = &mut desk.state.addition;
-        addition.effect = addition.effect.min(registry::ALL.len() - 1);
+        let effects: Vec<&Effect> = registry::addable().collect();
+        addition.effect = addition.effect.min(effects.len() - 1);
         addition.joints.resize(recording.joint_count(), true);
-        let name = |index: usize| registry::ALL[index].spec().name;
+        let name = |index: usize| effects[index].name;
         let label = ui.label("Effect");
         let chooser = ComboBox::from_id_salt("effect to add").selected_text(name(addition.effect)).width(200.0);
         let chooser = chooser.show_ui(ui, |ui| {
-            for index in 0..registry::ALL.len() {
+            for index in 0..effects.len() {
                 ui.selectable_value(&mut addition.effect, index, name(index));
             }
         });
         chooser.response.labelled_by(label.id);
-        let spec = registry::ALL[addition.effect].spec();
+        let spec = effects[addition.effect];
         // The later joint of a pair names it.
         let first = usize::from(spec.scope == Scope::Pair);
         if spec.scope != Scope::Arm {

@@ -8,7 +8,7 @@ use crate::app::plot::{Along, Chart, Region};
 use crate::app::state::Desk;
 use crate::app::theme::{PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
-use crate::effect::{Spec, registry};
+use crate::effect::{Effect, registry};
 
 /// Seconds before and after the cursor that the loop shows.
 const LOOP: f64 = 1.5;
@@ -120,12 +120,11 @@ fn sentence(view: View) -> String {
 
 /// What the effects that show best over a state look like, from their own files.
 fn fingerprints(x: Quantity) -> String {
-    let here: Vec<&Spec> =
-        registry::ALL.iter().map(|effect| effect.spec()).filter(|spec| Quantity::from(spec.axis) == x).collect();
+    let here: Vec<&Effect> = registry::ALL.iter().copied().filter(|effect| Quantity::from(effect.axis) == x).collect();
     let texts: Vec<String> = here
         .iter()
         .take(MOST_NAMED)
-        .map(|spec| format!("{}: {}", widgets::sentence_case(spec.name), look(spec.fingerprint)))
+        .map(|effect| format!("{}: {}", widgets::sentence_case(effect.name), look(effect.fingerprint)))
         .collect();
     texts.join(" ")
 }

@@ -1,0 +1,134 @@
+//! What an effect is told: the motion, and what the rigid body needs along it.
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::arm::{Arm, Posture};
+use crate::recording::{JointKind, PerJoint, Trajectory};
+
+/// What an effect is told of the motion.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<'a> {
+    /// Position, velocity, acceleration; the torque in it is not to be read.
+    pub trajectory: &'a Trajectory,
+    /// What each joint does.
+    pub kinds: &'a [JointKind],
+    /// Where q = 0 points and which way q grows.
+    pub posture: Posture,
+    /// The arm's geometry, where it is known.
+    pub arm: Option<&'a Arm>,
+    /// What the rigid body needs, where it is known.
+    pub load: Option<&'a Load>,
+}
+
+/// What the rigid body needs along one trajectory, for effects that depend on it: friction under load, errors of the torque
+/// reading. It comes from a rigid body, never from the measured torque, or the effects would explain the torque by itself.
+#[derive(Clone)]
+pub struct Load {
+    /// Torque of the rigid body \[N m\].
+    pub torque: PerJoint,
+    /// Derivative of its gravity torque by the zero angle of the posture \[N m/rad\].
+    pub turned_gravity: PerJoint,
+    /// Its lumped parameters, if it is a planar arm; see [`crate::arm::regressor`].
+    pub lumped: Option<Vec<f64>>,
+    /// Its torque \[N m\] along any other trajectory.
+    pub body: Arc<dyn Fn(&Trajectory) -> PerJoint + Send + Sync>,
+}
+
+impl fmt::Debug for Load {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Load").field("torque", &self.torque).finish_non_exhaustive()
+    }
+}
+
+impl Load {
+    /// The load of a known arm.
+    pub fn of_arm(arm: &Arm, trajectory: &Trajectory) -> Load {
+        let turned_gravity = arm.turned_gravity_along(&trajectory.q);
+        let (arm, lumped) = (arm.clone(), arm.lumped_parameters());
+        let body =
+            move |trajectory: &Trajectory| arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
+        Load::by(body, turned_gravity, Some(lumped), trajectory)
+    }
+
+    /// The load of a rigid body that gives its torque along any trajectory.
+    pub fn by(
+        body: impl Fn(&Trajectory) -> PerJoint + Send + Sync + 'static,
+        turned_gravity: PerJoint,
+        lumped: Option<Vec<f64>>,
+        trajectory: &Trajectory,
+    ) -> Load {
+        Load { torque: body(trajectory), turned_gravity, lumped, body: Arc::new(body) }
+    }
+}
+
+impl Motion<'_> {
+    /// The load.
+    pub(super) fn load(&self) -> Result<&Load, Lack> {
+        self.load.ok_or(Lack::Load)
+    }
+
+    /// A joint behind the one before it, for the effect of a pair.
+    pub(super) fn pair(&self, joint: usize) -> Result<[usize; 2], Lack> {
+        match joint.checked_sub(1) {
+            Some(before) if joint < self.trajectory.joint_count() => Ok([before, joint]),
+            _ => Err(Lack::Pair),
+        }
+    }
+}
+
+/// An effect can't be computed for this motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("{effect} can't be computed: {lack}")]
+pub struct NotApplicable {
+    /// Name of the effect.
+    pub effect: &'static str,
+    /// What is lacking and how to give it.
+    #[source]
+    pub lack: Lack,
+}
+
+/// What an effect lacks to be computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Lack {
+    /// The load.
+    #[error("it needs the torque of a rigid body: choose the preset `rigid-body`")]
+    Load,
+    /// A joint before its own.
+    #[error("it needs two neighbouring joints")]
+    Pair,
+    /// The arm's geometry.
+    #[error("it needs the link lengths: state the arm")]
+    Arm,
+    /// An arm of as many links as there are joints.
+    #[error("the stated arm has {links} links, the motion has {joints} joints: state an arm that fits")]
+    OtherArm {
+        /// Of the arm.
+        links: usize,
+        /// Of the motion.
+        joints: usize,
+    },
+    /// Joints that all turn.
+    #[error("its formula is for arms whose joints all turn")]
+    TurningJoints,
+    /// A second joint.
+    #[error("with one joint it is the same as a base tilt")]
+    SecondJoint,
+    /// An arm in a plane.
+    #[error("it is about planar arms")]
+    PlanarArm,
+    /// As many parameters as its formula has.
+    #[error("it has {needed} parameters, {given} were given")]
+    Parameters {
+        /// Of its formula.
+        needed: usize,
+        /// Of the caller.
+        given: usize,
+    },
+    /// It is a fault of the torque readings, which the readings show by themselves.
+    #[error("it is a fault of the readings, which are left out where they show it")]
+    InReadings,
+}
