@@ -5,14 +5,15 @@
 //!
 //! | floor | module | what lives there |
 //! |---|---|---|
-//! | 7 | [`cli`] | the command line; opens the window |
-//! | 6 | [`app`] | the window |
-//! | 5 | [`session`], [`work`], [`experiment`] | the document and its commands; background jobs; data × models × seeds, resumable |
-//! | 4 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
-//! | 3 | [`model`] | a model is a sum of torque terms; identification by least squares |
-//! | 2 | [`effect`] | one file per physical effect |
-//! | 1 | [`recording`] | what was measured: read, map, check, derive, split, write |
-//! | 0 | [`arm`], [`network`], [`progress`], [`figure`] | the planar arm in closed form; networks with derivatives; progress and stop; figures as data and as files |
+//! | 8 | [`cli`] | the command line; opens the window |
+//! | 7 | [`app`] | the window |
+//! | 6 | [`session`], [`work`], [`experiment`] | the document and its commands; background jobs; data × models × seeds, resumable |
+//! | 5 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
+//! | 4 | [`model`] | a model is a sum of torque terms; identification by least squares |
+//! | 3 | [`effect`] | one file per physical effect |
+//! | 2 | [`recording`] | what was measured: read, map, check, derive, split, write |
+//! | 1 | [`arm`], [`network`], [`figure`] | the planar arm in closed form; networks with derivatives; figures as data and as files |
+//! | 0 | [`signals`], [`progress`] | one value per joint and sample; progress and stop |
 //!
 //! The way of the data: bytes → [`recording::Recording`] → split → [`model::Model`] → torques by term → screen, file or
 //! [`diagnosis`], which names what the model lacks; adding it is one undoable [`session`] command.
@@ -29,6 +30,7 @@ pub mod network;
 pub mod progress;
 pub mod recording;
 pub mod session;
+pub mod signals;
 pub mod simulation;
 pub mod training;
 pub mod work;

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 /// Rooms by floor; a room may import only from floors below its own.
 const FLOORS: &[&[&str]] = &[
-    &["arm", "network", "progress", "figure"],
+    &["signals", "progress"],
+    &["arm", "network", "figure"],
     &["recording"],
     &["effect"],
     &["model"],
@@ -167,7 +168,8 @@ fn a_seal_is_opened_only_on_the_users_order() {
 #[test]
 fn an_effect_is_named_only_in_its_own_room() {
     let sources = sources();
-    let stated = |line: &str| line.trim().strip_prefix("id: \"").and_then(|id| id.strip_suffix("\",")).map(str::to_owned);
+    let stated =
+        |line: &str| line.trim().strip_prefix("id: \"").and_then(|id| id.strip_suffix("\",")).map(str::to_owned);
     let of_effects = sources.iter().filter(|source| source.path.starts_with("effect/"));
     let ids: Vec<String> = of_effects.flat_map(|source| source.code.lines().filter_map(stated)).collect();
     assert!(ids.len() > 30, "the effects were not found");
@@ -175,7 +177,11 @@ fn an_effect_is_named_only_in_its_own_room() {
         let may = EFFECTS.iter().any(|place| source.path.starts_with(place));
         for id in &ids {
             let names = source.code.contains(&format!("\"{id}\""));
-            assert!(may || !names, "{} names the effect `{id}`: make what the rule needs a field of `Facts`", source.path);
+            assert!(
+                may || !names,
+                "{} names the effect `{id}`: make what the rule needs a field of `Facts`",
+                source.path
+            );
         }
     }
 }

@@ -194,7 +194,7 @@ fn data_that_can_not_answer_get_an_honest_answer() {
     };
     let zero_torque = still(|recording| {
         for trajectory in &mut recording.trajectories {
-            trajectory.tau.iter_mut().flatten().for_each(|tau| *tau = 0.0);
+            trajectory.channels_mut().tau.values_mut().fill(0.0);
         }
     });
     assert!(zero_torque.unwrap_err().to_string().contains("torque is zero"));
@@ -206,8 +206,9 @@ fn data_that_can_not_answer_get_an_honest_answer() {
     }
     let one_joint_still = still(|recording| {
         for trajectory in &mut recording.trajectories {
-            for signal in [&mut trajectory.q, &mut trajectory.qd, &mut trajectory.qdd] {
-                signal[2].iter_mut().for_each(|value| *value = 0.0);
+            let run = trajectory.channels_mut();
+            for mut signal in [run.q, run.qd, run.qdd] {
+                signal[2].fill(0.0);
             }
         }
     });

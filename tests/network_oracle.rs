@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedTerm, Positive, Scales};
 use torquescope::network::{Activation, AdamStep, Element, Kernels, Layout, Program, TILE};
 use torquescope::recording::npy::{self, NpyError};
+use torquescope::signals::Signals;
 use torquescope::training::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use torquescope::training::predict::{Components, component_program};
 
@@ -38,12 +39,17 @@ fn read(path: &Path) -> Arrays {
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).unwrap();
         match npy::decode(&bytes, 1 << 20) {
-            Ok(array) => drop(arrays.insert(name, (array.shape, array.values))),
+            Ok(array) => drop(arrays.insert(name, (array.shape().to_vec(), array.into_iter().collect()))),
             Err(NpyError::NotNumbers(_)) => {}
             Err(error) => panic!("{}: {name}: {error}", path.display()),
         }
     }
     arrays
+}
+
+/// The reference values come sample after sample.
+fn by_sample(signals: &Signals) -> Vec<f64> {
+    (0..signals.sample_count()).flat_map(|sample| signals.at(sample)).collect()
 }
 
 struct Case {
@@ -175,26 +181,26 @@ impl Case {
         let motion = |key: &str| self.values(key).iter().map(|value| E::from_f64(*value)).collect::<Vec<E>>();
         let (q, qd, qdd) = (motion("q"), motion("qd"), motion("qdd"));
         let components: Components = program.run(kernels, &weights, &q, &qd, &qdd, &[]);
-        self.agree("tau", &components.torque, self.values("tau"), tolerance);
+        self.agree("tau", &by_sample(&components.torque), self.values("tau"), tolerance);
         if let Some(lagrangian) = &components.lagrangian {
-            self.agree("H", &lagrangian.mass_matrix, self.values("H"), tolerance);
-            self.agree("c", &lagrangian.coriolis, self.values("c"), tolerance);
-            self.agree("g", &lagrangian.gravity, self.values("g"), tolerance);
+            self.agree("H", &by_sample(&lagrangian.mass_matrix), self.values("H"), tolerance);
+            self.agree("c", &by_sample(&lagrangian.coriolis), self.values("c"), tolerance);
+            self.agree("g", &by_sample(&lagrangian.gravity), self.values("g"), tolerance);
             if self.arrays.contains_key("V") {
-                self.agree("V", lagrangian.potential.as_deref().unwrap(), self.values("V"), tolerance);
-                self.agree("T", lagrangian.kinetic.as_deref().unwrap(), self.values("T"), tolerance);
-                self.agree("Hqdd", &lagrangian.inertial, self.values("Hqdd"), tolerance);
+                self.agree("V", &by_sample(lagrangian.potential.as_ref().unwrap()), self.values("V"), tolerance);
+                self.agree("T", &by_sample(lagrangian.kinetic.as_ref().unwrap()), self.values("T"), tolerance);
+                self.agree("Hqdd", &by_sample(&lagrangian.inertial), self.values("Hqdd"), tolerance);
             } else {
-                self.agree("L", &lagrangian.lagrangian, self.values("lagrangian"), tolerance);
+                self.agree("L", &by_sample(&lagrangian.lagrangian), self.values("lagrangian"), tolerance);
             }
         }
-        self.agree("comp_m", &components.read_off.inertial, self.values("comp_m"), tolerance);
-        self.agree("comp_c", &components.read_off.coriolis, self.values("comp_c"), tolerance);
-        self.agree("comp_g", &components.read_off.gravity, self.values("comp_g"), tolerance);
+        self.agree("comp_m", &by_sample(&components.read_off.inertial), self.values("comp_m"), tolerance);
+        self.agree("comp_c", &by_sample(&components.read_off.coriolis), self.values("comp_c"), tolerance);
+        self.agree("comp_g", &by_sample(&components.read_off.gravity), self.values("comp_g"), tolerance);
         for (key, kind) in [("tau_fric", "friction"), ("eps", "feed-forward")] {
             if self.arrays.contains_key(key) {
                 let index = self.architecture.terms.iter().position(|term| term.kind() == kind).unwrap();
-                self.agree(key, &components.terms[index], self.values(key), tolerance);
+                self.agree(key, &by_sample(&components.terms[index]), self.values(key), tolerance);
             }
         }
     }

@@ -17,7 +17,8 @@ use torquescope::recording::check::FindingKind;
 use torquescope::recording::read::{Import, ReadError, ReadOptions, columns, read};
 use torquescope::recording::seal::Seal;
 use torquescope::recording::write::{to_csv_bytes, to_npz_bytes};
-use torquescope::recording::{Joint, JointKind, Origin, PerJoint, Provenance, Recording, Trajectory};
+use torquescope::recording::{Channels, Joint, JointKind, Origin, Provenance, Recording, Trajectory};
+use torquescope::signals::Signals;
 
 /// A folder that holds one file with these bytes.
 fn file(name: &str, bytes: &[u8]) -> (TempDir, PathBuf) {
@@ -369,11 +370,10 @@ fn a_stop_ends_the_reading() {
 fn sample_recording() -> Recording {
     let run = |name: &str, samples: usize| {
         let time: Vec<f64> = (0..samples).map(|sample| sample as f64 * 0.01 + 1e-9).collect();
-        let wave = |speed: f64| -> PerJoint {
-            (0..2).map(|joint| time.iter().map(|t| (speed * t + f64::from(joint)).sin()).collect()).collect()
-        };
+        let wave =
+            |speed: f64| Signals::from_fn(2, samples, |joint, sample| (speed * time[sample] + joint as f64).sin());
         let (q, qd, qdd, tau) = (wave(1.0), wave(2.0), wave(3.0), wave(4.0));
-        Trajectory { name: name.into(), time, q, qd, qdd, tau }
+        Trajectory::new(name, Channels { time, q, qd, qdd, tau }).unwrap()
     };
     Recording {
         name: "Übung 1".into(),
@@ -418,14 +418,14 @@ fn a_newer_layout_and_a_wrong_one_are_told() {
 #[test]
 fn broken_promises_are_not_written() {
     let mut recording = sample_recording();
-    recording.trajectories[1].tau[1].clear();
+    recording.joints.pop();
     let error = to_npz_bytes(&recording).unwrap_err().to_string();
-    assert!(error.contains("`second`: tau has 0 samples"), "{error}");
+    assert!(error.contains("`first`: q has 2 joints, but 1 are needed"), "{error}");
     let mut recording = sample_recording();
-    recording.trajectories[0].time[5] = 0.0;
+    recording.trajectories[0].channels_mut().time[5] = 0.0;
     assert!(to_npz_bytes(&recording).unwrap_err().to_string().contains("sample 5"));
     let mut recording = sample_recording();
-    recording.trajectories[2].qdd[1][3] = f64::NAN;
+    recording.trajectories[2].channels_mut().qdd[1][3] = f64::NAN;
     assert!(to_npz_bytes(&recording).unwrap_err().to_string().contains("qdd of joint 2 is NaN at sample 3"));
 }
 
@@ -462,9 +462,7 @@ fn any_recording() -> impl Strategy<Value = Recording> {
                 let mut values = values.into_iter();
                 let mut steps = steps.into_iter();
                 let mut names = names.into_iter();
-                let mut channel = |length: usize| -> PerJoint {
-                    (0..joints).map(|_| values.by_ref().take(length).collect()).collect()
-                };
+                let mut channel = |length: usize| Signals::from_fn(joints, length, |_, _| values.next().unwrap());
                 let trajectories = lengths.iter().map(|&length| {
                     let time = steps
                         .by_ref()
@@ -475,7 +473,7 @@ fn any_recording() -> impl Strategy<Value = Recording> {
                         })
                         .collect();
                     let (q, qd, qdd, tau) = (channel(length), channel(length), channel(length), channel(length));
-                    Trajectory { name: names.next().unwrap(), time, q, qd, qdd, tau }
+                    Trajectory::new(names.next().unwrap(), Channels { time, q, qd, qdd, tau }).unwrap()
                 });
                 let trajectories = trajectories.collect();
                 let kind = |flag| if flag { JointKind::Prismatic } else { JointKind::Revolute };

@@ -11,7 +11,8 @@ use torquescope::network::{Activation, Element, TILE, draw_weights};
 use torquescope::progress::Monitor;
 use torquescope::recording::seal::HiddenEffect;
 use torquescope::recording::split::Split;
-use torquescope::recording::{JointKind, Recording, Trajectory};
+use torquescope::recording::{Channels, JointKind, Recording, Trajectory};
+use torquescope::signals::Signals;
 use torquescope::simulation::{Excitation, Scenario, simulate};
 use torquescope::training::effects::{AddedEffect, columns, names};
 use torquescope::training::fit::{Plan, SavedRun, fit, resume, to_bytes};
@@ -133,7 +134,7 @@ fn torque_is_what_the_lagrangian_says_and_energy_balances() {
         let (q, qd, qdd): (Vec<f64>, Vec<f64>, Vec<f64>) =
             ((0..n).map(|i| 0.4 + i as f64).collect(), vec![0.8; n], (0..n).map(|i| 1.0 - i as f64).collect());
         let still = vec![0.0; n];
-        let lagrangian = |q: &[f64], qd: &[f64]| at(q, qd, &still).lagrangian.unwrap().lagrangian[0];
+        let lagrangian = |q: &[f64], qd: &[f64]| at(q, qd, &still).lagrangian.unwrap().lagrangian[0][0];
         let moved = |values: &[f64], index: usize, by: f64| {
             let mut values = values.to_vec();
             values[index] += by;
@@ -151,7 +152,7 @@ fn torque_is_what_the_lagrangian_says_and_energy_balances() {
         };
         let components = at(&q, &qd, &qdd);
         let own = components.lagrangian.clone().unwrap();
-        let torque: Vec<f64> = (0..n).map(|i| own.inertial[i] + own.coriolis[i] + own.gravity[i]).collect();
+        let torque: Vec<f64> = (0..n).map(|i| own.inertial[i][0] + own.coriolis[i][0] + own.gravity[i][0]).collect();
         for i in 0..n {
             let rate = (momentum(STEP, i) - momentum(-STEP, i)) / (2.0 * STEP);
             let slope = (lagrangian(&moved(&q, i, STEP), &qd) - lagrangian(&moved(&q, i, -STEP), &qd)) / (2.0 * STEP);
@@ -162,7 +163,7 @@ fn torque_is_what_the_lagrangian_says_and_energy_balances() {
             let energy = |t: f64| {
                 let (q, qd) = later(t);
                 let parts = at(&q, &qd, &still).lagrangian.unwrap();
-                parts.kinetic.unwrap()[0] + parts.potential.unwrap()[0]
+                parts.kinetic.unwrap()[0][0] + parts.potential.unwrap()[0][0]
             };
             let power: f64 = torque.iter().zip(&qd).map(|(torque, velocity)| torque * velocity).sum();
             let rate = (energy(STEP) - energy(-STEP)) / (2.0 * STEP);
@@ -351,7 +352,7 @@ fn link_angles_make_the_inertia_independent_of_the_first_joint() {
     let flat = weights(program.layout(), 3);
     let at = |q: [f64; 3]| {
         let parts = program.run(f64::kernels(), &flat, &q, &[0.0; 3], &[0.0; 3], &[]).lagrangian.unwrap();
-        (parts.mass_matrix, parts.gravity)
+        (parts.mass_matrix.values().to_vec(), parts.gravity.values().to_vec())
     };
     let (mass, gravity) = at([0.3, 0.7, -0.4]);
     let (turned_mass, turned_gravity) = at([1.5, 0.7, -0.4]);
@@ -381,15 +382,14 @@ fn our_recipe_learns_the_arm_and_its_parts() {
     let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap();
     assert_eq!(outcome.ending, Ending::GoalReached, "{:?}", outcome.history.last());
     // Gravity of two uniform rods at q = 0: (1.5 m l + 0.5 m l) g and 0.5 m l g.
-    let still = Trajectory {
-        time: vec![0.0],
-        q: vec![vec![0.0]; 2],
-        qd: vec![vec![0.0]; 2],
-        qdd: vec![vec![0.0]; 2],
-        ..Trajectory::default()
-    };
+    let none = || Signals::zeros(2, 1);
+    let channels = Channels { time: vec![0.0], q: none(), qd: none(), qdd: none(), tau: none() };
+    let still = Trajectory::new("still", channels).unwrap();
     let parts = outcome.model.components(&still, &vec![]).unwrap().lagrangian.unwrap();
-    assert!((parts.gravity[0] - 2.0 * 9.81).abs() < 2.0 && (parts.gravity[1] - 0.5 * 9.81).abs() < 2.0, "{parts:?}");
+    assert!(
+        (parts.gravity[0][0] - 2.0 * 9.81).abs() < 2.0 && (parts.gravity[1][0] - 0.5 * 9.81).abs() < 2.0,
+        "{parts:?}"
+    );
 }
 
 #[test]
@@ -399,9 +399,8 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
     let frictional = |seed: u64, count: usize| {
         let mut runs = trajectories(count, seed);
         for run in &mut runs {
-            for sample in 0..run.len() {
-                run.tau[1][sample] += damping * run.qd[1][sample];
-            }
+            let mut run = run.channels_mut();
+            run.tau[1].iter_mut().zip(&run.qd[1]).for_each(|(tau, qd)| *tau += damping * qd);
         }
         runs
     };
@@ -431,9 +430,9 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
     let value = outcome.model.effect_factors()[0];
     assert!((value / damping - 1.0).abs() < 0.05, "viscous friction is {value}, not {damping}");
     let parts = outcome.model.components(&held_out[0], &columns_of(&held_out)[0]).unwrap();
-    assert!((parts.terms[1][2 * 200 + 1] - value * held_out[0].qd[1][200]).abs() < 1e-3);
-    let masses = parts.lagrangian.unwrap().mass_eigenvalues(2);
-    assert!(masses.len() == 800 && masses.iter().all(|mass| *mass > 0.0));
+    assert!((parts.terms[1][1][200] - value * held_out[0].qd[1][200]).abs() < 1e-3);
+    let masses = parts.lagrangian.unwrap().mass_eigenvalues();
+    assert!(masses.values().len() == 800 && masses.values().iter().all(|mass| *mass > 0.0));
 }
 
 /// Two rods moved by sums of sines, with these effects on both joints and 1 % noise; a network for the arm and trained friction.
@@ -504,7 +503,7 @@ fn a_run_that_makes_no_sense_ends_with_a_reason() {
         ..small(LearnedPreset::StructuredDelan)
     };
     let training = trajectories(2, 1);
-    let zero: Vec<Vec<Vec<Vec<f64>>>> = training.iter().map(|t| vec![vec![vec![0.0; t.len()]; 2]]).collect();
+    let zero: Vec<Vec<Signals>> = training.iter().map(|t| vec![Signals::zeros(2, t.len())]).collect();
     let samples = Samples::<f32>::new(2, &training, &zero).unwrap();
     let data = TrainingData { train: &samples, held_out: None };
     let outcome = train(&architecture, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap();
@@ -539,10 +538,10 @@ fn bad_input_is_a_clear_error() {
     }
 
     let mut broken = trajectories(2, 1);
-    broken[1].qd[0][7] = f64::NAN;
+    broken[1].channels_mut().qd[0][7] = f64::NAN;
     assert!(Samples::<f32>::new(2, &broken, &[]).unwrap_err().to_string().contains("velocity of trajectory `run 2`"));
     let mut constant = trajectories(2, 1);
-    constant.iter_mut().for_each(|t| t.tau[1].fill(3.0));
+    constant.iter_mut().for_each(|t| t.channels_mut().tau[1].fill(3.0));
     let samples = Samples::<f32>::new(2, &constant, &[]).unwrap();
     let data = TrainingData { train: &samples, held_out: None };
     let error = train(&good, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap_err();

@@ -17,8 +17,9 @@ use crate::figure::{Figure, Format, Style};
 use crate::model::Preset;
 use crate::progress::Progress;
 use crate::recording::read::ReadOptions;
-use crate::recording::{PerJoint, Recording, spectrum};
+use crate::recording::{Recording, spectrum};
 use crate::session::{Command, Session, Step, file};
+use crate::signals::Signals;
 use crate::simulation::extrapolation::{Replay, Stretch};
 use crate::simulation::{Excitation, Scenario};
 use crate::training::Epoch;
@@ -280,14 +281,14 @@ pub struct State {
     pub(super) overlaid: Vec<usize>,
     /// The joint by whose error trajectories are sorted, and whether the largest comes first.
     pub(super) error_order: Option<(usize, bool)>,
-    run_errors: Option<Arc<PerJoint>>,
+    run_errors: Option<Arc<Vec<Vec<f64>>>>,
     coverage: HashMap<usize, Arc<Cells>>,
     spectra: HashMap<(usize, usize), Arc<Vec<[f64; 2]>>>,
     pub(super) bet: Bet,
     /// Whether evidence is shown with the effect in the model.
     pub(super) evidence_after: bool,
     pub(super) decimator: Decimator,
-    residuals: HashMap<usize, Arc<PerJoint>>,
+    residuals: HashMap<usize, Arc<Signals>>,
     facts: HashMap<usize, Arc<Facts>>,
     time_steps: Option<Arc<Vec<f64>>>,
     pub(super) looking: Looking,
@@ -448,12 +449,12 @@ impl State {
         let run = recording.trajectories.get(trajectory)?;
         let prediction = step.evaluation.predictions.get(trajectory)?;
         let compute = || {
-            let largest = |torque: &Vec<f64>| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-            let acts = |torque: &Vec<f64>| torque.iter().any(|value| *value != 0.0);
+            let largest = |torque: &[f64]| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+            let acts = |torque: &[f64]| torque.iter().any(|value| *value != 0.0);
             let mut arm = recording.stated_arm.clone().unwrap_or_else(|| Arm::uniform(recording.joint_count()));
             arm.posture = recording.posture.unwrap_or(arm.posture);
             let tip = |sample: usize| {
-                let q: Vec<f64> = run.q.iter().map(|joint| joint[sample]).collect();
+                let q: Vec<f64> = run.q.at(sample).collect();
                 arm.points(&q).last().copied()
             };
             Arc::new(Facts {
@@ -503,7 +504,7 @@ impl State {
     }
 
     /// nMSE of each trajectory and joint: `errors[trajectory][joint]`.
-    pub(super) fn errors_by_run(&mut self, recording: &Recording, step: &Step) -> Arc<PerJoint> {
+    pub(super) fn errors_by_run(&mut self, recording: &Recording, step: &Step) -> Arc<Vec<Vec<f64>>> {
         let compute = || {
             let error = |run: usize, joint: usize| {
                 let (tau, model) =
@@ -565,7 +566,7 @@ impl State {
     }
 
     /// Measured minus predicted torque of one trajectory; `None` without a model.
-    pub(super) fn residual(&mut self, session: &Session, trajectory: usize) -> Option<Arc<PerJoint>> {
+    pub(super) fn residual(&mut self, session: &Session, trajectory: usize) -> Option<Arc<Signals>> {
         let (recording, step) = (session.recording.as_deref()?, session.current()?);
         if trajectory >= recording.trajectories.len() {
             return None;

@@ -248,6 +248,7 @@ fn wrenches(
 mod tests {
     use super::*;
     use crate::arm::{Arm, Link, Posture};
+    use crate::signals::Signals;
 
     #[test]
     fn a_planar_arm_in_space_has_the_torque_of_the_closed_form() {
@@ -265,7 +266,7 @@ mod tests {
             gravity,
         };
         let (q, qd, qdd) = ([0.3, -0.7, 1.1], [1.0, -2.0, 0.5], [3.0, 1.0, -4.0]);
-        let signal = |values: [f64; 3]| values.iter().map(|value| vec![*value]).collect::<Vec<_>>();
+        let signal = |values: [f64; 3]| Signals::from_samples(3, &values);
         let expected = arm.inverse_dynamics_along(&signal(q), &signal(qd), &signal(qdd));
         for chain in [standard, modified] {
             let mut rows = vec![0.0; 3 * 30];

@@ -16,16 +16,17 @@ use nalgebra::{DMatrix, DVector};
 
 use super::kinematics::{Absolute, PerLink};
 use super::{Arm, MOST_JOINTS, Posture};
+use crate::signals::Signals;
 
 /// The three parts of the torque along a trajectory, `part[joint][sample]` \[N m\].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Components {
     /// H(q) q̈
-    pub inertial: Vec<Vec<f64>>,
+    pub inertial: Signals,
     /// c(q, q̇): Coriolis and centrifugal torque.
-    pub coriolis: Vec<Vec<f64>>,
+    pub coriolis: Signals,
     /// g(q)
-    pub gravity: Vec<Vec<f64>>,
+    pub gravity: Signals,
 }
 
 /// The mass matrix can't be inverted.
@@ -87,7 +88,7 @@ impl Arm {
     }
 
     /// Inverse dynamics along a trajectory: `q[joint][sample]` and so on in, torque \[N m\] in the same shape out.
-    pub fn inverse_dynamics_along(&self, q: &[Vec<f64>], qd: &[Vec<f64>], qdd: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub fn inverse_dynamics_along(&self, q: &Signals, qd: &Signals, qdd: &Signals) -> Signals {
         let mut torque = self.zeros_like(q);
         self.walk(q, qd, qdd, |joint, sample, [inertial, coriolis, gravity]| {
             torque[joint][sample] = inertial + coriolis + gravity;
@@ -97,7 +98,7 @@ impl Arm {
 
     /// Derivative of the gravity torque by the posture's zero angle \[N m/rad\] along a trajectory. Gravity torques are
     /// cosines of that angle, so it is the gravity torque of an arm turned by a quarter.
-    pub fn turned_gravity_along(&self, q: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub fn turned_gravity_along(&self, q: &Signals) -> Signals {
         let still = self.zeros_like(q);
         let mut turned = self.clone();
         turned.posture.zero_angle += std::f64::consts::FRAC_PI_2;
@@ -105,7 +106,7 @@ impl Arm {
     }
 
     /// The parts of [`Arm::inverse_dynamics_along`]; they add up to it.
-    pub fn components_along(&self, q: &[Vec<f64>], qd: &[Vec<f64>], qdd: &[Vec<f64>]) -> Components {
+    pub fn components_along(&self, q: &Signals, qd: &Signals, qdd: &Signals) -> Components {
         let mut parts =
             Components { inertial: self.zeros_like(q), coriolis: self.zeros_like(q), gravity: self.zeros_like(q) };
         self.walk(q, qd, qdd, |joint, sample, [inertial, coriolis, gravity]| {
@@ -117,16 +118,10 @@ impl Arm {
     }
 
     /// Hands inertial, Coriolis and gravity torque of each joint at each sample to `take`, without allocating.
-    fn walk(&self, q: &[Vec<f64>], qd: &[Vec<f64>], qdd: &[Vec<f64>], mut take: impl FnMut(usize, usize, [f64; 3])) {
+    fn walk(&self, q: &Signals, qd: &Signals, qdd: &Signals, mut take: impl FnMut(usize, usize, [f64; 3])) {
         let lumped = Lumped::of(self);
-        for sample in 0..sample_count(q) {
-            let at = |signal: &[f64]| signal[sample];
-            let state = Absolute::of(
-                self.posture,
-                q.iter().map(|joint| at(joint)),
-                qd.iter().map(|joint| at(joint)),
-                qdd.iter().map(|joint| at(joint)),
-            );
+        for sample in 0..q.sample_count() {
+            let state = Absolute::of(self.posture, q.at(sample), qd.at(sample), qdd.at(sample));
             let [inertial, coriolis, gravity] = lumped.components(&state);
             for joint in 0..lumped.joints {
                 take(joint, sample, [inertial[joint], coriolis[joint], gravity[joint]]);
@@ -134,17 +129,13 @@ impl Arm {
         }
     }
 
-    fn zeros_like(&self, q: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        vec![vec![0.0; sample_count(q)]; self.joint_count()]
+    fn zeros_like(&self, q: &Signals) -> Signals {
+        Signals::zeros(self.joint_count(), q.sample_count())
     }
 
     fn absolute(&self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Absolute {
         Absolute::of(self.posture, q.iter().copied(), qd.iter().copied(), qdd.iter().copied())
     }
-}
-
-fn sample_count(q: &[Vec<f64>]) -> usize {
-    q.first().map_or(0, Vec::len)
 }
 
 fn total(parts: &[PerLink; 3], joint: usize) -> f64 {
@@ -361,9 +352,9 @@ mod tests {
 
         #[test]
         fn along_a_trajectory_it_is_the_same((arm, [q, qd, qdd]) in arm_and_state()) {
-            let samples = |state: &[f64], scale: f64| state.iter().map(|x| vec![*x, scale * x]).collect::<Vec<_>>();
+            let samples = |state: &[f64], scale: f64| Signals::from_fn(state.len(), 2, |joint, sample| [1.0, scale][sample] * state[joint]);
             let (qs, qds, qdds) = (samples(&q, 0.5), samples(&qd, -2.0), samples(&qdd, 3.0));
-            let second = |signal: &[Vec<f64>]| signal.iter().map(|joint| joint[1]).collect::<Vec<_>>();
+            let second = |signal: &Signals| signal.at(1).collect::<Vec<_>>();
             let torque = arm.inverse_dynamics_along(&qs, &qds, &qdds);
             close(&second(&torque), &arm.inverse_dynamics(&second(&qs), &second(&qds), &second(&qdds)), 1e-14)?;
             let parts = arm.components_along(&qs, &qds, &qdds);
@@ -423,8 +414,9 @@ mod tests {
 
     #[test]
     fn no_samples_and_no_joints_give_no_torque() {
-        let none = vec![vec![]; 2];
+        let none = Signals::zeros(2, 0);
         assert_eq!(Arm::uniform(2).inverse_dynamics_along(&none, &none, &none), none);
-        assert!(Arm::uniform(0).inverse_dynamics_along(&[], &[], &[]).is_empty());
+        let no_joint = Signals::zeros(0, 0);
+        assert_eq!(Arm::uniform(0).inverse_dynamics_along(&no_joint, &no_joint, &no_joint), no_joint);
     }
 }

@@ -15,6 +15,7 @@ use nalgebra::DMatrix;
 
 use super::kinematics::Absolute;
 use super::{Arm, Posture};
+use crate::signals::Signals;
 
 /// How many lumped parameters an arm of `joints` joints has: n (n + 1) / 2 inertias and n gravity moments.
 pub fn parameter_count(joints: usize) -> usize {
@@ -97,23 +98,21 @@ pub fn leaning_along(
     gravity: f64,
     lumped: &[f64],
     link: usize,
-    q: &[Vec<f64>],
-    qd: &[Vec<f64>],
-    qdd: &[Vec<f64>],
-) -> Vec<Vec<f64>> {
-    let n = q.len();
+    q: &Signals,
+    qd: &Signals,
+    qdd: &Signals,
+) -> Signals {
+    let n = q.joint_count();
     assert_eq!(lumped.len(), parameter_count(n), "the lumped parameters of {n} joints");
     let sign = posture.sign();
     let inertia = |before: usize| lumped[before * n - before * before.saturating_sub(1) / 2 + link - before];
     let moment = lumped[n * (n + 1) / 2 + link];
-    let mut torque = vec![vec![0.0; q[0].len()]; n];
-    for sample in 0..q[0].len() {
-        let at = |joint: &Vec<f64>| joint[sample];
+    let mut torque = Signals::zeros(n, q.sample_count());
+    for sample in 0..q.sample_count() {
         let Absolute { angle: theta, velocity, acceleration } =
-            Absolute::of(posture, q.iter().map(at), qd.iter().map(at), qdd.iter().map(at));
+            Absolute::of(posture, q.at(sample), qd.at(sample), qdd.at(sample));
         let leaning = theta[link] + sign * FRAC_PI_2;
-        let mut add =
-            |angle: usize, force: f64| torque[..=angle].iter_mut().for_each(|joint| joint[sample] += sign * force);
+        let mut add = |angle: usize, force: f64| (0..=angle).for_each(|joint| torque[joint][sample] += sign * force);
         for before in 0..link {
             let (sin, cos) = (theta[before] - leaning).sin_cos();
             add(before, inertia(before) * (cos * acceleration[link] + sin * velocity[link].powi(2)));
@@ -181,7 +180,7 @@ mod tests {
         fn a_leaning_moment_is_the_derivative_of_its_torque((arm, [q, qd, qdd]) in arm_and_state(), share in 0.0..1.0) {
             let n = q.len();
             let link = (share * n as f64) as usize;
-            let one = |values: &[f64]| values.iter().map(|&value| vec![value]).collect::<Vec<_>>();
+            let one = |values: &[f64]| Signals::from_samples(n, values);
             let lumped = arm.lumped_parameters();
             let found = leaning_along(arm.posture, arm.gravity, &lumped, link, &one(&q), &one(&qd), &one(&qdd));
             let torque = |lean: f64| {

@@ -144,7 +144,7 @@ fn mass_eigenvalues(session: &Session, fitted: &Fitted) -> anyhow::Result<Option
         let parts = components(fitted, trajectory)?;
         let Some((_, by_order)) = parts.iter().find(|(name, _)| *name == "mass_eigenvalue") else { return Ok(None) };
         // They are in ascending order.
-        let (Some(least), Some(most)) = (by_order.first(), by_order.last()) else { return Ok(None) };
+        let (Some(least), Some(most)) = (by_order.iter().next(), by_order.iter().last()) else { return Ok(None) };
         smallest = least.iter().copied().fold(smallest, f64::min);
         largest = most.iter().copied().fold(largest, f64::max);
         samples += least.len();

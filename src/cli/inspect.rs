@@ -5,7 +5,8 @@ use super::data::Files;
 use super::table::{number, table};
 use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
-use crate::recording::{Joint, PerJoint, Provenance, Recording};
+use crate::recording::{Joint, Provenance, Recording};
+use crate::signals::Signals;
 
 /// Show what a recording holds, and what is odd about it.
 #[derive(Args)]
@@ -126,7 +127,7 @@ fn posture_text(recording: &Recording) -> String {
 
 /// The range of each channel.
 fn ranges(recording: &Recording) -> String {
-    let range = |joint: usize, signal: &dyn Fn(&crate::recording::Trajectory) -> &PerJoint| {
+    let range = |joint: usize, signal: &dyn Fn(&crate::recording::Trajectory) -> &Signals| {
         let values = recording.trajectories.iter().flat_map(|trajectory| signal(trajectory)[joint].iter().copied());
         let (low, high) =
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));

@@ -11,7 +11,8 @@ use crate::model::fit::{self, Fitted};
 use crate::model::terms::{Alteration, Found};
 use crate::model::{EffectTerm, Model, ModelError};
 use crate::progress::Monitor;
-use crate::recording::{PerJoint, Recording};
+use crate::recording::Recording;
+use crate::signals::Signals;
 
 /// Share of a column's squared length that prices its factor where all candidates explain at once.
 const DAMPING: f64 = 1e-7;
@@ -31,7 +32,7 @@ pub struct Library<'a> {
     /// All columns, prepared.
     pub columns: Vec<PreparedColumn>,
     /// Torque that the model's known part leaves.
-    pub torque: Vec<PerJoint>,
+    pub torque: Vec<Signals>,
 }
 
 /// One candidate: an effect at a place with a shape. It enters or stays out as a whole.
@@ -269,7 +270,7 @@ fn is_covered(model: &Model, effect: &Effect, joint: Option<usize>) -> bool {
 }
 
 /// Every position of each joint, ascending.
-fn sorted_positions(recording: &Recording) -> PerJoint {
+fn sorted_positions(recording: &Recording) -> Vec<Vec<f64>> {
     let of_joint = |joint: usize| {
         let all = recording.trajectories.iter().flat_map(|trajectory| &trajectory.q[joint]);
         let mut positions: Vec<f64> = all.copied().collect();

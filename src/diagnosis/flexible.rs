@@ -9,6 +9,7 @@ use crate::model::ModelError;
 use crate::model::design::PreparedColumn;
 use crate::model::least_squares::NormalEquations;
 use crate::recording::Trajectory;
+use crate::signals::Signals;
 
 /// Share of a column's squared length that prices its factor, so that the basis does not chase noise.
 const DAMPING: f64 = 1e-3;
@@ -41,7 +42,7 @@ pub fn structure(search: &Search, joint: usize) -> Result<Structure, ModelError>
     let design = &library.design;
     let known = search.columns(&search.active);
     let mut columns: Vec<PreparedColumn> = known.iter().map(|&column| library.columns[column].clone()).collect();
-    let largest = |signal: fn(&Trajectory) -> &Vec<Vec<f64>>| -> Vec<f64> {
+    let largest = |signal: fn(&Trajectory) -> &Signals| -> Vec<f64> {
         let of_joint = |joint: usize| {
             let sizes = design.recording.trajectories.iter().flat_map(|trajectory| &signal(trajectory)[joint]);
             sizes.fold(0.0, |most: f64, value| most.max(value.abs())).max(f64::MIN_POSITIVE)
@@ -55,7 +56,7 @@ pub fn structure(search: &Search, joint: usize) -> Result<Structure, ModelError>
         load: largest(|trajectory| &trajectory.tau)[joint],
     };
     columns.extend(design.prepare(|trajectory, load| {
-        let load = load.map(|load| load.torque[joint].as_slice());
+        let load = load.map(|load| &load.torque[joint]);
         Ok(basis(trajectory, load, joint, &scale))
     })?);
     let equations = design.equations(&columns, &library.torque);
@@ -100,7 +101,7 @@ fn basis(trajectory: &Trajectory, load: Option<&[f64]>, joint: usize, scale: &Sc
     let mut hysteresis = BREAKAWAY.map(|_| 0.0f64);
     let (mut direction, mut since_reversal) = (0.0, 0.0f64);
     for t in 0..count {
-        let scaled = |signal: &[Vec<f64>], scale: &[f64], joint: usize| signal[joint][t] / scale[joint];
+        let scaled = |signal: &Signals, scale: &[f64], joint: usize| signal[joint][t] / scale[joint];
         let q = scaled(&trajectory.q, &scale.q, joint);
         let qd = scaled(&trajectory.qd, &scale.qd, joint);
         let qdd = scaled(&trajectory.qdd, &scale.qdd, joint);

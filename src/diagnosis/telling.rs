@@ -12,7 +12,8 @@ use crate::effect::Scope;
 use crate::model::design::Design;
 use crate::model::{EffectTerm, Fitted, Model, Term, fit};
 use crate::recording::split::{Segment, Split};
-use crate::recording::{PerJoint, Recording, Trajectory};
+use crate::recording::{Channels, ChannelsMut, Recording, Trajectory};
+use crate::signals::Signals;
 
 /// Most trajectories of the recording that a motion is made from.
 const MOST_TRAJECTORIES: usize = 4;
@@ -113,12 +114,12 @@ fn evidence(
 fn moved(recording: &Recording, fitted: &Fitted, motion: Motion) -> Option<Recording> {
     let mut trajectories = Vec::new();
     for (number, original) in recording.trajectories.iter().take(MOST_TRAJECTORIES).enumerate() {
-        let mut trajectory = thinned(original);
+        let mut trajectory = thinned(original)?;
         if trajectory.len() < 3 {
             continue;
         }
         apply(motion, number, &mut trajectory);
-        trajectory.tau = fitted.predict(&trajectory).ok()?.total;
+        trajectory.set_torque(fitted.predict(&trajectory).ok()?.total).ok()?;
         trajectories.push(trajectory);
     }
     let (name, joints, provenance) = (String::new(), recording.joints.clone(), recording.provenance.clone());
@@ -136,64 +137,65 @@ fn moved(recording: &Recording, fitted: &Fitted, motion: Motion) -> Option<Recor
 }
 
 /// The start of a trajectory, at a moderate rate.
-fn thinned(trajectory: &Trajectory) -> Trajectory {
+fn thinned(trajectory: &Trajectory) -> Option<Trajectory> {
     let every = (1.0 / (RATE * trajectory.time_step().max(1e-9))).round().max(1.0) as usize;
     let thin = |signal: &[f64]| signal.iter().copied().step_by(every).take(MOST_SAMPLES).collect::<Vec<f64>>();
-    let all = |signal: &PerJoint| signal.iter().map(|joint| thin(joint)).collect();
-    Trajectory {
-        name: trajectory.name.clone(),
+    let all = |signal: &Signals| signal.map_joints(thin);
+    let channels = Channels {
         time: thin(&trajectory.time),
         q: all(&trajectory.q),
         qd: all(&trajectory.qd),
         qdd: all(&trajectory.qdd),
-        tau: Vec::new(),
-    }
+        tau: all(&trajectory.tau),
+    };
+    Trajectory::new(&trajectory.name, channels).ok()
 }
 
 /// Replaces the motion of one trajectory.
 fn apply(motion: Motion, number: usize, trajectory: &mut Trajectory) {
-    for joint in 0..trajectory.joint_count() {
-        let q = &trajectory.q[joint];
+    let joints = trajectory.joint_count();
+    let ChannelsMut { time, mut q, mut qd, mut qdd, .. } = trajectory.channels_mut();
+    for joint in 0..joints {
+        let (q, qd, qdd) = (&mut q[joint], &mut qd[joint], &mut qdd[joint]);
         let (low, high) =
             q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| (low.min(q), high.max(q)));
         let (middle, range) = (0.5 * (low + high), high - low);
         match motion {
             Motion::Speed(factor) => {
-                let q = [&mut trajectory.q[joint], &mut trajectory.qd[joint], &mut trajectory.qdd[joint]];
-                play_at(factor, q);
+                play_at(factor, [q, qd, qdd]);
             }
             Motion::Range(factor) => {
-                trajectory.q[joint].iter_mut().for_each(|q| *q = middle + factor * (*q - middle));
-                let rates = trajectory.qd[joint].iter_mut().chain(&mut trajectory.qdd[joint]);
+                q.iter_mut().for_each(|q| *q = middle + factor * (*q - middle));
+                let rates = qd.iter_mut().chain(qdd);
                 rates.for_each(|rate| *rate *= factor);
             }
             Motion::Alone(moving) if joint == moving => {}
             Motion::Alone(_) => {
-                trajectory.q[joint].fill(middle);
-                trajectory.qd[joint].fill(0.0);
-                trajectory.qdd[joint].fill(0.0);
+                q.fill(middle);
+                qd.fill(0.0);
+                qdd.fill(0.0);
             }
             Motion::TinyReversals => {
                 let (size, rate) = (TINY * range, TAU * REVERSALS);
-                for (t, time) in trajectory.time.iter().enumerate() {
+                for (t, time) in time.iter().enumerate() {
                     let phase = rate * time + joint as f64;
                     // Each trajectory about another place of the range.
                     let place = middle + (number as f64 / MOST_TRAJECTORIES as f64 - 0.4) * 0.8 * range;
-                    trajectory.q[joint][t] = place + size * phase.sin();
-                    trajectory.qd[joint][t] = size * rate * phase.cos();
-                    trajectory.qdd[joint][t] = -size * rate * rate * phase.sin();
+                    q[t] = place + size * phase.sin();
+                    qd[t] = size * rate * phase.cos();
+                    qdd[t] = -size * rate * rate * phase.sin();
                 }
             }
             Motion::Sweeps => {
-                let fastest = trajectory.qd[joint].iter().fold(0.0, |most: f64, qd| most.max(qd.abs()));
+                let fastest = qd.iter().fold(0.0, |most: f64, qd| most.max(qd.abs()));
                 let speed = SWEEPS[(number + joint) % SWEEPS.len()] * fastest;
-                for (t, time) in trajectory.time.iter().enumerate() {
+                for (t, time) in time.iter().enumerate() {
                     // Distance travelled, folded into the range.
                     let travelled = (speed * time + 0.3 * joint as f64 * range).rem_euclid(2.0 * range.max(1e-9));
                     let forward = travelled < range;
-                    trajectory.q[joint][t] = if forward { low + travelled } else { low + 2.0 * range - travelled };
-                    trajectory.qd[joint][t] = if forward { speed } else { -speed };
-                    trajectory.qdd[joint][t] = 0.0;
+                    q[t] = if forward { low + travelled } else { low + 2.0 * range - travelled };
+                    qd[t] = if forward { speed } else { -speed };
+                    qdd[t] = 0.0;
                 }
             }
         }
@@ -201,9 +203,9 @@ fn apply(motion: Motion, number: usize, trajectory: &mut Trajectory) {
 }
 
 /// Plays position, velocity and acceleration at another speed, back and forth where they end.
-fn play_at(factor: f64, [q, qd, qdd]: [&mut Vec<f64>; 3]) {
+fn play_at(factor: f64, [q, qd, qdd]: [&mut [f64]; 3]) {
     let last = (q.len() - 1) as f64;
-    let originals = [q.clone(), qd.clone(), qdd.clone()];
+    let originals = [q.to_vec(), qd.to_vec(), qdd.to_vec()];
     for t in 0..q.len() {
         let along = (factor * t as f64).rem_euclid(2.0 * last);
         let (place, direction) = if along <= last { (along, 1.0) } else { (2.0 * last - along, -1.0) };

@@ -23,8 +23,8 @@ pub static EFFECT: Effect = Effect {
 struct ActuatorLag;
 
 impl ChangesTorque for ActuatorLag {
-    fn pass(&self, torque: &mut Vec<f64>, time: &[f64], lag: f64) {
-        *torque = delayed(torque, time, lag);
+    fn pass(&self, torque: &mut [f64], time: &[f64], lag: f64) {
+        torque.copy_from_slice(&delayed(torque, time, lag));
     }
 
     /// The rate is taken halfway: tau(t - T) = tau(t) - T * d(tau)/dt(t - T/2) up to the third order of T.
@@ -38,12 +38,12 @@ impl ChangesTorque for ActuatorLag {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::PerJoint;
+    use crate::signals::Signals;
 
     #[test]
     fn acts_as_a_delay_of_all_torque() {
         let sample = testing::Sample::new();
-        let mut torque: PerJoint = vec![sample.trajectory.time.iter().map(|t| 5.0 * t).collect(); 3];
+        let mut torque = Signals::from_fn(3, sample.trajectory.len(), |_, t| 5.0 * sample.trajectory.time[t]);
         EFFECT.act(&sample.motion(), 1, &[0.02], &mut torque).unwrap();
         for (t, time) in sample.trajectory.time.iter().enumerate() {
             assert!((torque[1][t] - 5.0 * (time - 0.02).max(0.0)).abs() < 1e-12);

@@ -29,11 +29,12 @@ impl AddsTorque for BaseTilt {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signals::Signals;
 
     #[test]
     fn is_what_gravity_needs_more_on_a_turned_base() {
         let sample = testing::Sample::new();
-        let still = vec![vec![0.0; sample.trajectory.len()]; 3];
+        let still = Signals::zeros(3, sample.trajectory.len());
         let gravity = |tilt: f64| {
             let mut arm = sample.arm.clone();
             arm.posture.zero_angle += tilt;

@@ -78,7 +78,8 @@ mod tests {
     fn follows_the_position_in_units_of_its_distance() {
         let mut sample = testing::Sample::new();
         let stroke = |t: usize| 0.03 * t.min(20 - t) as f64;
-        sample.trajectory.q[1] = (0..sample.trajectory.len()).map(stroke).collect();
+        let strokes: Vec<f64> = (0..sample.trajectory.len()).map(stroke).collect();
+        sample.trajectory.channels_mut().q[1].copy_from_slice(&strokes);
         let torque = EFFECT.torque(&sample.motion(), 1, &[1.5, 0.1]).unwrap();
         let top = 1.0 - (-3.0_f64).exp();
         assert!((torque[1][10] - 1.5 * top).abs() < 1e-12);

@@ -1,6 +1,6 @@
 //! Torque over a trajectory, where it acts.
 
-use crate::recording::PerJoint;
+use crate::signals::Signals;
 
 /// Torque over one trajectory, only at the joints where it is not zero by construction.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,8 +16,8 @@ impl Column {
     }
 
     /// A column that acts on all joints.
-    pub fn on_all(torque: PerJoint) -> Self {
-        Column { parts: torque.into_iter().enumerate().collect() }
+    pub fn on_all(torque: Signals) -> Self {
+        Column { parts: torque.iter().map(<[f64]>::to_vec).enumerate().collect() }
     }
 
     /// Adds `factor` times another column, on the joints where this one acts.
@@ -32,7 +32,7 @@ impl Column {
     }
 
     /// Adds `factor` times the column to the torque of all joints.
-    pub fn add_to(&self, torque: &mut PerJoint, factor: f64) {
+    pub fn add_to(&self, torque: &mut Signals, factor: f64) {
         for (joint, values) in &self.parts {
             for (sum, value) in torque[*joint].iter_mut().zip(values) {
                 *sum += factor * value;

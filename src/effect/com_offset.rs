@@ -24,15 +24,15 @@ struct ComOffset;
 
 impl AddsTorque for ComOffset {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
-        let Trajectory { q, qd, qdd, .. } = motion.trajectory;
-        if q.len() < 2 {
+        let Channels { q, qd, qdd, .. } = &**motion.trajectory;
+        if q.joint_count() < 2 {
             return Err(Lack::SecondJoint);
         }
         let lumped = motion.load()?.lumped.as_ref().ok_or(Lack::PlanarArm)?;
         let gravity = motion.arm.map_or(GRAVITY, |arm| arm.gravity);
-        let mut torque = regressor::leaning_along(motion.posture, gravity, lumped, joint, q, qd, qdd);
-        torque.truncate(joint + 1);
-        Ok(vec![Column::on_all(torque)])
+        let mut column = Column::on_all(regressor::leaning_along(motion.posture, gravity, lumped, joint, q, qd, qdd));
+        column.parts.truncate(joint + 1);
+        Ok(vec![column])
     }
 }
 
@@ -44,7 +44,7 @@ mod tests {
     #[test]
     fn is_what_a_point_beside_the_line_needs_more() {
         let sample = testing::Sample::new();
-        let Trajectory { q, qd, qdd, .. } = &sample.trajectory;
+        let Channels { q, qd, qdd, .. } = &*sample.trajectory;
         let arm = &sample.arm;
         let moment = arm.lumped_parameters()[regressor::parameter_count(3) - 2];
         let lean = 0.3;

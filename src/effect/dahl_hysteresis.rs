@@ -59,7 +59,8 @@ mod tests {
         let mut sample = testing::Sample::new();
         let count = sample.trajectory.len();
         let stroke = |t: usize| 0.03 * t.min(20 - t) as f64;
-        sample.trajectory.q[1] = (0..count).map(stroke).collect();
+        let strokes: Vec<f64> = (0..count).map(stroke).collect();
+        sample.trajectory.channels_mut().q[1].copy_from_slice(&strokes);
         let torque = EFFECT.torque(&sample.motion(), 1, &[1.5, 0.1]).unwrap();
         for t in 0..count {
             let there = |x: f64| 1.0 - (-x / 0.1).exp();

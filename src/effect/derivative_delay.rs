@@ -27,8 +27,9 @@ struct DerivativeDelay;
 impl ChangesReading for DerivativeDelay {
     fn misread(&self, reading: &mut Trajectory, _joint: usize, parameters: &[f64]) {
         let &[delay] = parameters else { return };
-        for signal in reading.qd.iter_mut().chain(&mut reading.qdd) {
-            *signal = delayed(signal, &reading.time, delay);
+        let mut reading = reading.channels_mut();
+        for signal in reading.qd.iter_mut().chain(reading.qdd.iter_mut()) {
+            signal.copy_from_slice(&delayed(signal, reading.time, delay));
         }
     }
 }
@@ -83,7 +84,7 @@ pub(super) fn delayed(signal: &[f64], time: &[f64], delay: f64) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::arm::Arm;
-    use crate::recording::PerJoint;
+    use crate::signals::Signals;
 
     #[test]
     fn a_delayed_signal_is_that_of_before() {
@@ -102,17 +103,17 @@ mod tests {
     fn says_what_the_late_motion_lacks() {
         let arm = Arm::uniform(3);
         let time: Vec<f64> = (0..400).map(|t| 0.005 * f64::from(t)).collect();
-        let wave = |order: i32, phase: f64| -> PerJoint {
+        let wave = |order: i32, phase: f64| {
             let value = |joint: usize, t: f64| {
                 let rate = 1.0 + joint as f64;
                 0.5 * rate.powi(order) * (rate * t + phase).sin()
             };
-            (0..3).map(|joint| time.iter().map(|&t| value(joint, t)).collect()).collect()
+            Signals::from_fn(3, time.len(), |joint, t| value(joint, time[t]))
         };
         let quarter = std::f64::consts::FRAC_PI_2;
         let (q, qd, qdd) = (wave(0, 0.0), wave(1, quarter), wave(2, 2.0 * quarter));
         let truth = arm.inverse_dynamics_along(&q, &qd, &qdd);
-        let mut reading = Trajectory { name: String::new(), time, q, qd, qdd, tau: truth.clone() };
+        let mut reading = Trajectory::new("", Channels { time, q, qd, qdd, tau: truth.clone() }).unwrap();
         EFFECT.misread(&mut reading, 0, &[0.01]);
         let load = Load::of_arm(&arm, &reading);
         let kinds = [JointKind::Revolute; 3];

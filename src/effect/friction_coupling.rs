@@ -33,7 +33,7 @@ impl AddsTorque for FrictionCoupling {
         let qd = &motion.trajectory.qd;
         let of_sum: Vec<f64> = qd[before].iter().zip(&qd[joint]).map(|(first, second)| sign(first + second)).collect();
         Ok(vec![
-            Column { parts: vec![(before, qd[joint].clone()), (joint, qd[before].clone())] },
+            Column { parts: vec![(before, qd[joint].to_vec()), (joint, qd[before].to_vec())] },
             Column { parts: vec![(before, of_sum.clone()), (joint, of_sum)] },
         ])
     }

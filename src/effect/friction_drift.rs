@@ -33,7 +33,7 @@ struct FrictionDrift;
 
 impl AddsTorque for FrictionDrift {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
-        let Trajectory { time, qd, .. } = motion.trajectory;
+        let Channels { time, qd, .. } = &**motion.trajectory;
         let start = time.first().copied().unwrap_or(0.0);
         let drift = time.iter().zip(&qd[joint]).map(|(time, &qd)| (time - start) * sign(qd));
         Ok(vec![Column::on_joint(joint, qd[joint].iter().map(|&qd| sign(qd))), Column::on_joint(joint, drift)])
@@ -47,7 +47,7 @@ mod tests {
     #[test]
     fn starts_at_the_coulomb_level_and_changes() {
         let mut sample = testing::Sample::new();
-        sample.trajectory.time.iter_mut().for_each(|time| *time += 5.0);
+        sample.trajectory.channels_mut().time.iter_mut().for_each(|time| *time += 5.0);
         let torque = EFFECT.torque(&sample.motion(), 1, &[0.3, -0.4]).unwrap();
         for (t, &qd) in sample.trajectory.qd[1].iter().enumerate() {
             assert!((torque[1][t] - (0.3 - 0.4 * 0.01 * t as f64) * sign(qd)).abs() < 1e-12);

@@ -34,7 +34,7 @@ struct FrictionWarmUp;
 
 impl AddsTorque for FrictionWarmUp {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
-        let Trajectory { time, qd, .. } = motion.trajectory;
+        let Channels { time, qd, .. } = &**motion.trajectory;
         let start = time.first().copied().unwrap_or(0.0);
         let cold = time.iter().zip(&qd[joint]).map(|(time, &qd)| ((start - time) / shape[0]).exp() * sign(qd));
         Ok(vec![Column::on_joint(joint, qd[joint].iter().map(|&qd| sign(qd))), Column::on_joint(joint, cold)])
@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn falls_from_the_cold_level_to_the_warm_one() {
         let mut sample = testing::Sample::new();
-        sample.trajectory.time.iter_mut().for_each(|time| *time += 5.0);
+        sample.trajectory.channels_mut().time.iter_mut().for_each(|time| *time += 5.0);
         let torque = EFFECT.torque(&sample.motion(), 1, &[0.3, 0.4, 0.1]).unwrap();
         for (t, &qd) in sample.trajectory.qd[1].iter().enumerate() {
             let level = 0.3 + 0.4 * (-(t as f64) / 10.0).exp();

@@ -26,7 +26,7 @@ impl AddsTorque for InertiaCoupling {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let [before, joint] = motion.pair(joint)?;
         let qdd = &motion.trajectory.qdd;
-        Ok(vec![Column { parts: vec![(before, qdd[joint].clone()), (joint, qdd[before].clone())] }])
+        Ok(vec![Column { parts: vec![(before, qdd[joint].to_vec()), (joint, qdd[before].to_vec())] }])
     }
 }
 

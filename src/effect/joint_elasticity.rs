@@ -51,7 +51,7 @@ mod tests {
     fn is_its_formula() {
         let sample = testing::Sample::new();
         let torque = EFFECT.torque(&sample.motion(), 1, &[0.01]).unwrap();
-        assert!(torque[1].iter().all(|value| (value - 0.8).abs() < 1e-9), "{:?}", torque[1]);
+        assert!(torque[1].iter().all(|value| (value - 0.8).abs() < 1e-9), "{:?}", &torque[1]);
         assert!(torque[0].iter().chain(&torque[2]).all(|&value| value == 0.0));
     }
 }

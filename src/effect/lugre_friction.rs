@@ -61,16 +61,16 @@ impl AddsTorque for LugreFriction {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signals::Signals;
 
     /// A swing, finely sampled.
     fn swing(samples: usize) -> testing::Sample {
         let mut sample = testing::Sample::new();
         let time: Vec<f64> = (0..samples).map(|t| 4.0 * t as f64 / samples as f64).collect();
-        let signal = |f: fn(f64) -> f64| -> Vec<f64> { time.iter().map(|&t| f(t)).collect() };
-        sample.trajectory.q = vec![signal(|t| 0.3 * (2.0 * t).cos()); 3];
-        sample.trajectory.qd = vec![signal(|t| -0.6 * (2.0 * t).sin()); 3];
-        sample.trajectory.qdd = vec![signal(|t| -1.2 * (2.0 * t).cos()); 3];
-        sample.trajectory.time = time;
+        let signal = |f: fn(f64) -> f64| Signals::from_fn(3, samples, |_, t| f(time[t]));
+        let (q, qd) = (signal(|t| 0.3 * (2.0 * t).cos()), signal(|t| -0.6 * (2.0 * t).sin()));
+        let (qdd, tau) = (signal(|t| -1.2 * (2.0 * t).cos()), Signals::zeros(3, samples));
+        sample.trajectory = Trajectory::new("", Channels { time, q, qd, qdd, tau }).unwrap();
         sample
     }
 

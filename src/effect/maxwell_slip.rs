@@ -64,7 +64,8 @@ mod tests {
         let mut sample = testing::Sample::new();
         let count = sample.trajectory.len();
         let stroke = |t: usize| 0.03 * t.min(20 - t) as f64;
-        sample.trajectory.q[1] = (0..count).map(stroke).collect();
+        let strokes: Vec<f64> = (0..count).map(stroke).collect();
+        sample.trajectory.channels_mut().q[1].copy_from_slice(&strokes);
         let torque = EFFECT.torque(&sample.motion(), 1, &[2.0, 0.2]).unwrap();
         let first = |x: f64| (1..=4).map(|i| (x / (0.05 * i as f64)).min(1.0)).sum::<f64>() / 4.0;
         for t in 0..count {

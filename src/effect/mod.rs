@@ -64,7 +64,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::recording::differentiate::central_difference;
 use crate::recording::fault::FaultKind;
-use crate::recording::{JointKind, Trajectory};
+use crate::recording::{Channels, JointKind, Trajectory};
 
 pub use column::Column;
 pub use motion::{Lack, Load, Motion, NotApplicable};

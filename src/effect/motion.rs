@@ -6,7 +6,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::{Arm, Posture};
-use crate::recording::{JointKind, PerJoint, Trajectory};
+use crate::recording::{JointKind, Trajectory};
+use crate::signals::Signals;
 
 /// What an effect is told of the motion.
 #[derive(Debug, Clone, Copy)]
@@ -28,13 +29,13 @@ pub struct Motion<'a> {
 #[derive(Clone)]
 pub struct Load {
     /// Torque of the rigid body \[N m\].
-    pub torque: PerJoint,
+    pub torque: Signals,
     /// Derivative of its gravity torque by the zero angle of the posture \[N m/rad\].
-    pub turned_gravity: PerJoint,
+    pub turned_gravity: Signals,
     /// Its lumped parameters, if it is a planar arm; see [`crate::arm::regressor`].
     pub lumped: Option<Vec<f64>>,
     /// Its torque \[N m\] along any other trajectory.
-    pub body: Arc<dyn Fn(&Trajectory) -> PerJoint + Send + Sync>,
+    pub body: Arc<dyn Fn(&Trajectory) -> Signals + Send + Sync>,
 }
 
 impl fmt::Debug for Load {
@@ -55,8 +56,8 @@ impl Load {
 
     /// The load of a rigid body that gives its torque along any trajectory.
     pub fn by(
-        body: impl Fn(&Trajectory) -> PerJoint + Send + Sync + 'static,
-        turned_gravity: PerJoint,
+        body: impl Fn(&Trajectory) -> Signals + Send + Sync + 'static,
+        turned_gravity: Signals,
         lumped: Option<Vec<f64>>,
         trajectory: &Trajectory,
     ) -> Load {

@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn starts_at_the_offset_and_grows() {
         let mut sample = testing::Sample::new();
-        sample.trajectory.time.iter_mut().for_each(|time| *time += 5.0);
+        sample.trajectory.channels_mut().time.iter_mut().for_each(|time| *time += 5.0);
         let torque = EFFECT.torque(&sample.motion(), 1, &[0.3, -0.4]).unwrap();
         assert!(torque[1].iter().enumerate().all(|(t, value)| (value - 0.3 + 0.4 * 0.01 * t as f64).abs() < 1e-12));
     }

@@ -31,7 +31,7 @@ struct PositionFriction;
 
 impl AddsTorque for PositionFriction {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
-        let Trajectory { q, qd, .. } = motion.trajectory;
+        let Channels { q, qd, .. } = &**motion.trajectory;
         let wave = |wave: fn(f64) -> f64| {
             let torque = q[joint].iter().zip(&qd[joint]).map(move |(q, &qd)| wave(shape[0] * q) * sign(qd));
             Column::on_joint(joint, torque)

@@ -8,8 +8,9 @@
 //! has an order that changes a result.
 
 use super::{Column, Effect, Lack, Motion, NotApplicable};
+use crate::recording::Trajectory;
 use crate::recording::fault::FaultKind;
-use crate::recording::{PerJoint, Trajectory};
+use crate::signals::Signals;
 
 /// Where in the chain an effect stands, and what it does there.
 #[derive(Clone, Copy)]
@@ -46,7 +47,7 @@ pub trait AddsTorque: Sync {
 /// What an effect of a drive does. It has one linear parameter.
 pub trait ChangesTorque: Sync {
     /// What becomes of the torque of its joint \[N m\] at these times \[s\], with this parameter.
-    fn pass(&self, torque: &mut Vec<f64>, time: &[f64], parameter: f64);
+    fn pass(&self, torque: &mut [f64], time: &[f64], parameter: f64);
 
     /// What a unit of the parameter makes of the rigid body's torque, at the value of the parameter that was found so far (0
     /// before one was found).
@@ -122,8 +123,8 @@ impl Effect {
     ///
     /// # Errors
     /// [`NotApplicable`] as [`Effect::columns`], and if there are too few or too many parameters.
-    pub fn torque(&self, motion: &Motion, joint: usize, parameters: &[f64]) -> Result<PerJoint, NotApplicable> {
-        let mut torque = vec![vec![0.0; motion.trajectory.len()]; motion.trajectory.joint_count()];
+    pub fn torque(&self, motion: &Motion, joint: usize, parameters: &[f64]) -> Result<Signals, NotApplicable> {
+        let mut torque = Signals::zeros(motion.trajectory.joint_count(), motion.trajectory.len());
         self.add_columns(motion, joint, parameters, &mut torque)?;
         Ok(torque)
     }
@@ -138,7 +139,7 @@ impl Effect {
         motion: &Motion,
         joint: usize,
         parameters: &[f64],
-        torque: &mut PerJoint,
+        torque: &mut Signals,
     ) -> Result<(), NotApplicable> {
         match self.stage {
             Stage::Body(_) => self.add_columns(motion, joint, parameters, torque)?,
@@ -153,7 +154,7 @@ impl Effect {
 
     /// What becomes, on its joint, of the torque of the stages before its own, where it has these linear parameters. Nothing,
     /// unless it stands in the drive.
-    pub fn pass(&self, torque: &mut Vec<f64>, time: &[f64], linear: &[f64]) {
+    pub fn pass(&self, torque: &mut [f64], time: &[f64], linear: &[f64]) {
         if let (Stage::Drive(drive), &[parameter]) = (self.stage, linear) {
             drive.pass(torque, time, parameter);
         }
@@ -208,7 +209,7 @@ impl Effect {
         motion: &Motion,
         joint: usize,
         parameters: &[f64],
-        torque: &mut PerJoint,
+        torque: &mut Signals,
     ) -> Result<(), NotApplicable> {
         let [linear, shape] = self.parted(parameters)?;
         for (column, factor) in self.columns(motion, joint, shape)?.iter().zip(linear) {

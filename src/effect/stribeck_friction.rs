@@ -53,7 +53,7 @@ mod tests {
     #[test]
     fn falls_from_break_away_to_the_coulomb_level() {
         let mut sample = Sample::new();
-        sample.trajectory.qd[0][..4].copy_from_slice(&[1e-9, VELOCITY, 100.0, 0.0]);
+        sample.trajectory.channels_mut().qd[0][..4].copy_from_slice(&[1e-9, VELOCITY, 100.0, 0.0]);
         let torque = EFFECT.torque(&sample.motion(), 0, &[1.1, 0.6, VELOCITY]).unwrap();
         for (found, expected) in torque[0].iter().zip([1.7, 1.1 + 0.6 / std::f64::consts::E, 1.1, 0.0]) {
             assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");

@@ -31,8 +31,9 @@ impl ChangesReading for StuckChannel {
         let start = reading.time.first().copied().unwrap_or(0.0);
         // Joints are not stuck at the same times.
         let shift = 0.37 * joint as f64 * period;
+        let mut reading = reading.channels_mut();
         let mut last = reading.tau[joint].first().copied().unwrap_or(0.0);
-        for (tau, time) in reading.tau[joint].iter_mut().zip(&reading.time) {
+        for (tau, time) in reading.tau[joint].iter_mut().zip(reading.time.iter()) {
             // The end of each period, so that the first reading of a run is a good one.
             if (time - start + shift) % period >= period - duration {
                 *tau = last;
@@ -45,11 +46,12 @@ impl ChangesReading for StuckChannel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signals::Signals;
 
     #[test]
     fn repeats_the_last_reading() {
         let mut sample = testing::Sample::new();
-        sample.trajectory.tau = vec![(0..21).map(f64::from).collect(); 3];
+        sample.trajectory = sample.trajectory.with_torque(Signals::from_fn(3, 21, |_, t| t as f64)).unwrap();
         EFFECT.misread(&mut sample.trajectory, 0, &[0.0301, 0.1]);
         let expected = [0, 1, 2, 3, 4, 5, 6, 6, 6, 6, 10, 11, 12, 13, 14, 15, 16, 16, 16, 16, 20].map(f64::from);
         assert_eq!(sample.trajectory.tau[0], expected);

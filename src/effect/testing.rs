@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::*;
 use crate::arm::Arm;
-use crate::recording::PerJoint;
+use crate::signals::Signals;
 
 pub(crate) struct Sample {
     pub(crate) arm: Arm,
@@ -21,18 +21,19 @@ fn load(joint: usize, time: f64) -> f64 {
 impl Sample {
     /// Positions, velocities (0 among them) and accelerations of either sign; they need not fit together.
     pub(crate) fn new() -> Self {
-        let signal = |scale: f64, shift: f64| -> PerJoint {
-            (0..3).map(|joint| (0..21).map(|t| scale * (t as f64 - 10.0 + shift + joint as f64)).collect()).collect()
+        let signal = |scale: f64, shift: f64| {
+            Signals::from_fn(3, 21, |joint, t| scale * (t as f64 - 10.0 + shift + joint as f64))
         };
         let time: Vec<f64> = (0..21).map(|t| 0.01 * t as f64).collect();
         let (q, qd, qdd) = (signal(0.13, 0.4), signal(0.21, 0.0), signal(-0.7, 0.3));
         let arm = Arm::uniform(3);
-        let torque = (0..3).map(|joint| time.iter().map(|&time| load(joint, time)).collect()).collect();
+        let torque = Signals::from_fn(3, 21, |joint, t| load(joint, time[t]));
         let turned_gravity = arm.turned_gravity_along(&q);
         let of_arm = arm.clone();
         let body = move |motion: &Trajectory| of_arm.inverse_dynamics_along(&motion.q, &motion.qd, &motion.qdd);
         let load = Load { torque, turned_gravity, lumped: Some(arm.lumped_parameters()), body: Arc::new(body) };
-        let trajectory = Trajectory { name: String::new(), time, q, qd, qdd, tau: Vec::new() };
+        let channels = Channels { time, q, qd, qdd, tau: Signals::zeros(3, 21) };
+        let trajectory = Trajectory::new("", channels).unwrap();
         Sample { arm, trajectory, kinds: vec![JointKind::Revolute; 3], load }
     }
 
@@ -57,7 +58,7 @@ impl Sample {
 pub(crate) fn assert_is(effect: &Effect, parameters: &[f64], formula: impl Fn(f64, f64, f64) -> f64) {
     let sample = Sample::new();
     let torque = effect.torque(&sample.motion(), 1, parameters).unwrap();
-    let Trajectory { q, qd, qdd, .. } = &sample.trajectory;
+    let Channels { q, qd, qdd, .. } = &*sample.trajectory;
     for t in 0..sample.trajectory.len() {
         let expected = formula(q[1][t], qd[1][t], qdd[1][t]);
         assert!((torque[1][t] - expected).abs() < 1e-12, "{} is not {expected}", torque[1][t]);
@@ -69,7 +70,7 @@ pub(crate) fn assert_is(effect: &Effect, parameters: &[f64], formula: impl Fn(f6
 pub(crate) fn assert_depends_on_load(effect: &Effect, parameters: &[f64], formula: impl Fn(f64, f64, f64) -> f64) {
     let sample = Sample::new();
     let torque = effect.torque(&sample.motion(), 1, parameters).unwrap();
-    let Trajectory { q, qd, time, .. } = &sample.trajectory;
+    let Channels { q, qd, time, .. } = &*sample.trajectory;
     for t in 0..sample.trajectory.len() {
         let expected = formula(load(1, time[t]), q[1][t], qd[1][t]);
         assert!((torque[1][t] - expected).abs() < 1e-12, "{} is not {expected}", torque[1][t]);

@@ -69,7 +69,7 @@ mod tests {
         sample.arm.links[2] = Link { mass: 0.8, length: 0.4, com: 0.15, inertia: 0.02 };
         for posture in [Posture::RIGHT, Posture::UP] {
             sample.arm.posture = posture;
-            let Trajectory { q, qd, qdd, .. } = &sample.trajectory;
+            let Channels { q, qd, qdd, .. } = &*sample.trajectory;
             let with = loaded(&sample.arm, 0.9).inverse_dynamics_along(q, qd, qdd);
             let without = sample.arm.inverse_dynamics_along(q, qd, qdd);
             let torque = EFFECT.torque(&sample.motion(), 0, &[0.9]).unwrap();

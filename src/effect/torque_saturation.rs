@@ -25,18 +25,19 @@ struct TorqueSaturation;
 impl ChangesReading for TorqueSaturation {
     fn misread(&self, reading: &mut Trajectory, joint: usize, parameters: &[f64]) {
         let &[limit] = parameters else { return };
-        reading.tau[joint].iter_mut().for_each(|tau| *tau = tau.max(-limit).min(limit));
+        reading.channels_mut().tau[joint].iter_mut().for_each(|tau| *tau = tau.max(-limit).min(limit));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signals::Signals;
 
     #[test]
     fn cuts_off_both_ends() {
         let mut sample = testing::Sample::new();
-        sample.trajectory.tau = vec![(0..21).map(|t| f64::from(t) - 10.0).collect(); 3];
+        sample.trajectory = sample.trajectory.with_torque(Signals::from_fn(3, 21, |_, t| t as f64 - 10.0)).unwrap();
         EFFECT.misread(&mut sample.trajectory, 1, &[7.5]);
         for (t, tau) in sample.trajectory.tau[1].iter().enumerate() {
             assert_eq!(*tau, (t as f64 - 10.0).clamp(-7.5, 7.5));

@@ -20,7 +20,8 @@ use super::{Experiment, ExperimentError, plan};
 use crate::figure::{Axis, Course, Figure, Ink, Mark, Panel};
 use crate::model::Fitted;
 use crate::progress::Monitor;
-use crate::recording::{PerJoint, Recording, Trajectory};
+use crate::recording::{Recording, Trajectory};
+use crate::signals::Signals;
 
 /// Runs of a test set that are drawn, as in the paper.
 const RUNS: usize = 3;
@@ -143,8 +144,9 @@ fn trajectories(sets: &[(&TestSet, Recording)]) -> Figure {
 
 /// Whether two recordings pass through the same positions, at any speed.
 fn same_ways(one: &Recording, other: &Recording) -> bool {
-    let positions =
-        |recording: &Recording| -> Vec<f64> { recording.trajectories.iter().flat_map(|run| run.q.concat()).collect() };
+    let positions = |recording: &Recording| -> Vec<f64> {
+        recording.trajectories.iter().flat_map(|run| run.q.values().to_vec()).collect()
+    };
     let (one, other) = (positions(one), positions(other));
     one.len() == other.len() && one.iter().zip(&other).all(|(one, other)| (one - other).abs() < 1e-9)
 }
@@ -228,10 +230,10 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
         let estimates = seeds
             .iter()
             .map(|members| estimate(members, recording, arm.is_some()))
-            .collect::<Result<Vec<Vec<PerJoint>>, _>>()?;
+            .collect::<Result<Vec<Vec<Signals>>, _>>()?;
         for quantity in 0..titles.len() {
             for joint in 0..joints {
-                let of_seeds: Vec<&Vec<f64>> = estimates.iter().map(|seed| &seed[quantity][joint]).collect();
+                let of_seeds: Vec<&[f64]> = estimates.iter().map(|seed| &seed[quantity][joint]).collect();
                 let at = |sample: usize| of_seeds.iter().map(move |seed| seed[sample]);
                 let middle: Vec<f64> =
                     (0..time.len()).map(|sample| at(sample).sum::<f64>() / of_seeds.len() as f64).collect();
@@ -250,7 +252,7 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
     }
     let joined = |of_run: &dyn Fn(&Trajectory) -> Vec<f64>| recording.trajectories.iter().flat_map(of_run).collect();
     for joint in 0..joints {
-        let measured: Vec<f64> = joined(&|run| run.tau[joint].clone());
+        let measured: Vec<f64> = joined(&|run| run.tau[joint].to_vec());
         let word = if arm.is_some() { "exact" } else { "measured" };
         panels[place(0, joint)].marks.push(line(word, &measured, Ink::Measured));
         if let Some(arm) = arm {
@@ -258,7 +260,7 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
                 let part: Vec<f64> = joined(&|run| {
                     let exact = arm.components_along(&run.q, &run.qd, &run.qdd);
                     let all = [exact.inertial, exact.coriolis, exact.gravity];
-                    all[quantity - 1][joint].clone()
+                    all[quantity - 1][joint].to_vec()
                 });
                 panels[place(quantity, joint)].marks.push(line(word, &part, Ink::Measured));
             }
@@ -278,26 +280,23 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
 }
 
 /// Torque of a model, and its three parts if asked for, along all runs: `[quantity][joint][sample]`.
-fn estimate(members: &[Fitted], recording: &Recording, parts: bool) -> Result<Vec<PerJoint>, ExperimentError> {
-    let joints = recording.joint_count();
-    let mut all = vec![vec![Vec::new(); joints]; if parts { 4 } else { 1 }];
+fn estimate(members: &[Fitted], recording: &Recording, parts: bool) -> Result<Vec<Signals>, ExperimentError> {
+    let mut all = vec![Vec::new(); if parts { 4 } else { 1 }];
     for run in &recording.trajectories {
         let torques = members.iter().map(|member| torque(member, run)).collect::<Result<Vec<_>, _>>()?;
         let mut quantities = vec![mean(&torques)];
         if parts {
             let own = members.iter().map(|member| parts_of(member, run)).collect::<Result<Vec<_>, _>>()?;
             quantities.extend((0..3).map(|part| {
-                let of_members: Vec<PerJoint> = own.iter().map(|parts| parts[part].clone()).collect();
+                let of_members: Vec<Signals> = own.iter().map(|parts| parts[part].clone()).collect();
                 mean(&of_members)
             }));
         }
         for (whole, quantity) in all.iter_mut().zip(quantities) {
-            for (whole, joint) in whole.iter_mut().zip(quantity) {
-                whole.extend(joint);
-            }
+            whole.push(quantity);
         }
     }
-    Ok(all)
+    Ok(all.iter().map(|runs| Signals::joined(runs)).collect::<Result<_, _>>()?)
 }
 
 /// The time of runs one after another, with a pause between them.
@@ -377,6 +376,7 @@ fn errors(experiment: &Experiment, sets: &[&TestSet], rows: &[Row]) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Channels;
 
     #[test]
     fn names_of_files_hold_only_letters_and_dashes() {
@@ -386,14 +386,9 @@ mod tests {
 
     #[test]
     fn runs_follow_each_other_with_a_pause() {
-        let run = Trajectory {
-            name: String::new(),
-            time: vec![5.0, 6.0, 7.0],
-            q: Vec::new(),
-            qd: Vec::new(),
-            qdd: Vec::new(),
-            tau: Vec::new(),
-        };
+        let signal = || Signals::zeros(0, 3);
+        let (time, q, qd, qdd, tau) = (vec![5.0, 6.0, 7.0], signal(), signal(), signal(), signal());
+        let run = Trajectory::new("", Channels { time, q, qd, qdd, tau }).unwrap();
         let times = joined_times(&[run.clone(), run]);
         assert_eq!(times[..3], [0.0, 1.0, 2.0]);
         assert!(times[3] > 2.1 && times[3] < 2.5 && times[5] == times[3] + 2.0, "{times:?}");

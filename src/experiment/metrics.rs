@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::arm::Arm;
 use crate::model::Fitted;
 use crate::progress::Monitor;
-use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
+use crate::recording::{JointKind, Recording, Trajectory};
+use crate::signals::Signals;
 use crate::training::{TrainError, components, fit};
 
 /// Errors of a model on a test set.
@@ -54,7 +55,7 @@ pub fn measure(
     let total = recording.trajectories.len();
     for (number, trajectory) in recording.trajectories.iter().enumerate() {
         monitor.report(number as f32 / total as f32, "measuring")?;
-        let torques: Vec<PerJoint> =
+        let torques: Vec<Signals> =
             members.iter().map(|member| torque(member, trajectory)).collect::<Result<_, _>>()?;
         let mean = mean(&torques);
         for (joint, sums) in by_joint.iter_mut().enumerate() {
@@ -70,10 +71,10 @@ pub fn measure(
         }
         if let Some(arm) = arm {
             let exact = arm.components_along(&trajectory.q, &trajectory.qd, &trajectory.qdd);
-            let own: Vec<[PerJoint; 3]> =
+            let own: Vec<[Signals; 3]> =
                 members.iter().map(|member| parts_of(member, trajectory)).collect::<Result<_, _>>()?;
             for (part, exact) in [&exact.inertial, &exact.coriolis, &exact.gravity].into_iter().enumerate() {
-                let estimates: Vec<PerJoint> = own.iter().map(|parts| parts[part].clone()).collect();
+                let estimates: Vec<Signals> = own.iter().map(|parts| parts[part].clone()).collect();
                 for (exact, estimate) in exact.iter().flatten().zip(self::mean(&estimates).iter().flatten()) {
                     parts[part][0] += (exact - estimate).powi(2);
                     parts[part][1] += exact * exact;
@@ -96,23 +97,19 @@ pub fn measure(
 }
 
 /// What a member says.
-pub(super) fn torque(member: &Fitted, trajectory: &Trajectory) -> Result<PerJoint, TrainError> {
+pub(super) fn torque(member: &Fitted, trajectory: &Trajectory) -> Result<Signals, TrainError> {
     Ok(member.predict(trajectory).map_err(|error| TrainError::Model(error.to_string()))?.total)
 }
 
 /// Inertial, Coriolis and gravity torque of a model. Where it has no H(q) and V(q) of its own they are read off its torque, as
 /// Lutter and the paper do.
-pub(super) fn parts_of(member: &Fitted, trajectory: &Trajectory) -> Result<[PerJoint; 3], TrainError> {
+pub(super) fn parts_of(member: &Fitted, trajectory: &Trajectory) -> Result<[Signals; 3], TrainError> {
     if let Some(networks) = fit::networks(member) {
         let columns = fit::effect_columns(member, trajectory)?;
         let parts = networks.components(trajectory, &columns)?;
         if parts.lagrangian.as_ref().is_none_or(|inside| inside.potential.is_none()) {
-            let joints = trajectory.joint_count();
-            let by_joint = |values: &Vec<f64>| -> PerJoint {
-                (0..joints).map(|joint| values.iter().skip(joint).step_by(joints).copied().collect()).collect()
-            };
-            let read_off = &parts.read_off;
-            return Ok([&read_off.inertial, &read_off.coriolis, &read_off.gravity].map(by_joint));
+            let read_off = parts.read_off;
+            return Ok([read_off.inertial, read_off.coriolis, read_off.gravity]);
         }
     }
     let mut own = components(member, trajectory)?;
@@ -123,12 +120,8 @@ pub(super) fn parts_of(member: &Fitted, trajectory: &Trajectory) -> Result<[PerJ
 }
 
 /// Their mean; there is at least one.
-pub(super) fn mean(all: &[PerJoint]) -> PerJoint {
-    let mut mean = all[0].clone();
-    for (joint, values) in mean.iter_mut().enumerate() {
-        for (sample, value) in values.iter_mut().enumerate() {
-            *value = all.iter().map(|own| own[joint][sample]).sum::<f64>() / all.len() as f64;
-        }
-    }
-    mean
+pub(super) fn mean(all: &[Signals]) -> Signals {
+    let of_all = |joint: usize, sample: usize| all.iter().map(|own| own[joint][sample]).sum::<f64>();
+    let (joints, samples) = (all[0].joint_count(), all[0].sample_count());
+    Signals::from_fn(joints, samples, |joint, sample| of_all(joint, sample) / all.len() as f64)
 }

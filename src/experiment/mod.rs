@@ -19,6 +19,7 @@ use crate::effect::registry::UnknownEffect;
 use crate::model::ModelError;
 use crate::progress::Stopped;
 use crate::recording::read::ReadError;
+use crate::signals::ShapeError;
 use crate::simulation::SimulationError;
 use crate::training::TrainError;
 
@@ -39,6 +40,9 @@ pub enum ExperimentError {
         /// What is wrong, on which line, and what is possible there.
         problem: String,
     },
+    /// Predictions of different arms.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
     /// No experiment of this name is built in.
     #[error("there is no experiment `{name}`; built in: {known}, or give a TOML file")]
     Unknown {

@@ -11,7 +11,8 @@ use super::terms::{Alteration, Found, Setting};
 use super::{Model, ModelError, RigidBody, Term};
 use crate::effect::{Column, Load};
 use crate::recording::split::{Segment, Split};
-use crate::recording::{PerJoint, Recording, Trajectory};
+use crate::recording::{Recording, Trajectory};
+use crate::signals::Signals;
 
 /// Below this speed \[rad/s or m/s\] the sign of a measured velocity is noise, so samples of that joint do not count.
 const STANDSTILL: f64 = 0.01;
@@ -32,7 +33,7 @@ pub struct Design<'a> {
     /// Stretches that are kept together in validation.
     pub blocks: Vec<Block>,
     /// Prepared torque, by trajectory; zero where a sample does not count.
-    pub torque: Vec<PerJoint>,
+    pub torque: Vec<Signals>,
     /// Whether a prepared sample counts: `counts[trajectory][joint][sample]`.
     counts: Vec<Vec<Vec<bool>>>,
     preparations: Vec<Preparation>,
@@ -81,7 +82,7 @@ impl<'a> Design<'a> {
         let mut counts = Vec::new();
         let mut torque = Vec::new();
         for (trajectory, preparation) in recording.trajectories.iter().zip(&preparations) {
-            let moves = |qd: &Vec<f64>| preparation.thin_out(qd).iter().map(|qd| qd.abs() >= STANDSTILL).collect();
+            let moves = |qd: &[f64]| preparation.thin_out(qd).iter().map(|qd| qd.abs() >= STANDSTILL).collect();
             counts.push(trajectory.qd.iter().map(moves).collect::<Vec<Vec<bool>>>());
             torque.push(preparation.apply_all(&trajectory.tau));
         }
@@ -180,7 +181,7 @@ impl<'a> Design<'a> {
     }
 
     /// The torque of terms that are known beforehand, prepared like the rest; `None` if there are none.
-    pub fn known_torque(&self, model: &Model) -> Option<Vec<PerJoint>> {
+    pub fn known_torque(&self, model: &Model) -> Option<Vec<Signals>> {
         let bodies: Vec<&RigidBody> = model
             .terms
             .iter()
@@ -202,7 +203,7 @@ impl<'a> Design<'a> {
     }
 
     /// The normal equations of these columns against `torque` (prepared, by trajectory).
-    pub fn equations(&self, columns: &[PreparedColumn], torque: &[PerJoint]) -> Equations {
+    pub fn equations(&self, columns: &[PreparedColumn], torque: &[Signals]) -> Equations {
         let joints = self.recording.joint_count();
         let acting = |joint: usize| (0..columns.len()).filter(|&column| columns[column].acts_on(joint)).collect();
         let on_joint: Vec<Vec<usize>> = (0..joints).map(acting).collect();
@@ -224,7 +225,7 @@ impl<'a> Design<'a> {
         equations: &mut Equations,
         columns: &[PreparedColumn],
         changed: &[usize],
-        torque: &[PerJoint],
+        torque: &[Signals],
     ) {
         let on_joint = &equations.on_joint;
         let update = |(block, parts): (&Block, &mut Vec<NormalEquations>)| {
@@ -250,7 +251,7 @@ impl<'a> Design<'a> {
     }
 
     /// Takes another torque into the equations of these columns.
-    pub fn replace_torque(&self, equations: &mut Equations, columns: &[PreparedColumn], torque: &[PerJoint]) {
+    pub fn replace_torque(&self, equations: &mut Equations, columns: &[PreparedColumn], torque: &[Signals]) {
         let on_joint = &equations.on_joint;
         let replace = |(block, parts): (&Block, &mut Vec<NormalEquations>)| {
             for (joint, (part, acting)) in parts.iter_mut().zip(on_joint).enumerate() {
@@ -271,7 +272,7 @@ impl<'a> Design<'a> {
         sum: &mut NormalEquations,
         kept: &[&PreparedColumn],
         new: &[PreparedColumn],
-        torque: &[PerJoint],
+        torque: &[Signals],
         weights: &[f64],
     ) {
         let first = kept.len();
@@ -305,7 +306,7 @@ impl<'a> Design<'a> {
         &self,
         columns: &[PreparedColumn],
         factors: &DVector<f64>,
-        torque: &[PerJoint],
+        torque: &[Signals],
         joint: usize,
     ) -> f64 {
         let mut products = vec![0.0; MOST_LAG + 1];
@@ -436,7 +437,7 @@ impl PreparedColumn {
     }
 
     /// Adds `factor` times the column to a prepared torque, by trajectory.
-    pub fn add_to(&self, torque: &mut [PerJoint], factor: f64) {
+    pub fn add_to(&self, torque: &mut [Signals], factor: f64) {
         for (torque, parts) in torque.iter_mut().zip(&self.parts) {
             for (joint, values) in parts {
                 for (sum, value) in torque[*joint].iter_mut().zip(values) {

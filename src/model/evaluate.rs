@@ -5,16 +5,17 @@
 use serde::Serialize;
 
 use super::{Fitted, ModelError};
+use crate::recording::Recording;
 use crate::recording::split::{Segment, Split};
-use crate::recording::{PerJoint, Recording};
+use crate::signals::Signals;
 
 /// Torque of a model along one trajectory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
     /// Sum of all terms \[N m\].
-    pub total: PerJoint,
+    pub total: Signals,
     /// Each term alone, in the order of the model \[N m\].
-    pub terms: Vec<PerJoint>,
+    pub terms: Vec<Signals>,
 }
 
 /// A model held against a recording.
@@ -47,15 +48,9 @@ const FEWEST_FOR_FLOOR: usize = 50;
 
 impl Prediction {
     /// Adds up the terms; `zero` is the torque of no term.
-    pub(super) fn sum_of(terms: Vec<PerJoint>, zero: PerJoint) -> Self {
+    pub(super) fn sum_of(terms: Vec<Signals>, zero: Signals) -> Self {
         let mut total = zero;
-        for term in &terms {
-            for (sum, values) in total.iter_mut().zip(term) {
-                for (sum, value) in sum.iter_mut().zip(values) {
-                    *sum += value;
-                }
-            }
-        }
+        terms.iter().for_each(|term| total.add(term, 1.0));
         Prediction { total, terms }
     }
 }
@@ -81,11 +76,10 @@ impl Evaluation {
     }
 
     /// Residual τ − τ̂ of one trajectory.
-    pub fn residual(&self, recording: &Recording, trajectory: usize) -> PerJoint {
-        let measured = &recording.trajectories[trajectory].tau;
-        let subtract =
-            |(tau, model): (&Vec<f64>, &Vec<f64>)| tau.iter().zip(model).map(|(tau, model)| tau - model).collect();
-        measured.iter().zip(&self.predictions[trajectory].total).map(subtract).collect()
+    pub fn residual(&self, recording: &Recording, trajectory: usize) -> Signals {
+        let mut residual = recording.trajectories[trajectory].tau.clone();
+        residual.add(&self.predictions[trajectory].total, -1.0);
+        residual
     }
 
     /// Held-out nMSE of each joint.

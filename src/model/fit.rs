@@ -18,7 +18,8 @@ use super::terms::{Alteration, Factor, Found, Setting};
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
-use crate::recording::{PerJoint, Recording, Trajectory};
+use crate::recording::{Recording, Trajectory};
+use crate::signals::Signals;
 
 /// A model with its parameters identified.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,7 +45,7 @@ pub trait TrainedTerms: std::fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// [`ModelError::Network`] if the trajectory does not fit the networks.
-    fn torques(&self, trajectory: &Trajectory) -> Result<Vec<PerJoint>, ModelError>;
+    fn torques(&self, trajectory: &Trajectory) -> Result<Vec<Signals>, ModelError>;
 
     /// For code that knows which kind it is.
     fn as_any(&self) -> &dyn std::any::Any;
@@ -173,7 +174,7 @@ fn fit_with_load(
     let torque = unexplained_torque(model, design)?;
     let mut search = ShapeSearch::new(model, design, before, &torque)?;
     // The first weights take each joint's torque for its error; the second know the error.
-    let mut weights: Vec<f64> = (0..torque[0].len()).map(|joint| inverse(design.energy(joint))).collect();
+    let mut weights: Vec<f64> = (0..torque[0].joint_count()).map(|joint| inverse(design.energy(joint))).collect();
     for round in 0..2 {
         monitor.report(0.2 + 0.4 * round as f32, "fitting all parameters")?;
         search.refine(&weights, monitor)?;
@@ -198,12 +199,10 @@ fn fit_with_load(
 ///
 /// The column of an effect that changes others holds the change at the value found so far; what that value itself makes of it is
 /// in the columns of the others already, and is laid on top here.
-pub(crate) fn unexplained_torque(model: &Model, design: &Design) -> Result<Vec<PerJoint>, ModelError> {
+pub(crate) fn unexplained_torque(model: &Model, design: &Design) -> Result<Vec<Signals>, ModelError> {
     let mut torque = design.torque.clone();
     if let Some(known) = design.known_torque(model) {
-        for (left, known) in torque.iter_mut().flatten().flatten().zip(known.iter().flatten().flatten()) {
-            *left -= known;
-        }
+        torque.iter_mut().zip(&known).for_each(|(left, known)| left.add(known, -1.0));
     }
     for alteration in &design.setting.alterations {
         for change in design.prepare(|trajectory, load| {
@@ -238,7 +237,7 @@ fn inverse(value: f64) -> f64 {
 struct ShapeSearch<'a> {
     model: &'a Model,
     design: &'a Design<'a>,
-    torque: &'a [PerJoint],
+    torque: &'a [Signals],
     shapes: Vec<Vec<f64>>,
     columns: Vec<PreparedColumn>,
     equations: Equations,
@@ -249,7 +248,7 @@ impl<'a> ShapeSearch<'a> {
         model: &'a Model,
         design: &'a Design<'a>,
         before: Option<&Fitted>,
-        torque: &'a [PerJoint],
+        torque: &'a [Signals],
     ) -> Result<Self, ModelError> {
         let mut shapes = Vec::new();
         for (number, term) in model.terms.iter().enumerate() {
@@ -542,7 +541,7 @@ impl Fitted {
     /// # Errors
     /// [`ModelError`] if a term can't be computed for it.
     pub fn predict(&self, trajectory: &Trajectory) -> Result<Prediction, ModelError> {
-        let zero = vec![vec![0.0; trajectory.len()]; trajectory.joint_count()];
+        let zero = Signals::zeros(trajectory.joint_count(), trajectory.len());
         let mut learned = match &self.networks {
             Some(networks) => networks.0.torques(trajectory)?,
             None => Vec::new(),
@@ -561,11 +560,7 @@ impl Fitted {
             };
             let mut torque = known.unwrap_or_else(|| zero.clone());
             for (column, factor) in columns.iter().zip(factors.by_ref()) {
-                for (joint, values) in &column.parts {
-                    for (sum, value) in torque[*joint].iter_mut().zip(values) {
-                        *sum += factor * value;
-                    }
-                }
+                column.add_to(&mut torque, *factor);
             }
             terms.push(torque);
         }

@@ -5,7 +5,8 @@
 
 use crate::effect::Column;
 use crate::recording::differentiate::{default_cutoff, low_pass};
-use crate::recording::{Origin, PerJoint, Recording};
+use crate::recording::{Origin, Recording};
+use crate::signals::Signals;
 
 /// Cut-off where acceleration was measured or is exact \[Hz\]. Where it was differentiated, its noise grows with frequency,
 /// and the cut-off follows the motion as in [`default_cutoff`].
@@ -57,8 +58,8 @@ impl Preparation {
     }
 
     /// The same for a signal of all joints.
-    pub fn apply_all(&self, signal: &PerJoint) -> PerJoint {
-        signal.iter().map(|joint| self.apply(joint)).collect()
+    pub fn apply_all(&self, signal: &Signals) -> Signals {
+        signal.map_joints(|joint| self.apply(joint))
     }
 
     /// Which of the kept samples lie in this range of the original ones.

@@ -8,7 +8,8 @@ use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::arm::chain::{Chain, PER_LINK};
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
 use crate::effect::{Column, Load, Motion, ParameterSpec};
-use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
+use crate::recording::{JointKind, Recording, Trajectory};
+use crate::signals::Signals;
 
 /// What terms need to know of the recording beside the motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -139,19 +140,16 @@ impl Setting {
         let lumped = is_planar.then(|| factors.to_vec());
         let factors = factors.to_vec();
         let sum = move |setting: &Setting, trajectory: &Trajectory| {
-            let mut torque = vec![vec![0.0; trajectory.len()]; trajectory.joint_count()];
+            let mut torque = Signals::zeros(trajectory.joint_count(), trajectory.len());
             for (column, factor) in RigidBody::Identified.columns(setting, trajectory).iter().zip(&factors) {
-                for (joint, values) in &column.parts {
-                    for (sum, value) in torque[*joint].iter_mut().zip(values) {
-                        *sum += factor * value;
-                    }
-                }
+                column.add_to(&mut torque, *factor);
             }
             torque
         };
         let mut still = trajectory.clone();
-        for signal in [&mut still.qd, &mut still.qdd] {
-            signal.iter_mut().flatten().for_each(|value| *value = 0.0);
+        let run = still.channels_mut();
+        for mut signal in [run.qd, run.qdd] {
+            signal.values_mut().fill(0.0);
         }
         let zero_angle = self.posture.zero_angle + std::f64::consts::FRAC_PI_2;
         let chain = self.chain.as_ref().map(Chain::turned);
@@ -221,7 +219,7 @@ impl RigidBody {
     }
 
     /// Torque that is known beforehand.
-    pub(super) fn known_torque(&self, setting: &Setting, trajectory: &Trajectory) -> Option<PerJoint> {
+    pub(super) fn known_torque(&self, setting: &Setting, trajectory: &Trajectory) -> Option<Signals> {
         match self {
             RigidBody::Identified => None,
             RigidBody::Stated(arm) => {
@@ -260,10 +258,8 @@ fn columns_along(
     let mut rows = vec![0.0; joints * width];
     let mut state = [[0.0; MOST_JOINTS]; 3];
     for sample in 0..samples {
-        for joint in 0..joints {
-            state[0][joint] = trajectory.q[joint][sample];
-            state[1][joint] = trajectory.qd[joint][sample];
-            state[2][joint] = trajectory.qdd[joint][sample];
+        for (state, signal) in state.iter_mut().zip([&trajectory.q, &trajectory.qd, &trajectory.qdd]) {
+            state.iter_mut().zip(signal.at(sample)).for_each(|(place, value)| *place = value);
         }
         let [q, qd, qdd] = &state;
         fill(&q[..joints], &qd[..joints], &qdd[..joints], &mut rows);
@@ -336,7 +332,7 @@ impl EffectTerm {
         trajectory: &Trajectory,
         load: Option<&Load>,
     ) -> Result<Column, ModelError> {
-        let mut change = Column::on_all(vec![vec![0.0; trajectory.len()]; trajectory.joint_count()]);
+        let mut change = Column::on_all(Signals::zeros(trajectory.joint_count(), trajectory.len()));
         if let Some(joint) = self.joint {
             change.parts.retain(|(acting, _)| *acting == joint);
         }

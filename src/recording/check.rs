@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::differentiate::{central_difference, default_cutoff, low_pass};
 use super::fault::{self, Fault, FaultKind};
-use super::{JointKind, Origin, PerJoint, Provenance, Recording, Trajectory};
+use super::{JointKind, Origin, Provenance, Recording, Trajectory};
+use crate::signals::Signals;
 
 /// One thing that the user should know about a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -112,7 +113,7 @@ impl fmt::Display for Finding {
 }
 
 /// Takes a channel out of a trajectory.
-type Pick = fn(&Trajectory) -> &PerJoint;
+type Pick = fn(&Trajectory) -> &Signals;
 
 /// A step longer than this many median steps is a gap: derivatives and internal states can't be followed across it.
 pub const GAP_STEPS: f64 = 5.0;
@@ -388,7 +389,7 @@ impl Comparison {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Joint;
+    use crate::recording::{Channels, Joint};
 
     /// One joint that swings; q̇ = `factor` times the truth, `lag` samples late, likewise q̈.
     fn swinging(factor: f64, lag: f64) -> Recording {
@@ -397,18 +398,18 @@ mod tests {
         let wave = |t: f64| (3.0 * t).sin() + 0.5 * (7.0 * t).cos();
         let speed = |t: f64| 3.0 * (3.0 * t).cos() - 3.5 * (7.0 * t).sin();
         let growth = |t: f64| -9.0 * (3.0 * t).sin() - 24.5 * (7.0 * t).cos();
-        let sampled = |f: &dyn Fn(f64) -> f64| vec![time.iter().map(|t| f(*t)).collect::<Vec<f64>>()];
+        let sampled = |f: &dyn Fn(f64) -> f64| Signals::from_fn(1, time.len(), |_, sample| f(time[sample]));
+        let channels = Channels {
+            q: sampled(&wave),
+            qd: sampled(&|t| factor * speed(t - lag * step)),
+            qdd: sampled(&|t| factor * growth(t - lag * step)),
+            tau: sampled(&growth),
+            time,
+        };
         Recording {
             name: "swing".into(),
             joints: vec![Joint::numbered(1)],
-            trajectories: vec![Trajectory {
-                name: "swing".into(),
-                q: sampled(&wave),
-                qd: sampled(&|t| factor * speed(t - lag * step)),
-                qdd: sampled(&|t| factor * growth(t - lag * step)),
-                tau: sampled(&growth),
-                time,
-            }],
+            trajectories: vec![Trajectory::new("swing", channels).unwrap()],
             provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
             posture: None,
             stated_arm: None,
@@ -445,33 +446,39 @@ mod tests {
     fn a_joint_that_was_held_still_raises_no_alarm_about_its_noise() {
         let mut recording = swinging(1.0, 0.0);
         let noise = |salt: f64| move |sample: usize| ((sample as f64 * salt).sin() * 43758.5453).fract() - 0.5;
-        let Trajectory { q, qd, qdd, .. } = &mut recording.trajectories[0];
-        q[0] = (0..3000).map(noise(12.9898)).map(|value| 1e-4 * value).collect();
-        qd[0] = (0..3000).map(noise(78.233)).map(|value| 1e-2 * value).collect();
-        qdd[0] = (0..3000).map(noise(37.719)).collect();
+        let mut run = recording.trajectories[0].channels_mut();
+        for (signal, salt, size) in
+            [(&mut run.q, 12.9898, 1e-4), (&mut run.qd, 78.233, 1e-2), (&mut run.qdd, 37.719, 1.0)]
+        {
+            signal[0].iter_mut().enumerate().for_each(|(sample, value)| *value = size * noise(salt)(sample));
+        }
         assert_eq!(kinds(&recording), []);
     }
 
     #[test]
     fn an_acceleration_that_is_something_else_is_told() {
         let mut recording = swinging(1.0, 0.0);
-        recording.trajectories[0].qdd[0] = recording.trajectories[0].q[0].iter().map(|q| (q * 91.0).sin()).collect();
+        let run = recording.trajectories[0].channels_mut();
+        let mut qdd = run.qdd;
+        qdd[0].iter_mut().zip(&run.q[0]).for_each(|(qdd, q)| *qdd = (q * 91.0).sin());
         assert_eq!(kinds(&recording), [FindingKind::AccelerationMismatch]);
     }
 
     #[test]
     fn gaps_constants_degrees_few_samples_and_odd_clocks_are_told() {
         let mut recording = swinging(1.0, 0.0);
-        recording.trajectories[0].time.iter_mut().skip(1500).for_each(|t| *t += 1.0);
+        recording.trajectories[0].channels_mut().time.iter_mut().skip(1500).for_each(|t| *t += 1.0);
         assert_eq!(kinds(&recording), [FindingKind::TimeGap]);
 
         let mut recording = swinging(1.0, 0.0);
-        recording.trajectories[0].tau[0].fill(0.0);
+        recording.trajectories[0].channels_mut().tau[0].fill(0.0);
         assert_eq!(kinds(&recording), [FindingKind::Constant]);
 
         let mut recording = swinging(1.0, 0.0);
-        let Trajectory { q, qd, qdd, .. } = &mut recording.trajectories[0];
-        q.iter_mut().chain(qd).chain(qdd).flatten().for_each(|value| *value *= 57.3);
+        let run = recording.trajectories[0].channels_mut();
+        for mut signal in [run.q, run.qd, run.qdd] {
+            signal.values_mut().iter_mut().for_each(|value| *value *= 57.3);
+        }
         assert_eq!(kinds(&recording), [FindingKind::Degrees]);
 
         let mut recording = swinging(1.0, 0.0);
@@ -479,7 +486,7 @@ mod tests {
         assert_eq!(kinds(&recording), [FindingKind::FewSamples]);
 
         let mut recording = swinging(1.0, 0.0);
-        recording.trajectories[0].time.iter_mut().for_each(|t| *t *= 1000.0);
+        recording.trajectories[0].channels_mut().time.iter_mut().for_each(|t| *t *= 1000.0);
         assert!(kinds(&recording).contains(&FindingKind::TimeUnit));
     }
 }

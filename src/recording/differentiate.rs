@@ -6,9 +6,8 @@
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
+use crate::signals::Signals;
 use nalgebra::{Matrix3, Vector3};
-
-use super::PerJoint;
 
 /// The ends of a signal are smoothed over this many periods of the cut-off before they are continued.
 const END_WINDOW: f64 = 0.7;
@@ -26,12 +25,12 @@ const HIGHEST_SHARE: f64 = 0.2;
 ///
 /// Noise of q̈ grows with frequency while the arm's own motion does not reach far: what is let through above it biases every
 /// parameter that multiplies an acceleration.
-pub fn default_cutoff(q: &PerJoint, qd: &PerJoint, time_step: f64) -> f64 {
+pub fn default_cutoff(q: &Signals, qd: &Signals, time_step: f64) -> f64 {
     let power = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
     };
-    let frequency = |(q, qd): (&Vec<f64>, &Vec<f64>)| {
+    let frequency = |(q, qd): (&[f64], &[f64])| {
         let spread = power(q);
         if spread > 0.0 { (power(qd) / spread).sqrt() / (2.0 * PI) } else { 0.0 }
     };
@@ -41,9 +40,9 @@ pub fn default_cutoff(q: &PerJoint, qd: &PerJoint, time_step: f64) -> f64 {
 }
 
 /// [`default_cutoff`] where velocity was not measured: the frequency of the motion is then that of a rough derivative.
-pub fn default_cutoff_of_positions(q: &PerJoint, time: &[f64]) -> f64 {
+pub fn default_cutoff_of_positions(q: &Signals, time: &[f64]) -> f64 {
     let step = median_step(time);
-    let rough: PerJoint = q.iter().map(|q| derivative(q, time, DEFAULT_CUTOFFS[1].min(HIGHEST_SHARE / step))).collect();
+    let rough = q.map_joints(|q| derivative(q, time, DEFAULT_CUTOFFS[1].min(HIGHEST_SHARE / step)));
     default_cutoff(q, &rough, step)
 }
 
@@ -278,14 +277,14 @@ mod tests {
     fn the_default_cut_off_follows_the_motion_within_bounds() {
         let swing = |hertz: f64, step: f64| {
             let phase = |sample: usize| 2.0 * PI * hertz * step * sample as f64;
-            let q = (0..2000).map(|sample| phase(sample).sin()).collect();
-            let qd = (0..2000).map(|sample| 2.0 * PI * hertz * phase(sample).cos()).collect();
-            default_cutoff(&vec![q], &vec![qd], step)
+            let q = Signals::from_fn(1, 2000, |_, sample| phase(sample).sin());
+            let qd = Signals::from_fn(1, 2000, |_, sample| 2.0 * PI * hertz * phase(sample).cos());
+            default_cutoff(&q, &qd, step)
         };
         assert!((swing(2.0, 0.001) - 8.0).abs() < 0.1);
         assert_eq!(swing(0.1, 0.01), 6.0);
         assert_eq!(swing(20.0, 0.001), 20.0);
         assert_eq!(swing(2.0, 0.04), 5.0);
-        assert_eq!(default_cutoff(&vec![vec![1.0; 10]], &vec![vec![0.0; 10]], 0.001), 6.0);
+        assert_eq!(default_cutoff(&Signals::from_fn(1, 10, |_, _| 1.0), &Signals::zeros(1, 10), 0.001), 6.0);
     }
 }

@@ -232,24 +232,19 @@ fn stuck<'a>(recording: &Recording, joint: usize, runs: &[&'a Run]) -> Vec<&'a R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Joint, Provenance};
+    use crate::recording::{Channels, Joint, Provenance};
+    use crate::signals::Signals;
 
     /// One joint that swings for 20 s at 100 Hz; its torque is read in steps.
     fn swinging(step: f64) -> Recording {
         let time: Vec<f64> = (0..2000).map(|sample| 0.01 * f64::from(sample)).collect();
-        let wave = |scale: f64, shift: f64| -> Vec<f64> {
-            time.iter().map(|t| scale * ((1.3 * t + shift).sin() + 0.4 * (3.1 * t + shift).cos())).collect()
+        let wave = |scale: f64, shift: f64| {
+            let value = |t: f64| scale * ((1.3 * t + shift).sin() + 0.4 * (3.1 * t + shift).cos());
+            Signals::from_fn(1, time.len(), |_, sample| value(time[sample]))
         };
-        let tau = wave(8.0, 0.7).into_iter().map(|tau| if step > 0.0 { (tau / step).round() * step } else { tau });
-        let tau = vec![tau.collect()];
-        let trajectory = Trajectory {
-            name: "swing".into(),
-            q: vec![wave(1.0, 0.0)],
-            qd: vec![wave(1.0, 1.0)],
-            qdd: vec![wave(1.0, 2.0)],
-            tau,
-            time,
-        };
+        let tau = wave(8.0, 0.7).map(|tau| if step > 0.0 { (tau / step).round() * step } else { tau });
+        let (q, qd, qdd) = (wave(1.0, 0.0), wave(1.0, 1.0), wave(1.0, 2.0));
+        let trajectory = Trajectory::new("swing", Channels { time, q, qd, qdd, tau }).unwrap();
         Recording {
             name: "swing".into(),
             joints: vec![Joint::numbered(1)],
@@ -272,7 +267,8 @@ mod tests {
             assert_eq!(find(&swinging(step)), [], "steps of {step}");
         }
         let mut repeated = swinging(0.0);
-        let tau = &mut repeated.trajectories[0].tau[0];
+        let mut run = repeated.trajectories[0].channels_mut();
+        let tau = &mut run.tau[0];
         for sample in 0..tau.len() {
             tau[sample] = tau[sample / 10 * 10];
         }
@@ -282,16 +278,17 @@ mod tests {
     #[test]
     fn a_joint_at_rest_may_repeat_its_torque() {
         let mut resting = swinging(0.0);
-        let Trajectory { q, tau, .. } = &mut resting.trajectories[0];
-        q[0][300..600].fill(0.4);
-        tau[0][300..600].fill(1.5);
+        let mut run = resting.trajectories[0].channels_mut();
+        run.q[0][300..600].fill(0.4);
+        run.tau[0][300..600].fill(1.5);
         assert_eq!(find(&resting), []);
     }
 
     #[test]
     fn stuck_and_dead_stretches_are_found() {
         let mut recording = swinging(0.01);
-        let tau = &mut recording.trajectories[0].tau[0];
+        let mut run = recording.trajectories[0].channels_mut();
+        let tau = &mut run.tau[0];
         let held = tau[400];
         tau[400..440].fill(held);
         tau[1000..1100].fill(0.0);
@@ -304,7 +301,7 @@ mod tests {
     #[test]
     fn a_cut_off_torque_is_found_with_its_limit() {
         let mut recording = swinging(0.0);
-        recording.trajectories[0].tau[0].iter_mut().for_each(|tau| *tau = tau.clamp(-9.0, 9.0));
+        recording.trajectories[0].channels_mut().tau[0].iter_mut().for_each(|tau| *tau = tau.clamp(-9.0, 9.0));
         let found = find(&recording);
         assert!(matches!(&found[..], [fault] if fault.kind == FaultKind::Saturated), "{found:?}");
         assert_eq!(found[0].parameters(&recording), [9.0]);

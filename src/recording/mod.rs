@@ -16,6 +16,7 @@ pub mod seal;
 pub mod spectrum;
 pub mod split;
 pub mod table;
+mod trajectory;
 pub mod transform;
 pub mod write;
 
@@ -23,10 +24,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::arm::chain::{Chain, ChainError};
 use crate::arm::{Arm, ArmError, Posture};
+use crate::signals::ShapeError;
 use seal::Seal;
 
-/// One value per sample for each joint: `signal[joint][sample]`.
-pub type PerJoint = Vec<Vec<f64>>;
+pub use trajectory::{Channels, ChannelsMut, Trajectory};
 
 /// Trajectories measured on one arm, with the provenance of every channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,23 +48,6 @@ pub struct Recording {
     pub chain: Option<Chain>,
     /// The hidden truth of a simulated recording, closed until the user opens it.
     pub seal: Option<Seal>,
-}
-
-/// One run without interruption of its clock. All channels have `time.len()` samples for each joint.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Trajectory {
-    /// Name for tables and legends.
-    pub name: String,
-    /// Time stamps \[s\], strictly increasing.
-    pub time: Vec<f64>,
-    /// Joint position \[rad or m\].
-    pub q: PerJoint,
-    /// Joint velocity \[rad/s or m/s\].
-    pub qd: PerJoint,
-    /// Joint acceleration \[rad/s² or m/s²\].
-    pub qdd: PerJoint,
-    /// Joint torque \[N m or N\].
-    pub tau: PerJoint,
 }
 
 /// One joint of the arm.
@@ -115,17 +99,8 @@ pub enum RecordingError {
     #[error("the recording has no trajectory; at least one is needed")]
     NoTrajectory,
     /// A channel of a trajectory has the wrong shape.
-    #[error("trajectory `{trajectory}`: {channel} has {found}, but {expected} are needed")]
-    Shape {
-        /// Name of the trajectory.
-        trajectory: String,
-        /// Which channel.
-        channel: &'static str,
-        /// What it has.
-        found: String,
-        /// What it must have.
-        expected: String,
-    },
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
     /// A value is NaN or infinite.
     #[error(
         "trajectory `{trajectory}`: {channel} of joint {joint} is {value} at sample {sample}; cut the trajectory there"
@@ -228,73 +203,6 @@ impl Recording {
             chain.check_for(self.joint_count())?;
         }
         self.trajectories.iter().try_for_each(|trajectory| trajectory.verify(self.joint_count()))
-    }
-}
-
-impl Trajectory {
-    /// How many samples it has.
-    pub fn len(&self) -> usize {
-        self.time.len()
-    }
-
-    /// Whether it has no sample at all.
-    pub fn is_empty(&self) -> bool {
-        self.time.is_empty()
-    }
-
-    /// How many joints it has.
-    pub fn joint_count(&self) -> usize {
-        self.q.len()
-    }
-
-    /// Median time step \[s\]; 0 with fewer than two samples.
-    pub fn time_step(&self) -> f64 {
-        differentiate::median_step(&self.time)
-    }
-
-    fn verify(&self, joints: usize) -> Result<(), RecordingError> {
-        let trajectory = || self.name.clone();
-        if self.is_empty() {
-            let (found, expected) = ("no sample".to_owned(), "at least 1".to_owned());
-            return Err(RecordingError::Shape { trajectory: trajectory(), channel: "time", found, expected });
-        }
-        for (channel, values) in [("q", &self.q), ("qd", &self.qd), ("qdd", &self.qdd), ("tau", &self.tau)] {
-            let shape = |found, expected| RecordingError::Shape { trajectory: trajectory(), channel, found, expected };
-            if values.len() != joints {
-                return Err(shape(format!("{} joints", values.len()), joints.to_string()));
-            }
-            for (index, signal) in values.iter().enumerate() {
-                if signal.len() != self.len() {
-                    return Err(shape(format!("{} samples", signal.len()), self.len().to_string()));
-                }
-                if let Some(sample) = signal.iter().position(|value| !value.is_finite()) {
-                    let (joint, value) = (index + 1, signal[sample]);
-                    return Err(RecordingError::NotFinite { trajectory: trajectory(), channel, joint, sample, value });
-                }
-            }
-        }
-        let clock = |sample: usize, before: f64, after: f64| {
-            Err(RecordingError::Clock { trajectory: trajectory(), sample, before, after })
-        };
-        let goes_on = |pair: &[f64]| pair[1] > pair[0] && pair[1].is_finite();
-        match self.time.windows(2).position(|pair| !goes_on(pair)) {
-            Some(before) => clock(before + 1, self.time[before], self.time[before + 1]),
-            None if self.time.first().is_some_and(|start| !start.is_finite()) => clock(0, self.time[0], self.time[0]),
-            None => Ok(()),
-        }
-    }
-
-    /// The samples of `range` as a trajectory of their own.
-    pub fn slice(&self, range: std::ops::Range<usize>) -> Trajectory {
-        let cut = |signal: &PerJoint| signal.iter().map(|joint| joint[range.clone()].to_vec()).collect();
-        Trajectory {
-            name: self.name.clone(),
-            time: self.time[range.clone()].to_vec(),
-            q: cut(&self.q),
-            qd: cut(&self.qd),
-            qdd: cut(&self.qdd),
-            tau: cut(&self.tau),
-        }
     }
 }
 

@@ -2,14 +2,7 @@
 //!
 //! Read by hand, because a header may lie: every size is checked before anything is allocated, and nothing is evaluated.
 
-/// An array, its elements in C order.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Array {
-    /// Size along each axis.
-    pub shape: Vec<usize>,
-    /// Elements in C order.
-    pub values: Vec<f64>,
-}
+use ndarray::{ArrayD, IxDyn, ShapeBuilder};
 
 /// The array can't be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -32,11 +25,11 @@ struct Header<'a> {
     shape: Vec<usize>,
 }
 
-/// Decodes a whole NPY file of at most `most` elements.
+/// Decodes a whole NPY file of at most `most` elements, to an array in C order.
 ///
 /// # Errors
 /// [`NpyError`] if it is damaged, too large, or does not hold numbers.
-pub fn decode(bytes: &[u8], most: usize) -> Result<Array, NpyError> {
+pub fn decode(bytes: &[u8], most: usize) -> Result<ArrayD<f64>, NpyError> {
     let (header, data) = header(bytes)?;
     let element = Element::parse(header.element)?;
     let overflow = || NpyError::Damaged(format!("its header claims the shape {:?}", header.shape));
@@ -53,11 +46,10 @@ pub fn decode(bytes: &[u8], most: usize) -> Result<Array, NpyError> {
     if count > most {
         return Err(NpyError::TooLarge);
     }
-    let mut values: Vec<f64> = data.chunks_exact(element.size).map(|chunk| element.value(chunk)).collect();
-    if header.fortran_order && header.shape.len() > 1 {
-        values = to_c_order(&values, &header.shape);
-    }
-    Ok(Array { shape: header.shape, values })
+    let values: Vec<f64> = data.chunks_exact(element.size).map(|chunk| element.value(chunk)).collect();
+    let stored = IxDyn(&header.shape).set_f(header.fortran_order);
+    let array = ArrayD::from_shape_vec(stored, values).map_err(|error| NpyError::Damaged(error.to_string()))?;
+    Ok(array.as_standard_layout().into_owned())
 }
 
 fn header(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), NpyError> {
@@ -149,24 +141,6 @@ impl Element {
     }
 }
 
-/// From first-index-fastest to last-index-fastest.
-fn to_c_order(values: &[f64], shape: &[usize]) -> Vec<f64> {
-    let mut index = vec![0; shape.len()];
-    let mut ordered = Vec::with_capacity(values.len());
-    for _ in 0..values.len() {
-        let at = index.iter().zip(shape).rev().fold(0, |at, (index, size)| at * size + index);
-        ordered.push(values[at]);
-        for (place, size) in index.iter_mut().zip(shape).rev() {
-            *place += 1;
-            if *place < *size {
-                break;
-            }
-            *place = 0;
-        }
-    }
-    ordered
-}
-
 /// An NPY file, version 1.0, C order, of elements of this type (such as `<f8`) that are given as bytes.
 pub fn encode(element: &str, shape: &[usize], bytes: impl Iterator<Item = u8>) -> Vec<u8> {
     const ALIGNMENT: usize = 64;
@@ -185,9 +159,11 @@ pub fn encode(element: &str, shape: &[usize], bytes: impl Iterator<Item = u8>) -
 
 #[cfg(test)]
 mod tests {
+    use ndarray::{Array, arr0, array};
+
     use super::*;
 
-    fn decode(bytes: &[u8]) -> Result<Array, NpyError> {
+    fn decode(bytes: &[u8]) -> Result<ArrayD<f64>, NpyError> {
         super::decode(bytes, 1000)
     }
 
@@ -212,21 +188,22 @@ mod tests {
             ("<i4", (-2i32).to_le_bytes().to_vec()),
             (">i8", (-2i64).to_be_bytes().to_vec()),
         ] {
-            assert_eq!(decode(&npy(element, "False", "(1,)", &data)).unwrap().values, [-2.0], "{element}");
+            assert_eq!(decode(&npy(element, "False", "(1,)", &data)).unwrap(), array![-2.0].into_dyn(), "{element}");
         }
-        assert_eq!(decode(&npy(">u2", "False", "()", &[0xff, 0xfe])).unwrap().values, [65534.0]);
-        assert_eq!(decode(&npy("|b1", "False", "(2,)", &[0, 1])).unwrap().values, [0.0, 1.0]);
+        assert_eq!(decode(&npy(">u2", "False", "()", &[0xff, 0xfe])).unwrap(), arr0(65534.0).into_dyn());
+        assert_eq!(decode(&npy("|b1", "False", "(2,)", &[0, 1])).unwrap(), array![0.0, 1.0].into_dyn());
     }
 
     #[test]
     fn fortran_order_becomes_c_order() {
         // [[0, 1, 2], [3, 4, 5]] is stored by columns.
         let array = decode(&npy("|u1", "True", "(2, 3)", &[0, 3, 1, 4, 2, 5])).unwrap();
-        assert_eq!(array, Array { shape: vec![2, 3], values: vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0] });
+        assert_eq!(array, array![[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]].into_dyn());
+        assert!(array.is_standard_layout());
         let cube: Vec<u8> =
             (0..2).flat_map(|c| (0..3).flat_map(move |b| (0..2).map(move |a| 6 * a + 2 * b + c))).collect();
-        let ordered: Vec<f64> = (0..12).map(f64::from).collect();
-        assert_eq!(decode(&npy("|u1", "True", "(2, 3, 2)", &cube)).unwrap().values, ordered);
+        let ordered = Array::from_iter((0..12).map(f64::from)).into_shape_with_order(IxDyn(&[2, 3, 2])).unwrap();
+        assert_eq!(decode(&npy("|u1", "True", "(2, 3, 2)", &cube)).unwrap(), ordered);
     }
 
     #[test]

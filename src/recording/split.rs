@@ -121,14 +121,15 @@ impl Split {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Joint, Origin, Provenance};
+    use crate::recording::{Channels, Joint, Origin, Provenance};
+    use crate::signals::Signals;
 
     fn recording(lengths: &[usize]) -> Recording {
         let trajectory = |(index, &length): (usize, &usize)| {
-            let signal = || vec![vec![0.0; length]];
+            let signal = || Signals::zeros(1, length);
             let time = (0..length).map(|sample| sample as f64).collect();
             let name = format!("run {index}");
-            Trajectory { name, time, q: signal(), qd: signal(), qdd: signal(), tau: signal() }
+            Trajectory::new(name, Channels { time, q: signal(), qd: signal(), qdd: signal(), tau: signal() }).unwrap()
         };
         Recording {
             name: "test".into(),

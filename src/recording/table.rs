@@ -6,8 +6,9 @@ use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{DateTime, ZipWriter};
 
+use super::npy;
 use super::write::WriteError;
-use super::{PerJoint, npy};
+use crate::signals::Signals;
 
 /// Columns of equal length, in the order in which they were begun.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -25,14 +26,12 @@ impl Table {
     }
 
     /// Appends to one column per joint: `name1`, `name2`, …; a single signal keeps the plain name.
-    pub fn extend_joints(&mut self, name: &str, signal: &PerJoint) {
-        match signal.as_slice() {
-            [single] => self.extend(name, single),
-            joints => {
-                for (joint, values) in joints.iter().enumerate() {
-                    self.extend(&format!("{name}{}", joint + 1), values);
-                }
-            }
+    pub fn extend_joints(&mut self, name: &str, signal: &Signals) {
+        if signal.joint_count() == 1 {
+            return self.extend(name, &signal[0]);
+        }
+        for (joint, values) in signal.iter().enumerate() {
+            self.extend(&format!("{name}{}", joint + 1), values);
         }
     }
 
@@ -84,7 +83,7 @@ mod tests {
         let mut table = Table::default();
         for _ in 0..2 {
             table.extend("time", &[0.5]);
-            table.extend_joints("tau", &vec![vec![1.0], vec![-0.25]]);
+            table.extend_joints("tau", &Signals::from_samples(2, &[1.0, -0.25]));
         }
         assert_eq!(String::from_utf8(table.to_csv_bytes()).unwrap(), "time,tau1,tau2\n0.5,1.0,-0.25\n0.5,1.0,-0.25\n");
     }

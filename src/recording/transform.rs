@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
+use ndarray::ArrayD;
 use serde::{Deserialize, Serialize};
 
-use super::PerJoint;
-use super::npy::Array;
+use crate::signals::Signals;
 
 /// From the numbers of a file, one column a joint, to a channel.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -71,14 +71,18 @@ impl Transform {
     ///
     /// # Errors
     /// [`TransformError`] if it does not fit the joints or the constants of the file.
-    pub fn apply(&self, numbers: PerJoint, constants: &BTreeMap<String, Array>) -> Result<PerJoint, TransformError> {
-        let joints = numbers.len();
+    pub fn apply(
+        &self,
+        numbers: Signals,
+        constants: &BTreeMap<String, ArrayD<f64>>,
+    ) -> Result<Signals, TransformError> {
+        let joints = numbers.joint_count();
         let mut channel = match &self.factor {
             None => numbers,
             Some(factor) => {
                 let matrix = factor.matrix(joints, constants)?;
                 let matrix = if self.inverse { matrix.try_inverse().ok_or(TransformError::Singular)? } else { matrix };
-                (0..joints).map(|joint| combined(&numbers, matrix.row(joint).iter().copied())).collect()
+                numbers.map_each(|joint, _| combined(&numbers, matrix.row(joint).iter().copied()))
             }
         };
         if !self.offset.is_empty() {
@@ -107,8 +111,8 @@ impl Transform {
 }
 
 /// Σ row · numbers; a joint with the weight 0 adds nothing, not even its missing values.
-fn combined(numbers: &PerJoint, row: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut sum = vec![0.0; numbers.first().map_or(0, Vec::len)];
+fn combined(numbers: &Signals, row: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sum = vec![0.0; numbers.sample_count()];
     for (signal, weight) in numbers.iter().zip(row).filter(|(_, weight)| *weight != 0.0) {
         for (sum, value) in sum.iter_mut().zip(signal) {
             *sum += weight * value;
@@ -118,7 +122,7 @@ fn combined(numbers: &PerJoint, row: impl Iterator<Item = f64>) -> Vec<f64> {
 }
 
 impl Factor {
-    fn matrix(&self, joints: usize, constants: &BTreeMap<String, Array>) -> Result<DMatrix<f64>, TransformError> {
+    fn matrix(&self, joints: usize, constants: &BTreeMap<String, ArrayD<f64>>) -> Result<DMatrix<f64>, TransformError> {
         let size = |found| TransformError::Size { what: "factor", found, joints };
         let diagonal = |numbers: &[f64]| match numbers {
             [number] => Ok(DMatrix::identity(joints, joints) * *number),
@@ -139,11 +143,11 @@ impl Factor {
                 let constant = constants.get(name);
                 let constant =
                     constant.ok_or_else(|| TransformError::NoConstant { name: name.clone(), known: known() })?;
-                match *constant.shape.as_slice() {
+                match *constant.shape() {
                     [rows, columns] if rows == joints && columns == joints => {
-                        Ok(DMatrix::from_row_slice(joints, joints, &constant.values))
+                        Ok(DMatrix::from_fn(joints, joints, |row, column| constant[[row, column]]))
                     }
-                    _ => diagonal(&constant.values),
+                    _ => diagonal(&constant.iter().copied().collect::<Vec<f64>>()),
                 }
             }
         }
@@ -152,25 +156,28 @@ impl Factor {
 
 #[cfg(test)]
 mod tests {
+    use ndarray::array;
+
     use super::*;
 
     fn transform(toml: &str) -> Transform {
         toml::from_str(toml).unwrap()
     }
 
-    fn apply(toml: &str) -> Result<PerJoint, TransformError> {
-        let ratios = Array { shape: vec![2], values: vec![10.0, 100.0] };
-        transform(toml).apply(vec![vec![1.0, 2.0], vec![3.0, 4.0]], &[("u".to_owned(), ratios)].into())
+    fn apply(toml: &str) -> Result<Signals, TransformError> {
+        let ratios = array![10.0, 100.0].into_dyn();
+        let numbers = Signals::from_joints([[1.0, 2.0], [3.0, 4.0]]).unwrap();
+        transform(toml).apply(numbers, &[("u".to_owned(), ratios)].into())
     }
 
     #[test]
     fn factors_are_numbers_lists_matrices_or_constants_of_the_file() {
-        assert_eq!(apply("factor = 2").unwrap(), [[2.0, 4.0], [6.0, 8.0]]);
-        assert_eq!(apply("factor = [2, -1]\noffset = [0.5, 0]").unwrap(), [[2.5, 4.5], [-3.0, -4.0]]);
-        assert_eq!(apply("factor = [[1, 0], [1, 1]]").unwrap(), [[1.0, 2.0], [4.0, 6.0]]);
-        assert_eq!(apply("factor = [[1, 0], [1, 1]]\ninverse = true").unwrap(), [[1.0, 2.0], [2.0, 2.0]]);
-        assert_eq!(apply("factor = 'u'").unwrap(), [[10.0, 20.0], [300.0, 400.0]]);
-        assert_eq!(apply("").unwrap(), [[1.0, 2.0], [3.0, 4.0]]);
+        assert_eq!(apply("factor = 2").unwrap().view(), array![[2.0, 4.0], [6.0, 8.0]]);
+        assert_eq!(apply("factor = [2, -1]\noffset = [0.5, 0]").unwrap().view(), array![[2.5, 4.5], [-3.0, -4.0]]);
+        assert_eq!(apply("factor = [[1, 0], [1, 1]]").unwrap().view(), array![[1.0, 2.0], [4.0, 6.0]]);
+        assert_eq!(apply("factor = [[1, 0], [1, 1]]\ninverse = true").unwrap().view(), array![[1.0, 2.0], [2.0, 2.0]]);
+        assert_eq!(apply("factor = 'u'").unwrap().view(), array![[10.0, 20.0], [300.0, 400.0]]);
+        assert_eq!(apply("").unwrap().view(), array![[1.0, 2.0], [3.0, 4.0]]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION};
 use super::npy;
-use super::{PerJoint, Recording, RecordingError, Trajectory};
+use super::{Recording, RecordingError, Trajectory};
 
 /// The recording can't be written.
 #[derive(Debug, thiserror::Error)]
@@ -57,8 +57,8 @@ pub fn to_npz_bytes(recording: &Recording) -> Result<Vec<u8>, WriteError> {
     entry(&format!("{TRAJECTORY}.npy"), &npy::encode("<i8", &[samples], number.flat_map(i64::to_le_bytes)))?;
     for (index, name) in CHANNELS.into_iter().enumerate() {
         let rows = trajectories.iter().flat_map(|t| {
-            let channel = channels(t)[index];
-            (0..t.len()).flat_map(move |sample| channel.iter().map(move |joint| joint[sample]))
+            let (_, channel) = t.signals()[index];
+            (0..t.len()).flat_map(move |sample| channel.at(sample))
         });
         entry(&format!("{name}.npy"), &npy::encode("<f8", &[samples, joints], rows.flat_map(f64::to_le_bytes)))?;
     }
@@ -86,8 +86,8 @@ pub fn to_npz_bytes(recording: &Recording) -> Result<Vec<u8>, WriteError> {
 /// Never for a trajectory of a recording that passes [`Recording::verify`].
 pub fn to_csv_bytes(trajectory: &Trajectory) -> Vec<u8> {
     let mut text = TIME.to_owned();
-    for (name, channel) in CHANNELS.into_iter().zip(channels(trajectory)) {
-        for joint in 1..=channel.len() {
+    for name in CHANNELS {
+        for joint in 1..=trajectory.joint_count() {
             // Writing to a String can't fail.
             let _ = write!(text, ",{name}{joint}");
         }
@@ -95,32 +95,31 @@ pub fn to_csv_bytes(trajectory: &Trajectory) -> Vec<u8> {
     text.push('\n');
     for (sample, time) in trajectory.time.iter().enumerate() {
         let _ = write!(text, "{time:?}");
-        for joint in channels(trajectory).into_iter().flatten() {
-            let _ = write!(text, ",{:?}", joint[sample]);
+        for value in trajectory.signals().into_iter().flat_map(|(_, channel)| channel.at(sample)) {
+            let _ = write!(text, ",{value:?}");
         }
         text.push('\n');
     }
     text.into_bytes()
 }
 
-fn channels(trajectory: &Trajectory) -> [&PerJoint; 4] {
-    [&trajectory.q, &trajectory.qd, &trajectory.qdd, &trajectory.tau]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Channels;
+    use crate::signals::Signals;
 
     #[test]
     fn csv_has_a_header_and_all_digits() {
-        let trajectory = Trajectory {
-            name: "t".into(),
+        let joint = |values: [f64; 2]| Signals::from_samples(1, &values);
+        let channels = Channels {
             time: vec![0.0, 0.1],
-            q: vec![vec![1.0 / 3.0, -0.0]],
-            qd: vec![vec![1e-300, 1e300]],
-            qdd: vec![vec![0.1 + 0.2, 5e-324]],
-            tau: vec![vec![1.0, 2.0]],
+            q: joint([1.0 / 3.0, -0.0]),
+            qd: joint([1e-300, 1e300]),
+            qdd: joint([0.1 + 0.2, 5e-324]),
+            tau: joint([1.0, 2.0]),
         };
+        let trajectory = Trajectory::new("t", channels).unwrap();
         let text = String::from_utf8(to_csv_bytes(&trajectory)).unwrap();
         assert_eq!(
             text,

@@ -13,7 +13,8 @@ use crate::model::{Fitted, ModelError};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::seal::{SealError, Truth};
 use crate::recording::split::{Segment, Split};
-use crate::recording::{PerJoint, Recording, Trajectory};
+use crate::recording::{Recording, Trajectory};
+use crate::signals::Signals;
 
 /// The scales at which simulated runs are travelled again.
 pub const SCALES: [f64; 9] = [1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0];
@@ -104,7 +105,7 @@ pub struct Replay {
     /// The motion; its torque is exact for a simulated recording, else as measured at scale 1.
     pub motion: Trajectory,
     /// Torque of the model \[N m\].
-    pub predicted: PerJoint,
+    pub predicted: Signals,
     /// Whether the motion's torque is that at this scale.
     pub exact: bool,
 }
@@ -243,7 +244,7 @@ fn measured(
     let mut curves = Vec::new();
     for (number, (name, fitted)) in models.iter().enumerate() {
         monitor.report(number as f32 / models.len() as f32, name)?;
-        let mut predictions: Vec<Option<PerJoint>> = vec![None; recording.trajectories.len()];
+        let mut predictions: Vec<Option<Signals>> = vec![None; recording.trajectories.len()];
         for trajectory in trajectories(&split.held_out) {
             monitor.check()?;
             predictions[trajectory] = Some(fitted.predict(&recording.trajectories[trajectory])?.total);
@@ -273,21 +274,22 @@ fn trajectories(segments: &[Segment]) -> Vec<usize> {
 
 /// The same path, faster or wider.
 fn stretched(run: &Trajectory, stretch: Stretch, scale: f64) -> Trajectory {
-    let times = |signal: &PerJoint, factor: f64| -> PerJoint {
-        signal.iter().map(|joint| joint.iter().map(|value| factor * value).collect()).collect()
-    };
+    let multiply = |values: &mut [f64], factor: f64| values.iter_mut().for_each(|value| *value *= factor);
     let mut new = run.clone();
+    let mut channels = new.channels_mut();
     match stretch {
         Stretch::Speed => {
-            new.time = run.time.iter().map(|time| time / scale).collect();
-            (new.qd, new.qdd) = (times(&run.qd, scale), times(&run.qdd, scale * scale));
+            channels.time.iter_mut().for_each(|time| *time /= scale);
+            multiply(channels.qd.values_mut(), scale);
+            multiply(channels.qdd.values_mut(), scale * scale);
         }
         Stretch::Range => {
-            for joint in &mut new.q {
+            for joint in channels.q.iter_mut() {
                 let middle = joint.iter().sum::<f64>() / joint.len().max(1) as f64;
                 joint.iter_mut().for_each(|q| *q = middle + scale * (*q - middle));
             }
-            (new.qd, new.qdd) = (times(&run.qd, scale), times(&run.qdd, scale));
+            multiply(channels.qd.values_mut(), scale);
+            multiply(channels.qdd.values_mut(), scale);
         }
         // The arm changes, not its path.
         Stretch::Load => (),
@@ -305,7 +307,7 @@ fn loaded(mut truth: Truth, stretch: Stretch, scale: f64) -> Truth {
 
 /// Gives the run the torque that the true arm with its hidden effects needs for it, without noise.
 fn set_exact_torque(run: &mut Trajectory, truth: &Truth) -> Result<(), SimulationError> {
-    run.tau = truth.arm.inverse_dynamics_along(&run.q, &run.qd, &run.qdd);
+    run.set_torque(truth.arm.inverse_dynamics_along(&run.q, &run.qd, &run.qdd))?;
     let effects = hidden::resolve(&truth.effects, truth.arm.joint_count())?;
     hidden::add(&effects, &truth.arm, run)
 }
@@ -320,13 +322,13 @@ fn cut(run: &Trajectory, segment: &Segment) -> Vec<std::ops::Range<usize>> {
 }
 
 impl Block {
-    fn of(tau: &PerJoint, predicted: &PerJoint, samples: std::ops::Range<usize>) -> Self {
+    fn of(tau: &Signals, predicted: &Signals, samples: std::ops::Range<usize>) -> Self {
         let squares = |joint: usize| {
             let (tau, model) = (&tau[joint][samples.clone()], &predicted[joint][samples.clone()]);
             tau.iter().zip(model).map(|(tau, model)| (tau - model).powi(2)).sum::<f64>()
         };
         let energy = |joint: usize| tau[joint][samples.clone()].iter().map(|tau| tau * tau).sum::<f64>();
-        let joints = 0..tau.len();
+        let joints = 0..tau.joint_count();
         Block {
             error: joints.clone().map(squares).collect(),
             torque: joints.map(energy).collect(),
@@ -386,7 +388,7 @@ impl Usual {
         Usual { stretch, centre, size }
     }
 
-    fn signal(run: &Trajectory, stretch: Stretch) -> &PerJoint {
+    fn signal(run: &Trajectory, stretch: Stretch) -> &Signals {
         match stretch {
             Stretch::Speed => &run.qd,
             Stretch::Range => &run.q,
@@ -454,7 +456,7 @@ mod tests {
         let fast = at(Stretch::Speed, 2.0).motion;
         let heavy = at(Stretch::Load, 2.0).motion;
         assert_eq!(heavy.q, recording.trajectories[1].q);
-        let size = |tau: &PerJoint| tau[2].iter().map(|tau| tau * tau).sum::<f64>().sqrt();
+        let size = |tau: &Signals| tau[2].iter().map(|tau| tau * tau).sum::<f64>().sqrt();
         let ratio = size(&heavy.tau) / size(&recording.trajectories[1].tau);
         assert!((ratio - 2.0).abs() < 1e-9, "the last joint bears its own link only: {ratio}");
         let central = (fast.q[0][101] - fast.q[0][99]) / (fast.time[101] - fast.time[99]);

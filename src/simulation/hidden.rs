@@ -10,7 +10,8 @@ use crate::effect::{Effect, Load, Motion, NotApplicable, ParameterSpec, Scope, r
 use crate::progress::Monitor;
 use crate::recording::fault::FaultKind;
 use crate::recording::seal::{HiddenEffect, Truth};
-use crate::recording::{JointKind, PerJoint, Trajectory};
+use crate::recording::{JointKind, Trajectory};
+use crate::signals::Signals;
 
 /// Steps in which the size of a fault is found.
 const BISECTIONS: usize = 30;
@@ -38,20 +39,19 @@ impl<'a> Hidden<'a> {
 
     /// Its torque \[N m\] by its formula along the true motion of the arm, whose torque is still that of the bare arm; what a
     /// fault of the readings makes of that.
-    pub(super) fn torque(&self, arm: &Arm, trajectory: &Trajectory) -> Result<PerJoint, SimulationError> {
+    pub(super) fn torque(&self, arm: &Arm, trajectory: &Trajectory) -> Result<Signals, SimulationError> {
         if self.effect.fault().is_some() {
             let mut read = trajectory.clone();
             self.misread(&mut read);
-            for (read, torque) in read.tau.iter_mut().flatten().zip(trajectory.tau.iter().flatten()) {
-                *read -= torque;
-            }
-            return Ok(read.tau);
+            let mut error = read.tau.clone();
+            error.add(&trajectory.tau, -1.0);
+            return Ok(error);
         }
         self.along(arm, trajectory, |motion| self.effect.torque(motion, self.joint, self.parameters))
     }
 
     /// What it does to the `torque` of the arm and the effects before it, along the true motion of the arm.
-    pub(super) fn act(&self, arm: &Arm, trajectory: &Trajectory, torque: &mut PerJoint) -> Result<(), SimulationError> {
+    pub(super) fn act(&self, arm: &Arm, trajectory: &Trajectory, torque: &mut Signals) -> Result<(), SimulationError> {
         self.along(arm, trajectory, |motion| self.effect.act(motion, self.joint, self.parameters, torque))
     }
 
@@ -79,7 +79,7 @@ pub struct TrueParts {
     /// Of the bare arm \[N m\].
     pub arm: Components,
     /// Of each hidden effect, in the order of the truth \[N m\].
-    pub effects: Vec<PerJoint>,
+    pub effects: Vec<Signals>,
 }
 
 impl TrueParts {
@@ -90,7 +90,7 @@ impl TrueParts {
     pub fn along(truth: &Truth, motion: &Trajectory) -> Result<Self, SimulationError> {
         let arm = truth.arm.components_along(&motion.q, &motion.qd, &motion.qdd);
         let tau = truth.arm.inverse_dynamics_along(&motion.q, &motion.qd, &motion.qdd);
-        let bare = Trajectory { tau, ..motion.clone() };
+        let bare = motion.clone().with_torque(tau)?;
         let torque = |hidden| Hidden::resolve(hidden, truth.arm.joint_count())?.torque(&truth.arm, &bare);
         let effects = truth.effects.iter().map(torque).collect::<Result<_, SimulationError>>()?;
         Ok(TrueParts { arm, effects })
@@ -108,8 +108,7 @@ pub(super) fn resolve(hidden: &[HiddenEffect], joints: usize) -> Result<Vec<Hidd
 pub(super) fn add(effects: &[Hidden], arm: &Arm, run: &mut Trajectory) -> Result<(), SimulationError> {
     let mut torque = run.tau.clone();
     effects.iter().try_for_each(|effect| effect.act(arm, run, &mut torque))?;
-    run.tau = torque;
-    Ok(())
+    Ok(run.set_torque(torque)?)
 }
 
 /// The joint (from 0) where an effect acts on an arm of a number of joints; 0 for an effect of the whole arm.
@@ -199,7 +198,7 @@ impl Scenario {
             joint,
             parameters: linear.into_iter().chain(shape.iter().copied()).collect(),
         };
-        let torque_with = |linear: Vec<f64>| -> Result<Vec<PerJoint>, SimulationError> {
+        let torque_with = |linear: Vec<f64>| -> Result<Vec<Signals>, SimulationError> {
             // Not yet the final parameters, so they may lie outside their bounds.
             let parameters = with(linear).parameters;
             let hidden = Hidden { effect, joint: place, parameters: &parameters };

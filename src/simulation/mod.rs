@@ -26,7 +26,8 @@ use crate::effect::registry::UnknownEffect;
 use crate::effect::{NotApplicable, ParameterError};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::seal::{HiddenEffect, Seal, Truth};
-use crate::recording::{Joint, Recording, Trajectory};
+use crate::recording::{Channels, Joint, Recording, Trajectory};
+use crate::signals::{ShapeError, Signals};
 use hidden::Hidden;
 
 /// What is simulated.
@@ -67,6 +68,9 @@ pub enum SimulationError {
     /// The arm can't exist.
     #[error("the scenario's arm can't exist: {0}")]
     Arm(#[from] ArmError),
+    /// Parts of a motion that do not fit together.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
     /// A number is out of its range.
     #[error("the scenario's {what} is {value}, but must be {must}")]
     Value {
@@ -225,7 +229,7 @@ impl Scenario {
         let mut runs = Vec::with_capacity(count);
         for run in 0..count {
             monitor.report(run as f32 / count as f32, "moving the arm")?;
-            let [mut q, mut qd, mut qdd] = [(); 3].map(|()| vec![vec![0.0; time.len()]; joints]);
+            let [mut q, mut qd, mut qdd] = [(); 3].map(|()| Signals::zeros(joints, time.len()));
             for (joint, path) in self.motion.draw(joints, &mut random).iter().enumerate() {
                 for (sample, t) in time.iter().enumerate() {
                     let [position, velocity, acceleration] = path.at(t * speed);
@@ -235,7 +239,8 @@ impl Scenario {
                 }
             }
             let tau = self.arm.inverse_dynamics_along(&q, &qd, &qdd);
-            runs.push(Trajectory { name: format!("run {}", run + 1), time: time.clone(), q, qd, qdd, tau });
+            let channels = Channels { time: time.clone(), q, qd, qdd, tau };
+            runs.push(Trajectory::new(format!("run {}", run + 1), channels)?);
         }
         Ok(runs)
     }

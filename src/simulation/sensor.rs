@@ -8,7 +8,7 @@ use crate::recording::{Origin, Provenance, Trajectory};
 
 /// Adds Gaussian noise of this standard deviation \[N m\] to each joint's torque.
 pub(super) fn add_torque_noise(trajectory: &mut Trajectory, deviations: &[f64], random: &mut impl Rng) {
-    for (torque, deviation) in trajectory.tau.iter_mut().zip(deviations) {
+    for (torque, deviation) in trajectory.channels_mut().tau.iter_mut().zip(deviations) {
         for value in torque {
             let draw: f64 = StandardNormal.sample(random);
             *value += deviation * draw;
@@ -19,13 +19,14 @@ pub(super) fn add_torque_noise(trajectory: &mut Trajectory, deviations: &[f64], 
 /// Rounds positions to whole steps of the encoder \[rad\] and derives velocity and acceleration from them, exactly as a
 /// log of positions alone would be read. Gives the cut-off of the filter \[Hz\].
 pub(super) fn read_encoders(trajectory: &mut Trajectory, resolution: f64) -> f64 {
-    for value in trajectory.q.iter_mut().flatten() {
+    for value in trajectory.channels_mut().q.values_mut() {
         *value = (*value / resolution).round() * resolution;
     }
     let cutoff = default_cutoff_of_positions(&trajectory.q, &trajectory.time);
     for joint in 0..trajectory.joint_count() {
-        trajectory.qd[joint] = derivative(&trajectory.q[joint], &trajectory.time, cutoff);
-        trajectory.qdd[joint] = derivative(&trajectory.qd[joint], &trajectory.time, cutoff);
+        let mut run = trajectory.channels_mut();
+        run.qd[joint].copy_from_slice(&derivative(&run.q[joint], run.time, cutoff));
+        run.qdd[joint].copy_from_slice(&derivative(&run.qd[joint], run.time, cutoff));
     }
     *trajectory = trajectory.slice(trusted_range(trajectory.len(), trajectory.time_step(), cutoff));
     cutoff

@@ -1,6 +1,7 @@
 use super::*;
+use crate::recording::Origin;
 use crate::recording::differentiate::central_difference;
-use crate::recording::{Origin, PerJoint};
+use crate::signals::Signals;
 
 fn simulated(scenario: &Scenario) -> Recording {
     simulate(scenario, &Monitor::new()).unwrap()
@@ -128,7 +129,7 @@ fn the_noise_has_the_level_that_was_asked_for() {
 fn velocity_and_acceleration_are_the_derivatives_of_what_is_recorded() {
     for scenario in [Scenario::embedded(), Scenario { speed_scale: 2.5, ..Scenario::embedded() }] {
         let recording = simulated(&scenario);
-        let largest = |signal: &PerJoint| signal.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let largest = |signal: &Signals| signal.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
         for run in &recording.trajectories {
             for (lower, higher) in [(&run.q, &run.qd), (&run.qd, &run.qdd)] {
                 for (lower, higher_joint) in lower.iter().zip(higher) {

@@ -10,6 +10,7 @@ use crate::model::learned::Architecture;
 use crate::network::kernel::PAD;
 use crate::network::{Buffer, Element, Kernels, TILE};
 use crate::recording::Trajectory;
+use crate::signals::Signals;
 
 /// Samples of motion and torque, one after the other.
 #[derive(Debug, Clone)]
@@ -53,7 +54,7 @@ impl Mark {
 }
 
 /// Effect columns of one trajectory: `columns[column][joint][sample]`, see [`crate::effect`].
-pub type Columns = Vec<Vec<Vec<f64>>>;
+pub type Columns = Vec<Signals>;
 
 impl<E: Element> Samples<E> {
     /// Puts trajectories together. `columns` has one entry for each trajectory, or none at all.
@@ -74,7 +75,7 @@ impl<E: Element> Samples<E> {
             }
             let own = [&trajectory.q, &trajectory.qd, &trajectory.qdd, &trajectory.tau];
             let added = columns.get(index).into_iter().flatten();
-            let signals: Vec<&[f64]> = own.into_iter().chain(added).flatten().map(Vec::as_slice).collect();
+            let signals: Vec<&[f64]> = own.into_iter().chain(added).flatten().collect();
             if signals.len() != width || signals.iter().any(|signal| signal.len() != trajectory.len()) {
                 return Err(TrainError::Incomplete { name: trajectory.name.clone() });
             }

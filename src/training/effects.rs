@@ -8,6 +8,7 @@ use crate::effect::{ParameterSpec, Scope};
 use crate::model::terms::Setting;
 use crate::model::{EffectTerm, ModelError};
 use crate::recording::Trajectory;
+use crate::signals::Signals;
 
 /// One effect on one joint, or on the whole arm.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,10 +48,8 @@ pub fn columns(effects: &[AddedEffect], setting: &Setting, trajectory: &Trajecto
     let mut all = Columns::new();
     for AddedEffect { term, shape } in effects {
         for column in term.columns(setting, trajectory, load.as_ref(), shape)? {
-            let mut torque = vec![vec![0.0; samples]; joints];
-            for (joint, values) in column.parts {
-                torque[joint] = values;
-            }
+            let mut torque = Signals::zeros(joints, samples);
+            column.add_to(&mut torque, 1.0);
             all.push(torque);
         }
     }

@@ -24,7 +24,8 @@ use crate::model::{self, Fitted, Model, ModelError, Parameter, RigidBody, Term};
 use crate::network::Element;
 use crate::progress::Monitor;
 use crate::recording::split::{Segment, Split};
-use crate::recording::{JointKind, PerJoint, Recording, Trajectory};
+use crate::recording::{JointKind, Recording, Trajectory};
+use crate::signals::Signals;
 
 /// How a model of the session is trained.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -116,15 +117,11 @@ struct TrainedNetworks {
 }
 
 impl TrainedTerms for TrainedNetworks {
-    fn torques(&self, trajectory: &Trajectory) -> Result<Vec<PerJoint>, ModelError> {
+    fn torques(&self, trajectory: &Trajectory) -> Result<Vec<Signals>, ModelError> {
         let failed = |error: TrainError| ModelError::Network(error.to_string());
         let columns = effects::columns(&self.effects, &self.setting, trajectory)?;
         let components = self.model.components(trajectory, &columns).map_err(failed)?;
-        let joints = self.model.architecture.joints;
-        let by_joint = |values: &Vec<f64>| {
-            (0..joints).map(|joint| values.iter().skip(joint).step_by(joints).copied().collect()).collect()
-        };
-        Ok(components.terms.iter().take(self.terms).map(by_joint).collect())
+        Ok(components.terms.into_iter().take(self.terms).collect())
     }
 
     fn as_any(&self) -> &dyn Any {
@@ -209,9 +206,7 @@ fn fit_from<E: Element>(
             // Effects are computed along the whole trajectory, since they may have an inner state, and cut afterwards.
             let trajectory = &recording.trajectories[segment.trajectory];
             let whole = effects::columns(&effects, &setting, trajectory).map_err(failed)?;
-            let cut = |column: &PerJoint| -> PerJoint {
-                column.iter().map(|joint| joint[segment.samples.clone()].to_vec()).collect()
-            };
+            let cut = |column: &Signals| column.cut(segment.samples.clone());
             columns.push(whole.iter().map(cut).collect::<Columns>());
             cuts.push(trajectory.slice(segment.samples.clone()));
         }

@@ -15,7 +15,8 @@ use super::{Samples, TrainError};
 use crate::effect::Dimension;
 use crate::model::learned::Architecture;
 use crate::network::{Element, Layout};
-use crate::recording::{PerJoint, Trajectory, npy};
+use crate::recording::{Trajectory, npy};
+use crate::signals::Signals;
 
 /// Values of each block by its name; matrices are inputs × outputs, row after row.
 pub type Weights = BTreeMap<String, Vec<f64>>;
@@ -118,16 +119,14 @@ impl LearnedModel {
     ///
     /// # Errors
     /// [`TrainError`] if the trajectory has other joints or columns than the model, or gaps.
-    pub fn torque(&self, trajectory: &Trajectory, columns: &Columns) -> Result<PerJoint, TrainError> {
+    pub fn torque(&self, trajectory: &Trajectory, columns: &Columns) -> Result<Signals, TrainError> {
         let program = torque_program::<f32>(&self.architecture);
         let motion = self.motion::<f32>(trajectory, columns)?;
         let mut torque = vec![0.0; motion[0].len()];
         let (weights, mut arena) = (self.flat::<f32>(program.layout()), program.arena());
         let inputs = [&motion[0][..], &motion[1], &motion[2]];
         program.run(f32::kernels(), &weights, &mut arena, inputs, &motion[3], &mut torque);
-        let n = self.architecture.joints;
-        let joint = |joint| torque.iter().skip(joint).step_by(n).map(|value| f64::from(*value)).collect();
-        Ok((0..n).map(joint).collect())
+        Ok(Signals::from_samples(self.architecture.joints, &torque))
     }
 
     /// Torque, terms, H, c, g and energies for a motion, in double precision.
@@ -143,8 +142,7 @@ impl LearnedModel {
     /// q, q̇, q̈ and effect columns, sample after sample.
     fn motion<E: Element>(&self, trajectory: &Trajectory, columns: &Columns) -> Result<[Vec<E>; 4], TrainError> {
         // The torque is not read, so a motion without torque can be predicted too.
-        let still = vec![vec![0.0; trajectory.len()]; self.architecture.joints];
-        let motion = Trajectory { tau: still, ..trajectory.clone() };
+        let motion = trajectory.without_torque();
         let own = if columns.is_empty() { Vec::new() } else { vec![columns.clone()] };
         let samples = Samples::<E>::new(self.architecture.joints, &[motion], &own)?;
         samples.check(&self.architecture)?;
@@ -349,7 +347,7 @@ fn unpack(bytes: &[u8]) -> Result<(Header, Weights), TrainError> {
         if name == HEADER {
             header = Some(serde_json::from_slice(&content).map_err(damaged)?);
         } else if let Some(name) = name.strip_suffix(".npy") {
-            arrays.insert(name.to_owned(), npy::decode(&content, MOST_VALUES).map_err(damaged)?.values);
+            arrays.insert(name.to_owned(), npy::decode(&content, MOST_VALUES).map_err(damaged)?.into_iter().collect());
         }
     }
     let header = header.ok_or_else(|| damaged("it has no header"))?;

@@ -17,6 +17,7 @@ pub mod predict;
 pub mod schedule;
 
 use crate::model::learned::ArchitectureError;
+use crate::signals::ShapeError;
 
 pub use components::components;
 pub use data::Samples;
@@ -45,6 +46,9 @@ pub enum TrainError {
         /// Of the trajectory.
         name: String,
     },
+    /// Parts of a motion that do not fit together.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
     /// A gap in the data.
     #[error("the {channel} of trajectory `{name}` is not a number at t = {time} s: cut out or repair that part")]
     NotANumber {

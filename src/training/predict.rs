@@ -5,14 +5,15 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use super::data::Samples;
 use crate::model::learned::Architecture;
 use crate::network::{Arena, Element, Graph, Kernels, Layout, Node, Program, TILE};
+use crate::signals::Signals;
 
-/// All that a model gives for a motion. Arrays are sample after sample; n values each unless said otherwise.
+/// All that a model gives for a motion.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Components {
     /// Total torque \[N m\].
-    pub torque: Vec<f64>,
+    pub torque: Signals,
     /// Torque of each term \[N m\], in the order of the architecture.
-    pub terms: Vec<Vec<f64>>,
+    pub terms: Vec<Signals>,
     /// What the Lagrangian term has inside, if there is one.
     pub lagrangian: Option<LagrangianComponents>,
     /// Parts read off the whole model's torque f without its effect columns, as for models that have no H, c, g of their own.
@@ -22,30 +23,32 @@ pub struct Components {
 /// What a Lagrangian term has inside.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LagrangianComponents {
-    /// H(q) = ∂²L/∂q̇² \[kg m²\], n × n for each sample.
-    pub mass_matrix: Vec<f64>,
+    /// H(q) = ∂²L/∂q̇² \[kg m²\], one signal for each element, row after row.
+    pub mass_matrix: Signals,
     /// H q̈ \[N m\]
-    pub inertial: Vec<f64>,
+    pub inertial: Signals,
     /// Coriolis and centrifugal torque \[N m\].
-    pub coriolis: Vec<f64>,
+    pub coriolis: Signals,
     /// Gravity torque \[N m\].
-    pub gravity: Vec<f64>,
-    /// L(q, q̇) \[J\], one for each sample.
-    pub lagrangian: Vec<f64>,
-    /// V(q) \[J\], one for each sample; only structured Lagrangians have it.
-    pub potential: Option<Vec<f64>>,
-    /// T = L + V \[J\], one for each sample; only structured Lagrangians have it.
-    pub kinetic: Option<Vec<f64>>,
+    pub gravity: Signals,
+    /// L(q, q̇) \[J\], a single signal.
+    pub lagrangian: Signals,
+    /// V(q) \[J\], a single signal; only structured Lagrangians have it.
+    pub potential: Option<Signals>,
+    /// T = L + V \[J\], a single signal; only structured Lagrangians have it.
+    pub kinetic: Option<Signals>,
 }
 
 impl LagrangianComponents {
-    /// Eigenvalues of H \[kg m²\] for each sample, ascending, n for each: a physical arm has only positive ones.
-    pub fn mass_eigenvalues(&self, joints: usize) -> Vec<f64> {
-        let mut all = Vec::with_capacity(self.inertial.len());
-        for matrix in self.mass_matrix.chunks_exact(joints * joints) {
-            let mut values = SymmetricEigen::new(DMatrix::from_row_slice(joints, joints, matrix)).eigenvalues;
+    /// Eigenvalues of H \[kg m²\], the smallest first, one signal for each: a physical arm has only positive ones.
+    pub fn mass_eigenvalues(&self) -> Signals {
+        let joints = self.inertial.joint_count();
+        let mut all = Signals::zeros(joints, self.inertial.sample_count());
+        for sample in 0..self.inertial.sample_count() {
+            let matrix = DMatrix::from_row_iterator(joints, joints, self.mass_matrix.at(sample));
+            let mut values = SymmetricEigen::new(matrix).eigenvalues;
             values.as_mut_slice().sort_by(f64::total_cmp);
-            all.extend_from_slice(values.as_slice());
+            (0..joints).for_each(|index| all[index][sample] = values[index]);
         }
         all
     }
@@ -55,11 +58,11 @@ impl LagrangianComponents {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReadOff {
     /// f(q, 0, q̈) − f(q, 0, 0)
-    pub inertial: Vec<f64>,
+    pub inertial: Signals,
     /// f(q, q̇, 0) − f(q, 0, 0)
-    pub coriolis: Vec<f64>,
+    pub coriolis: Signals,
     /// f(q, 0, 0)
-    pub gravity: Vec<f64>,
+    pub gravity: Signals,
 }
 
 /// A model ready to be asked for torque only: the fast way.
@@ -203,7 +206,7 @@ impl<E: Element> TorqueProgram<E> {
         self.program.run(kernels, weights, arena, &mut []);
     }
 
-    /// All outputs for all samples, sample after sample.
+    /// All outputs for all samples, with as many signals as each has values.
     fn run_all(
         &self,
         kernels: &Kernels<E>,
@@ -211,7 +214,7 @@ impl<E: Element> TorqueProgram<E> {
         motion: [&[E]; 3],
         columns: &[E],
         sizes: &[usize],
-    ) -> Vec<Vec<f64>> {
+    ) -> Vec<Signals> {
         let samples = motion[0].len() / self.joints;
         let mut arena = self.program.arena();
         let mut results: Vec<Vec<E>> = sizes.iter().map(|size| vec![E::ZERO; size * samples]).collect();
@@ -221,7 +224,10 @@ impl<E: Element> TorqueProgram<E> {
                 scatter(self.program.output(&arena, output), *size, &mut result[first * size..]);
             }
         }
-        results.into_iter().map(|result| result.into_iter().map(Element::to_f64).collect()).collect()
+        let by_signal = |(size, result): (&usize, &Vec<E>)| {
+            Signals::from_fn(*size, samples, |signal, sample| result[sample * size + signal].to_f64())
+        };
+        sizes.iter().zip(&results).map(by_signal).collect()
     }
 }
 
@@ -286,18 +292,21 @@ impl<E: Element> ComponentProgram<E> {
         let lagrangian = self.has_lagrangian.then(|| {
             let (total, inertial, lagrangian) = (next(), next(), next());
             let potential = self.has_potential.then(&mut next);
-            let kinetic = potential.as_ref().map(|v| lagrangian.iter().zip(v).map(|(l, v)| l + v).collect());
+            let kinetic = potential.as_ref().map(|potential| minus(&lagrangian, &potential.map(|v| -v)));
             let gravity = at_rest[1].clone();
             let coriolis = minus(&minus(&total, &inertial), &gravity);
-            let rows: Vec<Vec<f64>> = (0..n).map(|_| next()).collect();
-            let entry = |i: usize| rows[i / n % n][i / (n * n) * n + i % n];
-            let mass_matrix = (0..rows[0].len() * n).map(entry).collect();
+            let rows: Vec<Signals> = (0..n).map(|_| next()).collect();
+            let mass_matrix = Signals::from_fn(n * n, inertial.sample_count(), |element, sample| {
+                rows[element / n][element % n][sample]
+            });
             LagrangianComponents { mass_matrix, inertial, coriolis, gravity, lagrangian, potential, kinetic }
         });
         Components { torque, terms, lagrangian, read_off }
     }
 }
 
-fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
+fn minus(a: &Signals, b: &Signals) -> Signals {
+    let mut difference = a.clone();
+    difference.add(b, -1.0);
+    difference
 }

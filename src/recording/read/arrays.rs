@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use ndarray::{ArrayD, Axis};
+
 use super::table::{Column, Table};
-use crate::recording::npy::Array;
 
 /// The arrays make no table.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -42,18 +43,18 @@ fn extent(shape: &[usize]) -> Option<Extent> {
 
 /// Columns of the arrays that share the extent which most of them have; the others are passed over.
 pub(super) fn table(
-    arrays: Vec<(String, Array)>,
+    arrays: Vec<(String, ArrayD<f64>)>,
     mut passed_over: Vec<String>,
     limit: u64,
 ) -> Result<Table, ArraysError> {
-    let step = arrays.iter().find_map(|(name, array)| stated_step(name, &array.values));
+    let step = arrays.iter().find_map(|(name, array)| stated_step(name, array));
     let mut votes: BTreeMap<Extent, usize> = BTreeMap::new();
     // An array without elements may claim any extent.
-    let full = arrays.iter().filter(|(_, array)| array.values.len() > 1);
+    let full = arrays.iter().filter(|(_, array)| array.len() > 1);
     // Constants do not outvote signals, however many there are.
-    let signals = full.clone().any(|(_, array)| array.values.len() > LARGEST_CONSTANT);
-    let full = full.filter(|(_, array)| !signals || array.values.len() > LARGEST_CONSTANT);
-    for extent in full.filter_map(|(_, array)| extent(&array.shape)) {
+    let signals = full.clone().any(|(_, array)| array.len() > LARGEST_CONSTANT);
+    let full = full.filter(|(_, array)| !signals || array.len() > LARGEST_CONSTANT);
+    for extent in full.filter_map(|(_, array)| extent(array.shape())) {
         *votes.entry(extent).or_default() += 1;
     }
     let winner = votes.into_iter().max_by_key(|&((runs, samples), votes)| (votes, runs.saturating_mul(samples)));
@@ -63,32 +64,32 @@ pub(super) fn table(
     let rows = runs * samples;
     let mut table =
         Table { runs: (0..runs).map(|run| run * samples..(run + 1) * samples).collect(), step, ..Table::default() };
-    for (name, Array { shape, values }) in arrays {
+    for (name, array) in arrays {
         // One clock for many runs takes its memory once for each.
         if (table.columns.len() as u64 + 1).saturating_mul(rows as u64).saturating_mul(BYTES) > limit {
             return Err(ArraysError::TooLarge { limit: limit >> 20 });
         }
         let column = |name, values| Column { name, values, text: None };
-        match *shape.as_slice() {
+        match *array.shape() {
             [own] if own == samples => {
                 // One clock for all runs.
-                let repeated = values.iter().copied().cycle().take(rows).collect();
+                let repeated = array.iter().copied().cycle().take(rows).collect();
                 table.columns.push(column(name, repeated));
             }
             [first, second] if runs > 1 && (first, second) == (runs, samples) => {
-                table.columns.push(column(name, values))
+                table.columns.push(column(name, array.into_iter().collect()))
             }
-            [.., width] if shape.len() > 1 && extent(&shape) == Some((runs, samples)) => {
+            [.., width] if array.ndim() > 1 && extent(array.shape()) == Some((runs, samples)) => {
                 for joint in 0..width {
-                    let values = values.iter().copied().skip(joint).step_by(width).collect();
+                    let values = array.index_axis(Axis(array.ndim() - 1), joint).iter().copied().collect();
                     table.columns.push(column(format!("{name}[{joint}]"), values));
                 }
             }
-            _ if stated_step(&name, &values).is_some() => {}
-            _ if values.len() <= LARGEST_CONSTANT => {
-                table.constants.insert(name, Array { shape, values });
+            _ if stated_step(&name, &array).is_some() => {}
+            _ if array.len() <= LARGEST_CONSTANT => {
+                table.constants.insert(name, array);
             }
-            _ => passed_over.push(format!("`{name}` (its shape is {shape:?})")),
+            _ => passed_over.push(format!("`{name}` (its shape is {:?})", array.shape())),
         }
     }
     table.passed_over = passed_over;
@@ -96,8 +97,8 @@ pub(super) fn table(
 }
 
 /// The time step \[s\] that an array of one number states.
-fn stated_step(name: &str, values: &[f64]) -> Option<f64> {
-    let [value] = *values else { return None };
+fn stated_step(name: &str, array: &ArrayD<f64>) -> Option<f64> {
+    let value = *array.first().filter(|_| array.len() == 1)?;
     let step = match name.to_lowercase().as_str() {
         "dt" | "time_step" | "timestep" | "step" | "sampling_time" | "sample_time" => value,
         "fs" | "rate" | "sample_rate" | "sampling_rate" | "frequency" => 1.0 / value,

@@ -14,7 +14,8 @@ use crate::recording::differentiate::{
 };
 use crate::recording::mapping::{Channel, Mapping, MappingSpec, split_unit};
 use crate::recording::transform::Factor;
-use crate::recording::{JointKind, PerJoint, Trajectory};
+use crate::recording::{Channels, JointKind, RecordingError, Trajectory};
+use crate::signals::{ShapeError, Signals};
 
 /// Shorter stretches between two cuts are left out.
 const SHORTEST_STRETCH: usize = 10;
@@ -31,12 +32,12 @@ pub(super) struct Assembled {
 }
 
 /// The channels of a table in SI units, all rows.
-struct Channels {
+struct Converted {
     time: Vec<f64>,
-    q: PerJoint,
-    qd: Option<PerJoint>,
-    qdd: Option<PerJoint>,
-    tau: PerJoint,
+    q: Signals,
+    qd: Option<Signals>,
+    qdd: Option<Signals>,
+    tau: Signals,
 }
 
 /// `file` is the name for messages, `stem` the one for trajectories.
@@ -81,7 +82,7 @@ pub(super) fn assemble(
     for (index, rows) in stretches.iter().enumerate() {
         monitor.check()?;
         let name = if several { format!("{stem}#{}", index + 1) } else { stem.to_owned() };
-        let (trajectory, cutoff) = derive(&channels, rows.clone(), name, options);
+        let (trajectory, cutoff) = derive(&channels, rows.clone(), name, options).map_err(RecordingError::from)?;
         trajectories.push(trajectory);
         cutoffs.push(cutoff);
     }
@@ -118,7 +119,7 @@ fn convert(
     file: &str,
     options: &ReadOptions,
     findings: &mut Vec<Finding>,
-) -> Result<Channels, ReadError> {
+) -> Result<Converted, ReadError> {
     let mut converted = Vec::new();
     let mut column = |channel: Channel, name: &String| -> Result<Vec<f64>, ReadError> {
         let file = || file.to_owned();
@@ -140,7 +141,8 @@ fn convert(
         }
     };
     let mut joints = |channel, names: &Vec<String>| {
-        let numbers = names.iter().map(|name| column(channel, name)).collect::<Result<PerJoint, _>>()?;
+        let numbers = names.iter().map(|name| column(channel, name)).collect::<Result<Vec<_>, _>>()?;
+        let numbers = Signals::from_joints(numbers).map_err(RecordingError::from)?;
         let Some(transform) = spec.transforms.get(&channel) else { return Ok(numbers) };
         let wrong = |problem| ReadError::Transform { file: file.to_owned(), channel, problem };
         transform.apply(numbers, &table.constants).map_err(wrong)
@@ -183,7 +185,7 @@ fn convert(
             remedy: String::new(),
         });
     }
-    Ok(Channels { time, q, qd, qdd, tau })
+    Ok(Converted { time, q, qd, qdd, tau })
 }
 
 fn check_clock(table: &Table, time: &[f64], file: &str) -> Result<(), ReadError> {
@@ -201,8 +203,8 @@ fn check_clock(table: &Table, time: &[f64], file: &str) -> Result<(), ReadError>
 }
 
 /// For each row, whether all used channels have a finite value there.
-fn usable_rows(channels: &Channels) -> Vec<bool> {
-    let Channels { time, q, qd, qdd, tau } = channels;
+fn usable_rows(channels: &Converted) -> Vec<bool> {
+    let Converted { time, q, qd, qdd, tau } = channels;
     let all = [Some(q), qd.as_ref(), qdd.as_ref(), Some(tau)];
     let mut usable: Vec<bool> = time.iter().map(|value| value.is_finite()).collect();
     for signal in all.into_iter().flatten().flatten() {
@@ -275,8 +277,13 @@ fn stretches(
 }
 
 /// One trajectory, and the cut-off of its filter \[Hz\].
-fn derive(channels: &Channels, rows: Range<usize>, name: String, options: &ReadOptions) -> (Trajectory, f64) {
-    let cut = |signal: &PerJoint| -> PerJoint { signal.iter().map(|joint| joint[rows.clone()].to_vec()).collect() };
+fn derive(
+    channels: &Converted,
+    rows: Range<usize>,
+    name: String,
+    options: &ReadOptions,
+) -> Result<(Trajectory, f64), ShapeError> {
+    let cut = |signal: &Signals| signal.cut(rows.clone());
     let time = channels.time[rows.clone()].to_vec();
     let q = cut(&channels.q);
     let measured = channels.qd.as_ref().map(cut);
@@ -285,12 +292,11 @@ fn derive(channels: &Channels, rows: Range<usize>, name: String, options: &ReadO
         Some(qd) => default_cutoff(&q, qd, median_step(&time)),
         None => default_cutoff_of_positions(&q, &time),
     });
-    let slope =
-        |signal: &PerJoint| -> PerJoint { signal.iter().map(|joint| derivative(joint, &time, cutoff)).collect() };
+    let slope = |signal: &Signals| signal.map_joints(|joint| derivative(joint, &time, cutoff));
     let qd = measured.unwrap_or_else(|| slope(&q));
     let qdd = channels.qdd.as_ref().map_or_else(|| slope(&qd), cut);
-    let whole = Trajectory { name, tau: cut(&channels.tau), q, qd, qdd, time };
+    let whole = Trajectory::new(name, Channels { tau: cut(&channels.tau), q, qd, qdd, time })?;
     let is_derived = channels.qd.is_none() || channels.qdd.is_none();
     let trusted = if is_derived { trusted_range(whole.len(), whole.time_step(), cutoff) } else { 0..whole.len() };
-    (whole.slice(trusted), cutoff)
+    Ok((whole.slice(trusted), cutoff))
 }

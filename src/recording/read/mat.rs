@@ -7,11 +7,11 @@
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
+use ndarray::{Array1, Array2, ArrayD, ShapeBuilder};
 
 use super::arrays::{self, ArraysError, BYTES};
 use super::table::Table;
 use crate::progress::{Monitor, Stopped};
-use crate::recording::npy::Array;
 
 /// The file can't be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -85,7 +85,7 @@ const DEEPEST: usize = 32;
 
 /// What was found so far.
 struct Found {
-    arrays: Vec<(String, Array)>,
+    arrays: Vec<(String, ArrayD<f64>)>,
     passed_over: Vec<String>,
     /// Bytes that may still be taken, of all that may.
     left: u64,
@@ -293,18 +293,15 @@ fn matrix(mut cursor: Cursor, path: Option<String>, depth: usize, found: &mut Fo
 }
 
 /// A matrix, stored by columns, as samples × joints; the longer side is time. A vector has one dimension.
-fn time_first(sizes: &[f64], values: Vec<f64>) -> Option<Array> {
+fn time_first(sizes: &[f64], values: Vec<f64>) -> Option<ArrayD<f64>> {
     let &[rows, columns] = sizes else { return None };
     let (rows, columns) = (rows as usize, columns as usize);
     if rows == 1 || columns == 1 {
-        return Some(Array { shape: vec![values.len()], values });
+        return Some(Array1::from_vec(values).into_dyn());
     }
-    if rows < columns {
-        // Stored by columns, each of which is a sample.
-        return Some(Array { shape: vec![columns, rows], values });
-    }
-    let by_rows = (0..rows).flat_map(|row| values.iter().copied().skip(row).step_by(rows)).collect();
-    Some(Array { shape: vec![rows, columns], values: by_rows })
+    let matrix = Array2::from_shape_vec((rows, columns).f(), values).ok()?;
+    let samples_first = if rows < columns { matrix.reversed_axes() } else { matrix };
+    Some(samples_first.into_dyn())
 }
 
 #[cfg(test)]
@@ -406,7 +403,7 @@ mod tests {
         let column = |name: &str| table.column(name).unwrap().values.clone();
         assert_eq!(column("rec.q[1]")[..3], [1.0, 3.0, 5.0]);
         assert_eq!(column("rec.tau[1]")[..3], [1100.0, 1101.0, 1102.0]);
-        assert_eq!(table.constants["rec.u"].values, [50.0, 100.0]);
+        assert_eq!(table.constants["rec.u"], ndarray::array![50.0, 100.0].into_dyn());
         assert_eq!(table.passed_over, ["`rec.note` (text)", "`robot` (an object)"]);
     }
 

@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 
+use ndarray::{ArrayD, Ix2, s};
 use zip::ZipArchive;
 
 use super::arrays::{self, ArraysError, BYTES};
 use super::table::Table;
 use crate::progress::{Monitor, Stopped};
 use crate::recording::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION, Version};
-use crate::recording::npy::{self, Array, NpyError};
+use crate::recording::npy::{self, NpyError};
 use crate::recording::seal::Seal;
-use crate::recording::{PerJoint, Recording, RecordingError, Trajectory};
+use crate::recording::{Channels, Recording, RecordingError, Trajectory};
+use crate::signals::Signals;
 
 /// The archive can't be read.
 #[derive(Debug, thiserror::Error)]
@@ -79,7 +81,7 @@ pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Conten
 
 #[derive(Default)]
 struct Unpacked {
-    arrays: Vec<(String, Array)>,
+    arrays: Vec<(String, ArrayD<f64>)>,
     passed_over: Vec<String>,
     manifest: Option<Vec<u8>>,
     truth: Option<Vec<u8>>,
@@ -112,7 +114,7 @@ fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzEr
         match array {
             Some(array) => match npy::decode(&content, (left / BYTES) as usize) {
                 Ok(values) => {
-                    left = left.saturating_sub(values.values.len() as u64 * BYTES);
+                    left = left.saturating_sub(values.len() as u64 * BYTES);
                     unpacked.arrays.push((array, values));
                 }
                 Err(NpyError::TooLarge) => return Err(ArraysError::TooLarge { limit: limit >> 20 }.into()),
@@ -127,7 +129,11 @@ fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzEr
 }
 
 /// Our own layout.
-fn recording(arrays: Vec<(String, Array)>, manifest: &[u8], truth: Option<Vec<u8>>) -> Result<Recording, NpzError> {
+fn recording(
+    arrays: Vec<(String, ArrayD<f64>)>,
+    manifest: &[u8],
+    truth: Option<Vec<u8>>,
+) -> Result<Recording, NpzError> {
     let unreadable = |error: serde_json::Error| NpzError::Layout(format!("its `{MANIFEST}` is damaged ({error})"));
     let version: Version = serde_json::from_slice(manifest).map_err(unreadable)?;
     if version.format > VERSION {
@@ -136,18 +142,18 @@ fn recording(arrays: Vec<(String, Array)>, manifest: &[u8], truth: Option<Vec<u8
     let manifest: Manifest = serde_json::from_slice(manifest).map_err(unreadable)?;
     let wrong = |problem: String| Err(NpzError::Layout(problem));
 
-    let mut arrays: BTreeMap<String, Array> = arrays.into_iter().collect();
-    let mut take = |name: &str, columns: Option<usize>| -> Result<Array, NpzError> {
+    let mut arrays: BTreeMap<String, ArrayD<f64>> = arrays.into_iter().collect();
+    let mut take = |name: &str, columns: Option<usize>| -> Result<ArrayD<f64>, NpzError> {
         let lacking = || NpzError::Layout(format!("its array `{name}` is missing"));
         let array = arrays.remove(name).ok_or_else(lacking)?;
-        match (columns, array.shape.as_slice()) {
+        match (columns, array.shape()) {
             (None, [_]) => Ok(array),
             (Some(columns), [_, own]) if columns == *own => Ok(array),
             (_, shape) => Err(NpzError::Layout(format!("its array `{name}` has the shape {shape:?}"))),
         }
     };
-    let time = take(TIME, None)?.values;
-    let numbers = take(TRAJECTORY, None)?.values;
+    let time: Vec<f64> = take(TIME, None)?.into_iter().collect();
+    let numbers: Vec<f64> = take(TRAJECTORY, None)?.into_iter().collect();
     if numbers.len() != time.len() {
         return wrong(format!("`{TIME}` has {} samples and `{TRAJECTORY}` {}", time.len(), numbers.len()));
     }
@@ -155,22 +161,21 @@ fn recording(arrays: Vec<(String, Array)>, manifest: &[u8], truth: Option<Vec<u8
     let mut channels = Vec::new();
     for name in CHANNELS {
         let array = take(name, Some(joints))?;
-        if array.shape[0] != time.len() {
-            return wrong(format!("`{TIME}` has {} samples and `{name}` {}", time.len(), array.shape[0]));
+        let array = array.into_dimensionality::<Ix2>().map_err(|problem| NpzError::Layout(problem.to_string()))?;
+        if array.nrows() != time.len() {
+            return wrong(format!("`{TIME}` has {} samples and `{name}` {}", time.len(), array.nrows()));
         }
-        channels.push(array.values);
+        channels.push(array);
     }
 
     let mut trajectories = Vec::new();
     let mut start = 0;
     for (number, name) in manifest.trajectories.iter().enumerate() {
         let end = start + numbers[start..].iter().take_while(|own| **own == number as f64).count();
-        let channel = |index: usize| -> PerJoint {
-            let rows = &channels[index][start * joints..end * joints];
-            (0..joints).map(|joint| rows.iter().copied().skip(joint).step_by(joints).collect()).collect()
-        };
+        let channel = |index: usize| Signals::from_array(channels[index].slice(s![start..end, ..]).reversed_axes());
         let (q, qd, qdd, tau) = (channel(0), channel(1), channel(2), channel(3));
-        trajectories.push(Trajectory { name: name.clone(), time: time[start..end].to_vec(), q, qd, qdd, tau });
+        let channels = Channels { time: time[start..end].to_vec(), q, qd, qdd, tau };
+        trajectories.push(Trajectory::new(name, channels).map_err(RecordingError::from)?);
         start = end;
     }
     if start != time.len() {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::recording::npy::Array;
+use ndarray::ArrayD;
 
 /// Columns of equal length, one row a sample.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,7 +16,7 @@ pub(super) struct Table {
     /// Time between rows \[s\], where the file states it apart from a time column.
     pub step: Option<f64>,
     /// Numbers of the file that hold for all samples, such as gear ratios; a mapping may name them.
-    pub constants: BTreeMap<String, Array>,
+    pub constants: BTreeMap<String, ArrayD<f64>>,
     /// Names of the joints, base first, where the file states them.
     pub joints: Option<Vec<String>>,
     /// Parts of the file that no column was made of, each with the reason.

@@ -17,6 +17,7 @@ use crate::app::widgets;
 use crate::arm::Arm;
 use crate::model::Term;
 use crate::recording::{JointKind, Recording};
+use crate::signals::Signals;
 
 /// How charts are used.
 pub(super) const HINT: &str = "Drag: time cursor. Ctrl+wheel: zoom. Right drag: move. Double click: all.";
@@ -120,7 +121,7 @@ fn torques(ui: &mut Ui, desk: &mut Desk) {
             Some(parts) => {
                 for (number, part) in parts.iter().enumerate() {
                     let (color, dash) = palette.nth(number);
-                    let acts = |torque: &&Vec<f64>| torque.iter().any(|value| *value != 0.0);
+                    let acts = |torque: &&[f64]| torque.iter().any(|value| *value != 0.0);
                     if let Some(truth) = part.truth.as_ref().map(|truth| &truth[joint]).filter(acts) {
                         let name = if part.own.is_none() { part.name.as_str() } else { "" };
                         chart = chart.strong_line(name, &run.time, truth, (color.gamma_multiply(0.45), &[]));
@@ -172,7 +173,7 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
         let response = ui.add(slider);
         response.widget_info(|| egui::WidgetInfo::slider(true, time, "time cursor"));
         let sample = chart::nearest(&run.time, time);
-        let at = |signal: &[Vec<f64>]| -> Vec<f64> {
+        let at = |signal: &Signals| -> Vec<f64> {
             signal.iter().map(|joint| joint.get(sample).copied().unwrap_or(f64::NAN)).collect()
         };
         let (q, measured, predicted) = (at(&run.q), at(&run.tau), at(&prediction.total));

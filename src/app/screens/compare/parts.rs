@@ -7,8 +7,8 @@ use egui::Ui;
 use crate::app::state::Desk;
 use crate::effect::registry;
 use crate::model::Term;
-use crate::recording::PerJoint;
 use crate::session::Step;
+use crate::signals::Signals;
 use crate::simulation::TrueParts;
 use crate::training::components;
 
@@ -16,9 +16,9 @@ use crate::training::components;
 pub struct Part {
     pub name: String,
     /// Of the model \[N m\]; `None` if it has no such part.
-    pub own: Option<PerJoint>,
+    pub own: Option<Signals>,
     /// The truth \[N m\]; `None` while it is sealed, or if nobody knows it.
-    pub truth: Option<PerJoint>,
+    pub truth: Option<Signals>,
 }
 
 /// The parts along the shown trajectory; `None` while they are computed, or if the model has none.
