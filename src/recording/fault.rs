@@ -9,7 +9,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::differentiate::default_cutoff;
-use super::split::Segment;
+use super::segment::Segment;
 use super::{Origin, Recording, Trajectory};
 
 /// What is wrong with the readings.

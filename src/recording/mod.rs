@@ -13,6 +13,7 @@ pub mod mapping;
 pub mod npy;
 pub mod read;
 pub mod seal;
+mod segment;
 pub mod spectrum;
 pub mod split;
 pub mod table;

@@ -2,20 +2,11 @@
 //!
 //! Neighbouring samples are nearly copies of each other, so a split by sample would hold out nothing.
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
 
 use super::{Recording, Trajectory, fault};
 
-/// A stretch of one trajectory.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Segment {
-    /// Index into [`Recording::trajectories`].
-    pub trajectory: usize,
-    /// Its samples.
-    pub samples: Range<usize>,
-}
+pub use super::segment::Segment;
 
 /// Which stretches train and which are held out. The two never overlap; torque readings at [`fault`] are in neither.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, Default)]

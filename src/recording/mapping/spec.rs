@@ -1,0 +1,188 @@
+//! What the user says: a text on the command line, or a TOML file.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Channel, Mapping, MappingError};
+use crate::arm::chain::Chain;
+use crate::recording::JointKind;
+use crate::recording::transform::Transform;
+
+/// What leaves a channel out.
+pub(super) const LEAVE_OUT: &str = "-";
+
+/// What the user says about the mapping. What is `None` is guessed. As text:
+/// `q=pos_filt*,qd=vel_filt*,qdd=-,tau=tau_a+tau_b,time=time`.
+///
+/// Each entry is the name of a column or of an array, or a pattern in which `*` stands for the number (or the name) of
+/// the joint; `+` joins several; `-` alone leaves the channel out, so that it is derived. A mapping file
+/// ([`MappingSpec::from_toml`]) says more than columns.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MappingSpec {
+    /// Time stamps.
+    pub time: Option<Vec<String>>,
+    /// Joint position.
+    pub q: Option<Vec<String>>,
+    /// Joint velocity.
+    pub qd: Option<Vec<String>>,
+    /// Joint acceleration.
+    pub qdd: Option<Vec<String>>,
+    /// Joint torque.
+    pub tau: Option<Vec<String>>,
+    /// How the numbers of these columns become SI units.
+    pub transforms: BTreeMap<Channel, Transform>,
+    /// Sampling rate \[Hz\] of files without a time column.
+    pub rate_hz: Option<f64>,
+    /// Cut-off of the filter for derived channels \[Hz\].
+    pub low_pass_hz: Option<f64>,
+    /// What the joints do, where the columns do not say it.
+    pub kind: Option<JointKind>,
+    /// Where the axes of the arm are.
+    pub chain: Option<Chain>,
+}
+
+impl MappingSpec {
+    /// What was said about a channel.
+    pub fn get(&self, channel: Channel) -> Option<&[String]> {
+        match channel {
+            Channel::Time => self.time.as_deref(),
+            Channel::Position => self.q.as_deref(),
+            Channel::Velocity => self.qd.as_deref(),
+            Channel::Acceleration => self.qdd.as_deref(),
+            Channel::Torque => self.tau.as_deref(),
+        }
+    }
+
+    fn get_mut(&mut self, channel: Channel) -> &mut Option<Vec<String>> {
+        match channel {
+            Channel::Time => &mut self.time,
+            Channel::Position => &mut self.q,
+            Channel::Velocity => &mut self.qd,
+            Channel::Acceleration => &mut self.qdd,
+            Channel::Torque => &mut self.tau,
+        }
+    }
+}
+
+/// A mapping file, as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct MappingFile {
+    time: Option<Names>,
+    rate_hz: Option<f64>,
+    low_pass_hz: Option<f64>,
+    kind: Option<JointKind>,
+    q: Option<ChannelEntry>,
+    qd: Option<ChannelEntry>,
+    qdd: Option<ChannelEntry>,
+    tau: Option<ChannelEntry>,
+    arm: Option<Chain>,
+}
+
+#[derive(Deserialize)]
+struct ChannelEntry {
+    columns: Names,
+    #[serde(flatten)]
+    transform: Transform,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "columns are a name, a pattern with `*`, or a list of them")]
+enum Names {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl From<Names> for Vec<String> {
+    fn from(names: Names) -> Self {
+        match names {
+            Names::One(name) => vec![name],
+            Names::Several(names) => names,
+        }
+    }
+}
+
+impl MappingSpec {
+    /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz`, `kind` (`revolute`, `prismatic`), a table for each of `q`, `qd`, `qdd`,
+    /// `tau` with `columns` and, where the numbers are not in SI units, a [`Transform`], and a table `arm`, a [`Chain`].
+    ///
+    /// # Errors
+    /// [`MappingError::File`] with the line and what is wrong there.
+    pub fn from_toml(text: &str) -> Result<MappingSpec, MappingError> {
+        let file: MappingFile = toml::from_str(text).map_err(|error| MappingError::File(error.to_string()))?;
+        let mut spec = MappingSpec {
+            time: file.time.map(Names::into),
+            rate_hz: file.rate_hz,
+            low_pass_hz: file.low_pass_hz,
+            kind: file.kind,
+            chain: file.arm,
+            ..MappingSpec::default()
+        };
+        if let Some(chain) = &spec.chain {
+            chain.check().map_err(|error| MappingError::File(error.to_string()))?;
+        }
+        let entries = [
+            (Channel::Position, file.q),
+            (Channel::Velocity, file.qd),
+            (Channel::Acceleration, file.qdd),
+            (Channel::Torque, file.tau),
+        ];
+        for (channel, entry) in entries {
+            let Some(ChannelEntry { columns, transform }) = entry else { continue };
+            *spec.get_mut(channel) = Some(columns.into());
+            if transform != Transform::default() {
+                spec.transforms.insert(channel, transform);
+            }
+        }
+        Ok(spec)
+    }
+}
+
+impl FromStr for MappingSpec {
+    type Err = MappingError;
+
+    fn from_str(text: &str) -> Result<Self, MappingError> {
+        let mut spec = MappingSpec::default();
+        for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
+            let wrong = |problem| MappingError::Text { entry: entry.to_owned(), problem };
+            let (key, value) = entry.split_once('=').ok_or_else(|| wrong("has no `=`"))?;
+            let channel = Channel::ALL.into_iter().find(|channel| channel.key() == key.trim());
+            let channel = channel.ok_or_else(|| wrong("does not begin with time, q, qd, qdd or tau"))?;
+            let names: Vec<String> = value.split('+').map(|name| name.trim().to_owned()).collect();
+            if names.iter().any(String::is_empty) {
+                return Err(wrong("names no column"));
+            }
+            if spec.get_mut(channel).replace(names).is_some() {
+                return Err(wrong("maps a channel for the second time"));
+            }
+        }
+        Ok(spec)
+    }
+}
+
+impl fmt::Display for MappingSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let said = Channel::ALL.into_iter().filter_map(|channel| Some((channel.key(), self.get(channel)?)));
+        let entries: Vec<String> = said.map(|(key, names)| format!("{key}={}", names.join("+"))).collect();
+        f.write_str(&entries.join(","))
+    }
+}
+
+impl Mapping {
+    /// The same as what a user would say: a template for the next file of this kind.
+    pub fn to_spec(&self) -> MappingSpec {
+        let leave_out = || vec![LEAVE_OUT.to_owned()];
+        MappingSpec {
+            time: Some(self.time.clone().map_or_else(leave_out, |name| vec![name])),
+            q: Some(self.q.clone()),
+            qd: Some(self.qd.clone().unwrap_or_else(leave_out)),
+            qdd: Some(self.qdd.clone().unwrap_or_else(leave_out)),
+            tau: Some(self.tau.clone()),
+            ..MappingSpec::default()
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! What the name of a column says: words for channels, words about them, and the number or name of a joint.
+
+use super::Channel;
+use super::units::split_unit;
+
+/// What tells the joints of one channel apart.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Label {
+    None,
+    Number(usize),
+    Name(String),
+}
+
+/// Numbers counted from 1, whether the file counts from 0 or from 1.
+pub(super) fn from_one(labels: &[Label]) -> Vec<Label> {
+    let shift = usize::from(labels.contains(&Label::Number(0)));
+    let shifted = |label: &Label| match label {
+        Label::Number(number) => Label::Number(number + shift),
+        other => other.clone(),
+    };
+    labels.iter().map(shifted).collect()
+}
+
+/// What a column's name says about it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Reading {
+    pub channel: Channel,
+    pub label: Label,
+    /// How welcome it is; less is better.
+    pub rank: u8,
+    /// The words that joints of one group share.
+    pub group: String,
+}
+
+/// From this rank on values are commanded, not measured.
+pub(super) const COMMANDED: u8 = 5;
+
+const TIME: &[&str] = &["time", "timestamp", "timestamps", "stamp", "t", "secs", "seconds", "zeit"];
+const POSITION: &[&str] =
+    &["q", "pos", "position", "positions", "angle", "angles", "qp", "theta", "jointpos", "jpos", "qm", "qmeas"];
+const VELOCITY: &[&str] = &[
+    "qd",
+    "dq",
+    "qv",
+    "vel",
+    "velocity",
+    "velocities",
+    "speed",
+    "speeds",
+    "omega",
+    "qdot",
+    "dtheta",
+    "thetadot",
+    "thetad",
+    "jointvel",
+    "jvel",
+];
+const ACCELERATION: &[&str] =
+    &["qdd", "ddq", "qa", "acc", "accel", "acceleration", "accelerations", "qddot", "ddtheta", "thetaddot", "thetadd"];
+const TORQUE: &[&str] = &["tau", "torque", "torques", "effort", "efforts", "trq", "force", "forces", "τ"];
+
+/// Words about a column, and how welcome they make it. Never wanted: `None`.
+fn qualifier(word: &str) -> Option<Option<u8>> {
+    Some(match word {
+        "meas" | "measured" | "actual" | "act" | "real" | "sensor" | "msr" | "m" => Some(0),
+        "filt" | "filtered" | "smooth" | "smoothed" | "lp" => Some(2),
+        "raw" | "motor" | "constrained" | "applied" => Some(3),
+        "cmd" | "command" | "commanded" | "des" | "desired" | "ref" | "reference" | "target" | "goal" | "setpoint"
+        | "sp" | "con" | "control" | "ctrl" | "planned" => Some(COMMANDED),
+        "fric" | "friction" | "err" | "error" | "std" | "var" | "limit" | "min" | "max" | "ff" | "model" | "pred"
+        | "predicted" | "gravity" | "est" | "estimated" | "external" | "ext" => None,
+        _ => return None,
+    })
+}
+
+/// Words that say nothing.
+const FILLER: &[&str] =
+    &["joint", "joints", "j", "axis", "link", "state", "states", "data", "robot", "arm", "of", "the"];
+/// How welcome a column without any word about it is.
+const PLAIN: u8 = 1;
+/// How welcome a column with an unknown word is.
+const UNKNOWN: u8 = 4;
+
+/// What a name says: `tau_meas2` is measured torque of joint 2. `None` if it says no channel, or nothing wanted.
+pub(super) fn read_name(name: &str) -> Option<Reading> {
+    let (bare, _) = split_unit(name);
+    let (words, numbers) = words_and_numbers(bare);
+    let mut channel = None;
+    let mut rank = PLAIN;
+    let mut qualifiers = Vec::new();
+    let mut unknown = Vec::new();
+    for word in &words {
+        if let (None, Some(found)) = (channel, channel_of(word)) {
+            channel = Some(found);
+        } else if let Some(welcome) = qualifier(word) {
+            let welcome = welcome?;
+            rank = if qualifiers.is_empty() { welcome } else { rank.max(welcome) };
+            qualifiers.push(word.as_str());
+        } else if !FILLER.contains(&word.as_str()) {
+            unknown.push(word.as_str());
+        }
+    }
+    let channel = channel?;
+    if channel == Channel::Time && (!numbers.is_empty() || words.len() > 1 && words.iter().any(|w| w == "t")) {
+        return None;
+    }
+    let label = match numbers.as_slice() {
+        [] if unknown.is_empty() || channel == Channel::Time => Label::None,
+        [] => Label::Name(unknown.join(" ")),
+        [.., last] => Label::Number(*last),
+    };
+    // With a number, unknown words describe the group; without, they are the name of the joint.
+    if matches!(label, Label::Number(_)) || channel == Channel::Time {
+        if !unknown.is_empty() {
+            rank = rank.max(UNKNOWN);
+        }
+        qualifiers.extend(unknown);
+    }
+    qualifiers.sort_unstable();
+    let outer = numbers.iter().rev().skip(1).map(usize::to_string).collect::<Vec<_>>().join(".");
+    Some(Reading { channel, label, rank, group: format!("{} {outer}", qualifiers.join(" ")) })
+}
+
+fn channel_of(word: &str) -> Option<Channel> {
+    let lists = [
+        (Channel::Time, TIME),
+        (Channel::Position, POSITION),
+        (Channel::Velocity, VELOCITY),
+        (Channel::Acceleration, ACCELERATION),
+        (Channel::Torque, TORQUE),
+    ];
+    lists.into_iter().find(|(_, words)| words.contains(&word)).map(|(channel, _)| channel)
+}
+
+/// Lower-case words and numbers: cut at signs, between letters and digits, and at capitals where the whole is no word.
+fn words_and_numbers(name: &str) -> (Vec<String>, Vec<usize>) {
+    let mut words = Vec::new();
+    let mut numbers = Vec::new();
+    for part in name.split(|c: char| !c.is_alphanumeric()) {
+        let mut rest = part;
+        while let Some(first) = rest.chars().next() {
+            let digits = first.is_ascii_digit();
+            let end = rest.find(|c: char| c.is_ascii_digit() != digits).unwrap_or(rest.len());
+            let (run, after) = rest.split_at(end);
+            rest = after;
+            match run.parse() {
+                Ok(number) if digits => numbers.push(number),
+                _ if channel_of(&run.to_lowercase()).is_some() => words.push(run.to_lowercase()),
+                _ => words.extend(at_capitals(run)),
+            }
+        }
+    }
+    (words, numbers)
+}
+
+fn at_capitals(run: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut after_small = false;
+    for letter in run.chars() {
+        if letter.is_uppercase() && after_small {
+            words.push(String::new());
+        }
+        after_small = letter.is_lowercase();
+        if let Some(word) = words.last_mut() {
+            word.extend(letter.to_lowercase());
+        }
+    }
+    words
+}
