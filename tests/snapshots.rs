@@ -9,7 +9,10 @@ mod support;
 use egui::Theme;
 use egui_kittest::{SnapshotOptions, SnapshotResults, try_image_snapshot_options};
 use support::{SIZE, demonstration, diagnosed, experiment, extrapolated, repaired, run, settle, trained, window};
-use torquescope::app::{Order, Screen};
+use torquescope::app::Order;
+use torquescope::app::screens::{
+    self, compare, data, diagnose, experiment, extrapolation, ladder, model, residuals, train,
+};
 use torquescope::session::{Command, Session};
 
 /// Pixels that may differ. Everything is drawn on the CPU in the same way, but `sin` and `cos` of the system may differ in
@@ -22,28 +25,27 @@ fn every_screen_looks_as_it_did() {
     let opened = run(Command::OpenSeal, &repaired());
     let nothing_left = run(Command::Diagnose, &repaired());
     let scenes = [
-        ("data", Screen::Data, demonstration()),
-        ("model", Screen::Model, repaired()),
-        ("model-trained", Screen::Model, trained()),
-        ("extrapolation", Screen::Extrapolation, extrapolated()),
-        ("extrapolation-unasked", Screen::Extrapolation, demonstration()),
-        ("train", Screen::Train, trained()),
-        ("train-unasked", Screen::Train, demonstration()),
-        ("diagnose-trained", Screen::Diagnose, trained()),
-        ("compare", Screen::Compare, demonstration()),
-        ("residuals", Screen::Residuals, demonstration()),
-        ("diagnose", Screen::Diagnose, diagnosed()),
-        ("diagnose-nothing", Screen::Diagnose, nothing_left),
-        ("diagnose-unasked", Screen::Diagnose, demonstration()),
-        ("ladder", Screen::Ladder, opened),
-        ("experiment", Screen::Experiment, Session::default()),
+        ("data", &data::ABOUT, demonstration()),
+        ("model", &model::ABOUT, repaired()),
+        ("model-trained", &model::ABOUT, trained()),
+        ("extrapolation", &extrapolation::ABOUT, extrapolated()),
+        ("extrapolation-unasked", &extrapolation::ABOUT, demonstration()),
+        ("train", &train::ABOUT, trained()),
+        ("train-unasked", &train::ABOUT, demonstration()),
+        ("diagnose-trained", &diagnose::ABOUT, trained()),
+        ("compare", &compare::ABOUT, demonstration()),
+        ("residuals", &residuals::ABOUT, demonstration()),
+        ("diagnose", &diagnose::ABOUT, diagnosed()),
+        ("diagnose-nothing", &diagnose::ABOUT, nothing_left),
+        ("diagnose-unasked", &diagnose::ABOUT, demonstration()),
+        ("ladder", &ladder::ABOUT, opened),
+        ("experiment", &experiment::ABOUT, Session::default()),
     ];
     let mut results = SnapshotResults::new();
     let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS);
     for (name, screen, session) in scenes {
         for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
             let mut window = window(session.clone(), screen, theme);
-            window.run_steps(2);
             if name == "experiment" {
                 window.state_mut().order(Order::Experiment(experiment()));
                 settle(&mut window);
@@ -58,13 +60,13 @@ fn every_screen_looks_as_it_did() {
 fn every_screen_looks_as_it_did_with_high_contrast() {
     let session = run(Command::Diagnose, &run(Command::OpenSeal, &extrapolated()));
     let mut results = SnapshotResults::new();
-    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * Screen::ALL.len());
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * screens::TABLE.len());
     for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
         let mut sheet = Sheet::new();
-        for screen in Screen::ALL {
+        for screen in screens::all() {
             let mut window = window(session.clone(), screen, theme);
             window.state_mut().order(Order::HighContrast(true));
-            if screen == Screen::Experiment {
+            if *screen == experiment::ABOUT {
                 window.state_mut().order(Order::Experiment(experiment()));
             }
             settle(&mut window);
@@ -85,7 +87,7 @@ impl Sheet {
 
     fn new() -> Self {
         let [width, height] = Sheet::SIDES;
-        let rows = Screen::ALL.len().div_ceil(2) as u32;
+        let rows = screens::TABLE.len().div_ceil(2) as u32;
         Sheet { picture: image::RgbaImage::new(2 * width, height * rows), count: 0 }
     }
 
@@ -107,11 +109,11 @@ fn every_screen_looks_as_it_did_when_empty_failed_and_busy() {
     let slow = folder.path().join("slow.torquescope");
     assert!(std::process::Command::new("mkfifo").arg(&slow).status().unwrap().success());
     let mut results = SnapshotResults::new();
-    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * Screen::ALL.len());
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * screens::TABLE.len());
     for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
         for (state, session) in [("empty", Session::default()), ("error", demonstration()), ("busy", demonstration())] {
             let mut sheet = Sheet::new();
-            for screen in Screen::ALL {
+            for screen in screens::all() {
                 let mut window = window(session.clone(), screen, theme);
                 window.run_steps(2);
                 match state {

@@ -10,7 +10,7 @@ use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 use super::plot::export;
 use super::raster::{Picture, Raster};
 use super::theme::{self, Palette};
-use super::{Order, Screen, Shown, TorquescopeApp};
+use super::{About, Order, Shown, TorquescopeApp, screens};
 use crate::figure::Panel;
 use crate::session::{Command, Session};
 
@@ -55,7 +55,7 @@ impl From<Look> for egui::Theme {
 /// What a screenshot shows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScreenshotOptions {
-    /// Name of the screen, one of [`Screen::ALL`].
+    /// Name of the screen, one of [`screens::all`].
     pub screen: String,
     /// Light or dark.
     pub theme: Look,
@@ -88,7 +88,7 @@ impl Default for ScreenshotOptions {
 /// If there is no such screen, the size can't be, or the window does not settle.
 pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Result<Vec<u8>> {
     let mut app = TorquescopeApp::new(session);
-    let screen = Screen::from_str(&options.screen).map_err(anyhow::Error::msg)?;
+    let screen = screens::find(&options.screen)?;
     if let Some(shown) = &options.experiment {
         app.order(Order::Experiment(shown.clone()));
     }
@@ -101,7 +101,7 @@ pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Resu
 ///
 /// # Errors
 /// If there is no such screen, or the window does not settle.
-pub fn plots(session: Session, screen: Screen) -> anyhow::Result<Vec<Panel>> {
+pub fn plots(session: Session, screen: &About) -> anyhow::Result<Vec<Panel>> {
     let mut app = TorquescopeApp::new(session);
     app.show_screen(screen);
     let ctx = egui::Context::default();
@@ -217,8 +217,8 @@ pub fn frame_times(session: Session, background: Command) -> anyhow::Result<Fram
     if !app.is_busy() {
         bail!("the background work did not begin");
     }
-    let mut screens = Vec::new();
-    for screen in Screen::ALL {
+    let mut measured = Vec::new();
+    for screen in screens::all() {
         app.show_screen(screen);
         app.look_at(None, 0.0);
         let mut times = Vec::new();
@@ -230,9 +230,9 @@ pub fn frame_times(session: Session, background: Command) -> anyhow::Result<Fram
             app.look_at(range, from + 0.5 * width);
             times.push(frame(&ctx, &mut app)?);
         }
-        screens.push((screen.id(), times));
+        measured.push((screen.id, times));
     }
     app.order(Order::Stop);
     frame(&ctx, &mut app)?;
-    Ok(FrameTimes { first_ms, screens })
+    Ok(FrameTimes { first_ms, screens: measured })
 }

@@ -1,45 +1,43 @@
 //! The window: `logic` receives and applies, `ui` draws. It sends [`Command`]s, as the command line does, and runs the long
 //! ones in a [`Job`].
 //!
-//! [`screens`] has one file per screen, [`plot`] what charts are made of, [`theme`] all colours and sizes; [`headless`]
-//! draws the same window without a display.
+//! From the ground up: [`theme`], [`plot`] and widgets are what screens are drawn with; `memo` keeps what is derived from the
+//! session; `desk` is what all screens share; [`screens`] has one file or folder per screen, each with its own memory; `shell`
+//! is what surrounds them. [`headless`] draws the same window without a display.
 
-mod deferred;
+mod controls;
+pub mod desk;
 mod dock;
-mod flow;
 mod fonts;
 pub mod headless;
 mod keeper;
+mod memo;
 pub mod plot;
 pub mod raster;
+mod screen;
 pub mod screens;
 mod settings;
 mod shell;
-mod state;
+mod tables;
 pub mod theme;
 mod widgets;
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+pub use desk::{About, Order, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
-pub use screens::Screen;
-pub use screens::experiment::Shown;
 pub use settings::Settings;
-pub use state::{Order, State};
 
 use crate::session::{Command, Curve, History, Session, file};
-use crate::simulation::Scenario;
 use crate::training::Ending;
 use crate::work::{Job, Outcome};
+use desk::{Busy, Desk, Drawing, Focus, Messages, Panels, Tone};
 use keeper::{Keeper, Kept};
-use plot::{Along, export};
-use shell::Exporting;
-use state::{Busy, Drawing, Notice, Toast, Tone};
+use memo::Memo;
+use screens::Screens;
+use shell::{Overlays, Shell};
 
-/// How long a toast is shown \[s\].
-const TOAST: f64 = 5.0;
 /// Smallest and largest size of text, relative to the usual.
 const TEXT_SCALES: std::ops::RangeInclusive<f32> = 0.8..=2.0;
 /// A file dialog that answers "nothing chosen" faster than this was never shown.
@@ -48,7 +46,14 @@ const FASTEST_CANCEL: Duration = Duration::from_millis(400);
 /// The program's window.
 pub struct TorquescopeApp {
     history: History,
-    state: State,
+    screens: Screens,
+    focus: Focus,
+    memo: Memo,
+    panels: Panels,
+    messages: Messages,
+    overlays: Overlays,
+    /// Whether something of this recording was exported, which is the end of the way.
+    exported: bool,
     running: Option<Running>,
     dialog: Option<Dialog>,
     /// The figure that is being written.
@@ -118,12 +123,18 @@ pub fn run_window(session: Session, first: Option<Command>) -> anyhow::Result<()
 impl TorquescopeApp {
     /// The window on this session, at the first screen. The context needs [`theme::install`] first.
     pub fn new(session: Session) -> Self {
-        let mut state = State::default();
-        state.follow(&Session::default(), &session);
-        state.recording_changed(&session);
+        let (mut screens, mut focus) = (Screens::default(), Focus::default());
+        screens.follow(&Session::default(), &session, None);
+        focus.follow(&Session::default(), &session);
         TorquescopeApp {
             history: History::new(session),
-            state,
+            screens,
+            focus,
+            memo: Memo::default(),
+            panels: Panels::default(),
+            messages: Messages::default(),
+            overlays: Overlays::default(),
+            exported: false,
             running: None,
             dialog: None,
             drawing: None,
@@ -141,13 +152,13 @@ impl TorquescopeApp {
 
     /// How the window looks and where its panels are, to be remembered.
     pub fn settings(&self, ctx: &egui::Context) -> Settings {
-        Settings::of(ctx, self.state.dock.layouts())
+        Settings::of(ctx, self.panels.layouts())
     }
 
     /// Lets the window look as it was remembered.
     pub fn restore(&mut self, settings: Settings, ctx: &egui::Context) {
         settings.apply(ctx);
-        self.state.dock.restore(settings.layouts);
+        self.panels.restore(settings.layouts);
     }
 
     /// The document as it is.
@@ -156,26 +167,21 @@ impl TorquescopeApp {
     }
 
     /// The screen that is shown.
-    pub fn screen(&self) -> Screen {
-        self.state.screen
+    pub fn screen(&self) -> &'static About {
+        self.screens.shown()
     }
 
     /// Shows another screen.
-    pub fn show_screen(&mut self, screen: Screen) {
-        self.state.screen = screen;
+    pub fn show_screen(&mut self, screen: &About) {
+        self.screens.show(screen);
     }
 
     /// Shows a part of the trajectory, from 0 to 1, or all of it, with the cursor at a part of it.
     fn look_at(&mut self, part: Option<[f64; 2]>, cursor: f64) {
         let runs = self.history.current().recording.as_ref().map(|recording| &recording.trajectories);
-        let Some(run) = runs.and_then(|runs| runs.get(self.state.trajectory)) else { return };
-        let (from, to) = (run.time.first().copied().unwrap_or(0.0), run.time.last().copied().unwrap_or(1.0));
-        let at = |share: f64| from + share * (to - from);
-        let range = part.map(|part| part.map(at));
-        for along in [Along::Time, Along::WholeTime] {
-            self.state.views.of(along).range = range;
+        if let Some(run) = runs.and_then(|runs| runs.get(self.focus.trajectory)) {
+            self.focus.look_at(run, part, cursor);
         }
-        self.state.cursor = Some(at(cursor));
     }
 
     /// Whether a job is at work.
@@ -184,8 +190,8 @@ impl TorquescopeApp {
             || self.dialog.is_some()
             || self.drawing.is_some()
             || self.keeper.is_busy()
-            || self.state.trials.is_busy()
-            || self.state.is_computing()
+            || self.screens.are_busy()
+            || self.memo.is_busy()
     }
 
     /// Gives an order, as a click would.
@@ -199,14 +205,14 @@ impl TorquescopeApp {
         self.poll_dialog();
         self.poll_drawing(ctx);
         self.poll_keeper(ctx);
-        self.state.trials.poll();
-        self.state.poll();
+        self.screens.poll();
+        self.memo.poll();
         let dropped: Vec<PathBuf> =
             ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
         if !dropped.is_empty() {
             self.orders.push(Order::open(dropped));
         }
-        self.orders.extend(shell::shortcuts(ctx, self.history.current(), &self.state));
+        self.orders.extend(self.overlays.shortcuts(ctx, self.history.current(), &self.screens, self.exported));
         let scale = ctx.zoom_factor();
         if !TEXT_SCALES.contains(&scale) {
             ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end()));
@@ -226,29 +232,43 @@ impl TorquescopeApp {
             epochs: running.curve.as_ref().map(Curve::epochs),
             plan: running.command.plan(self.history.current()).cloned(),
         });
-        let session = self.history.current().clone();
-        let mut desk = state::Desk {
+        let (session, models) = (self.history.current().clone(), self.history.models());
+        self.memo.keep_to(&session);
+        let desk = Desk {
             session: &session,
-            state: &mut self.state,
+            focus: &mut self.focus,
+            memo: &mut self.memo,
+            panels: &mut self.panels,
             orders: &mut self.orders,
             busy: busy.as_ref(),
+            models: &models,
+        };
+        let mut shell = Shell {
+            desk,
+            screens: &mut self.screens,
+            messages: &mut self.messages,
+            exported: self.exported,
             undo: self.history.undo_text(),
             redo: self.history.redo_text(),
-            models: self.history.models(),
             left_behind: self.keeper.left_behind().is_some(),
         };
-        shell::show(ui, &mut desk);
+        self.overlays.show(ui, &mut shell);
         if !self.orders.is_empty() {
             ui.ctx().request_repaint();
         }
     }
 
     fn carry_out(&mut self, order: Order, ctx: &egui::Context) {
+        for order in self.screens.hear(&order) {
+            self.carry_out(order, ctx);
+        }
         match order {
             Order::Run(command) => self.run(*command, ctx),
-            Order::Show(screen) => self.state.screen = screen,
-            Order::Undo => self.travel(History::undo),
-            Order::Redo => self.travel(History::redo),
+            Order::Show(screen) => self.screens.show(screen),
+            // Only screens have to hear of it.
+            Order::DrawMystery | Order::PlanTraining(_) | Order::Experiment(_) => (),
+            Order::Undo => self.travel("Undo", History::undo),
+            Order::Redo => self.travel("Redo", History::redo),
             Order::Stop => {
                 if let Some(running) = &mut self.running {
                     running.job.stop("you pressed Stop");
@@ -273,30 +293,16 @@ impl TorquescopeApp {
             Order::HighContrast(high) => theme::set_contrast(ctx, high),
             Order::ToggleContrast => theme::set_contrast(ctx, !theme::is_high_contrast(ctx)),
             Order::TextScale(scale) => ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end())),
-            Order::Palette(open) => self.state.palette = open.then(Default::default),
-            Order::KeyList(open) => self.state.key_list = open,
-            Order::FitAll => {
-                self.state.views.fit_all();
-                self.state.trials.window = plot::Window::default();
-            }
-            Order::Panel(name, change) => self.state.dock.change(&name, &change),
-            Order::NextPanel => self.state.dock.focus_next(ctx),
-            Order::ResetPanels => self.state.dock.reset(),
-            Order::DrawMystery => {
-                let seed = self.state.wish.seed;
-                self.state.wish.seed += 1;
-                match Scenario::mystery(seed) {
-                    Ok(scenario) => self.run(Command::Simulate(Box::new(scenario)), ctx),
-                    Err(error) => {
-                        let text = format!("Nothing was simulated: {error}.");
-                        self.state.notices.push(Notice::new(Tone::Error, text, "Try another seed."));
-                    }
-                }
-            }
+            Order::Palette(open) => self.overlays.palette = open.then(Default::default),
+            Order::KeyList(open) => self.overlays.key_list = open,
+            Order::FitAll => self.focus.views.fit_all(),
+            Order::Panel(name, change) => self.panels.change(&name, &change),
+            Order::NextPanel => self.panels.focus_next(ctx),
+            Order::ResetPanels => self.panels.reset(),
             Order::Save(path) => {
                 if self.history.current().recording.is_none() {
                     let text = "There is no recording yet, so there is nothing to save.";
-                    self.state.notices.push(Notice::new(Tone::Warning, text, ""));
+                    self.messages.tell(Tone::Warning, text, "");
                 } else {
                     self.keeper.save(path, self.history.current());
                 }
@@ -309,44 +315,44 @@ impl TorquescopeApp {
                     self.keeper.decided();
                 }
             }
-            Order::Experiment(shown) => {
-                self.state.trials.shown = shown;
-                self.state.screen = Screen::Experiment;
-            }
             Order::SaveDialog => self.open_dialog(ctx, Asks::Save),
             Order::OpenDialog => self.open_dialog(ctx, Asks::Open),
             Order::ExportDialog => self.open_dialog(ctx, Asks::Export),
-            Order::Export(only) => {
-                // The screen describes its plots when it is drawn next.
-                export::begin(ctx);
-                self.state.exporting = Some(Exporting::new(self.history.current(), self.state.screen, only));
-            }
+            Order::Export(only) => self.overlays.export(ctx, self.history.current(), self.screens.shown(), only),
             Order::Draw(drawing) => self.write_figure(*drawing, ctx),
-            Order::Dismiss(notice) => {
-                if notice < self.state.notices.len() {
-                    self.state.notices.remove(notice);
-                }
-            }
+            Order::Tell(notice) => self.messages.notices.push(notice),
+            Order::Dismiss(notice) => self.messages.dismiss(notice),
         }
     }
 
-    /// Undo or redo; looks at another recording from its beginning.
-    fn travel(&mut self, step: fn(&mut History)) {
+    /// Undo or redo. Not while a job is at work on the session as it is: its result would take the place of what one went back
+    /// to, and what could be done again would be lost.
+    fn travel(&mut self, name: &str, step: fn(&mut History)) {
+        if let Some(running) = &self.running {
+            let text = format!("{name} was not carried out, because “{}” is still at work.", running.job.name());
+            self.messages.tell(Tone::Warning, text, "Wait for it, or press Stop in the bar below.");
+            return;
+        }
         let before = self.history.current().clone();
         step(&mut self.history);
-        self.state.data_changed();
-        self.state.follow(&before, self.history.current());
-        self.keeper.copy(self.history.current());
-        if !same_recording(&before, self.history.current()) {
-            self.state.recording_changed(self.history.current());
-        }
+        self.follow(&before, None);
+    }
+
+    /// The session has changed: everything that looks at it follows, and a copy is kept.
+    fn follow(&mut self, before: &Session, by: Option<&Command>) {
+        let after = self.history.current();
+        self.memo.keep_to(after);
+        self.screens.follow(before, after, by);
+        self.focus.follow(before, after);
+        self.exported &= before.has_recording_of(after);
+        self.keeper.copy(after);
     }
 
     fn run(&mut self, command: Command, ctx: &egui::Context) {
         if let Some(running) = &self.running {
             let text =
                 format!("“{}” was not started, because “{}” is still at work.", command.title(), running.job.name());
-            self.state.notices.push(Notice::new(Tone::Warning, text, "Wait for it, or press Stop in the bar below."));
+            self.messages.tell(Tone::Warning, text, "Wait for it, or press Stop in the bar below.");
             return;
         }
         let session = self.history.current().clone();
@@ -375,66 +381,37 @@ impl TorquescopeApp {
             Outcome::Failed(message) => self.fail(&command, message),
             Outcome::Stopped(reason) => {
                 let text = format!("Stopped: {}, because {reason}. Nothing was changed.", command.title());
-                self.state.notices.push(Notice::new(Tone::Info, text, ""));
+                self.messages.tell(Tone::Info, text, "");
             }
             Outcome::Panicked(message) => {
                 let text = format!("A defect of the program ended “{}”: {message}.", command.title());
                 let remedy = "Your session is as it was. Please report this with what you did.";
-                self.state.notices.push(Notice::new(Tone::Error, text, remedy));
+                self.messages.tell(Tone::Error, text, remedy);
             }
         }
     }
 
     fn accept(&mut self, session: Session, command: &Command, ctx: &egui::Context) {
-        let failures_outlived = |notice: &Notice| notice.tone != Tone::Info;
-        self.state.notices.retain(failures_outlived);
-        let until = ctx.input(|input| input.time) + TOAST;
-        self.state.toasts.push(Toast { text: done_text(self.history.current(), &session, command), until });
-        self.state.follow(self.history.current(), &session);
+        let before = self.history.current().clone();
+        self.messages.forget_what_is_past();
+        self.messages.toast(done_text(&before, &session, command), ctx);
         if command.trains(&session)
             && let Some(step) = session.current()
             && let (Some(Ending::Failed(_)), Some(reason)) = (&step.ending, step.early_end())
         {
             let text = format!("Training ended early: {reason}; they are the model now.");
-            self.state.notices.push(Notice::new(Tone::Warning, text, "Undo brings back the model before it."));
+            self.messages.tell(Tone::Warning, text, "Undo brings back the model before it.");
         }
         self.history.push(session, &command.title());
-        self.state.data_changed();
-        self.keeper.copy(self.history.current());
-        match command {
-            Command::Open { .. } | Command::Simulate(_) | Command::Restore { .. } => {
-                if matches!(command, Command::Restore { .. }) {
-                    self.keeper.decided();
-                }
-                if matches!(command, Command::Open { .. }) {
-                    self.state.remember(self.history.current(), command);
-                }
-                self.state.recording_changed(self.history.current());
-            }
-            Command::Diagnose => {
-                self.state.screen = Screen::Diagnose;
-                self.state.bet.guess = None;
-            }
-            Command::AddEffect { .. } => self.state.screen = Screen::Ladder,
-            Command::ChoosePreset(_)
-            | Command::TrainPreset { .. }
-            | Command::Train { .. }
-            | Command::Resume(_)
-            | Command::UseRun { .. }
-            | Command::UseModel { .. }
-            | Command::EditTerms(_)
-            | Command::GoTo { .. }
-            | Command::OpenSeal => (),
-            Command::Extrapolate { stretch, .. } => {
-                self.state.outside.stretch = *stretch;
-                self.state.screen = Screen::Extrapolation;
-            }
+        if matches!(command, Command::Restore { .. }) {
+            self.keeper.decided();
         }
+        self.follow(&before, Some(command));
     }
 
     fn fail(&mut self, command: &Command, message: String) {
         let text = format!("Could not {}: {message}.", command.title());
-        self.state.notices.push(Notice::new(Tone::Error, text, "Nothing was changed."));
+        self.messages.tell(Tone::Error, text, "Nothing was changed.");
     }
 
     fn poll_keeper(&mut self, ctx: &egui::Context) {
@@ -443,16 +420,11 @@ impl TorquescopeApp {
         }
         match self.keeper.poll() {
             Some(Kept::Saved(path)) => {
-                let until = ctx.input(|input| input.time) + TOAST;
-                self.state.toasts.push(Toast { text: format!("Saved: {}.", path.display()), until });
+                self.messages.toast(format!("Saved: {}.", path.display()), ctx);
             }
             Some(Kept::Failed(message)) => {
                 let text = format!("The session was not saved: {message}.");
-                self.state.notices.push(Notice::new(
-                    Tone::Error,
-                    text,
-                    "Your session is as it was; save it elsewhere.",
-                ));
+                self.messages.tell(Tone::Error, text, "Your session is as it was; save it elsewhere.");
             }
             None => (),
         }
@@ -476,13 +448,12 @@ impl TorquescopeApp {
         self.drawing = None;
         match outcome {
             Outcome::Done(path) => {
-                let until = ctx.input(|input| input.time) + TOAST;
-                self.state.toasts.push(Toast { text: format!("Exported: {}.", path.display()), until });
-                self.state.exported = true;
+                self.messages.toast(format!("Exported: {}.", path.display()), ctx);
+                self.exported = true;
             }
             Outcome::Failed(message) | Outcome::Stopped(message) | Outcome::Panicked(message) => {
                 let text = format!("Nothing was exported: {message}.");
-                self.state.notices.push(Notice::new(Tone::Error, text, "Check the folder, or export elsewhere."));
+                self.messages.tell(Tone::Error, text, "Check the folder, or export elsewhere.");
             }
         }
     }
@@ -495,7 +466,7 @@ impl TorquescopeApp {
         let wake = move || context.request_repaint();
         let name = self.history.current().recording.as_ref().map_or("session", |recording| &recording.name);
         let name = format!("{name}.{}", file::ENDING);
-        let figure = self.state.exporting.as_ref().map_or(String::new(), |exporting| exporting.path.clone());
+        let figure = self.overlays.exporting.as_ref().map_or(String::new(), |exporting| exporting.path.clone());
         let job = Job::spawn("choose files", wake, move |_| {
             let dialog = rfd::FileDialog::new();
             Ok::<_, String>(match asks {
@@ -521,7 +492,7 @@ impl TorquescopeApp {
         let (at_once, asks) = (dialog.begin.elapsed() < FASTEST_CANCEL, dialog.asks);
         self.dialog = None;
         match outcome {
-            Outcome::Done(Some(mut paths)) if !paths.is_empty() => match (asks, &mut self.state.exporting) {
+            Outcome::Done(Some(mut paths)) if !paths.is_empty() => match (asks, &mut self.overlays.exporting) {
                 (Asks::Open, _) => self.orders.push(Order::open(paths)),
                 (Asks::Save, _) => self.orders.push(Order::Save(paths.remove(0))),
                 (Asks::Export, Some(exporting)) => exporting.path = paths[0].display().to_string(),
@@ -534,9 +505,9 @@ impl TorquescopeApp {
                     Asks::Export => "Type the path into the field.",
                     _ => "Type the path into the field on the Data screen, or drop the file onto the window.",
                 };
-                self.state.notices.push(Notice::new(Tone::Warning, text, remedy));
+                self.messages.tell(Tone::Warning, text, remedy);
                 if asks != Asks::Export {
-                    self.state.screen = Screen::Data;
+                    self.screens.show(&screens::data::ABOUT);
                 }
             }
         }
@@ -552,19 +523,11 @@ fn done_text(before: &Session, after: &Session, command: &Command) -> String {
         mean.is_finite().then_some(mean)
     };
     match (error(before), error(after)) {
-        (Some(from), Some(to)) if from != to && same_recording(before, after) => {
+        (Some(from), Some(to)) if from != to && before.has_recording_of(after) => {
             let percent = plot::ticks::percent;
             format!("{title}: mean held-out error {} → {}.", percent(from), percent(to))
         }
         _ => format!("{title}: done."),
-    }
-}
-
-fn same_recording(one: &Session, other: &Session) -> bool {
-    match (&one.recording, &other.recording) {
-        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
-        (None, None) => true,
-        _ => false,
     }
 }
 

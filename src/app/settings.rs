@@ -3,7 +3,7 @@
 use egui::{Context, ThemePreference};
 use serde::{Deserialize, Serialize};
 
-use super::dock::Layouts;
+use super::desk::Layouts;
 use super::theme;
 
 /// The user's choices.

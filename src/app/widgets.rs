@@ -147,3 +147,21 @@ pub fn share_bar(ui: &mut Ui, share: f64, width: f32, color: Color32) {
     let filled = egui::Rect::from_min_size(rect.min, egui::vec2(width * share.clamp(0.0, 1.0) as f32, rect.height()));
     ui.painter().rect_filled(filled, 3, color);
 }
+
+/// Whether the window, at this size of text, has no room for long names side by side.
+pub fn is_narrow(ui: &Ui) -> bool {
+    ui.ctx().content_rect().width() < 1100.0
+}
+
+/// 12345 as `12 345`.
+pub fn thousands(number: usize) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push('\u{2009}');
+        }
+        text.push(digit);
+    }
+    text
+}

@@ -6,7 +6,8 @@ use clap::Args;
 use super::diagnose::text;
 use super::table::{numbers, table};
 use super::{progress, write_file};
-use crate::app::{self, Screen, ScreenshotOptions};
+use crate::app::screens::{self, ladder};
+use crate::app::{self, ScreenshotOptions};
 use crate::recording::{joints_text, write};
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
@@ -63,12 +64,12 @@ impl Demo {
             println!("   {} on {place}: {}", hidden.effect, numbers(&hidden.parameters));
         }
         if !self.no_pictures {
-            for screen in Screen::ALL {
+            for screen in screens::all() {
                 // The ladder shows the repaired model, the other screens the one that still lacks the effect.
-                let shown = if screen == Screen::Ladder { &session } else { &diagnosed };
-                let options = ScreenshotOptions { screen: screen.id().to_owned(), ..ScreenshotOptions::default() };
+                let shown = if *screen == ladder::ABOUT { &session } else { &diagnosed };
+                let options = ScreenshotOptions { screen: screen.id.to_owned(), ..ScreenshotOptions::default() };
                 let picture = app::screenshot(shown.clone(), &options)?;
-                write_file(&self.output.join(format!("{}.png", screen.id())), &picture)?;
+                write_file(&self.output.join(format!("{}.png", screen.id)), &picture)?;
             }
         }
         println!("\nThe recording and the pictures are in {}.", self.output.display());

@@ -6,7 +6,7 @@ use clap::Args;
 use super::data::OptionalData;
 use super::screenshot::prepared;
 use super::write_file;
-use crate::app::{self, Screen};
+use crate::app::{self, About, screens};
 use crate::figure::{self, Figure, Format, Size, Style, Theme};
 
 /// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV.
@@ -16,7 +16,8 @@ use crate::figure::{self, Figure, Format, Size, Style, Theme};
 #[derive(Args)]
 pub struct FigureCommand {
     /// Which screen.
-    screen: Screen,
+    #[arg(value_parser = screens::find)]
+    screen: &'static About,
     #[command(flatten)]
     data: OptionalData,
     /// Only plots whose title contains this.
@@ -58,7 +59,7 @@ impl FigureCommand {
         let mut panels = app::plots(session, self.screen)?;
         let titles: Vec<String> = panels.iter().map(|panel| format!("“{}”", panel.title)).collect();
         if titles.is_empty() {
-            bail!("the screen `{}` shows no plot of these data", self.screen.id());
+            bail!("the screen `{}` shows no plot of these data", self.screen.id);
         }
         if let Some(only) = &self.only {
             panels.retain(|panel| panel.title.contains(only.as_str()));

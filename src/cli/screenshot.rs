@@ -6,7 +6,8 @@ use clap::Args;
 use super::data::OptionalData;
 use super::{progress, write_file};
 use crate::app::headless::Look;
-use crate::app::{self, Screen, ScreenshotOptions, Shown};
+use crate::app::screens::{self, diagnose, extrapolation, ladder, model, train};
+use crate::app::{self, About, ScreenshotOptions, Shown};
 use crate::model::learned::LearnedPreset;
 use crate::session::{Command, Session};
 use crate::simulation::extrapolation::Stretch;
@@ -21,8 +22,14 @@ pub struct Screenshot {
     #[command(flatten)]
     data: OptionalData,
     /// Which screen.
-    #[arg(long, value_name = "SCREEN", required_unless_present = "all", conflicts_with = "all")]
-    screen: Option<Screen>,
+    #[arg(
+        long,
+        value_name = "SCREEN",
+        required_unless_present = "all",
+        conflicts_with = "all",
+        value_parser = screens::find
+    )]
+    screen: Option<&'static About>,
     /// All screens; the output is then a folder.
     #[arg(long)]
     all: bool,
@@ -53,8 +60,8 @@ impl Screenshot {
         let Some(screen) = self.screen else {
             std::fs::create_dir_all(&self.output)
                 .with_context(|| format!("can't make the folder {}", self.output.display()))?;
-            for screen in Screen::ALL {
-                let name = format!("{}.png", screen.id());
+            for screen in screens::all() {
+                let name = format!("{}.png", screen.id);
                 write_file(&self.output.join(name), &self.draw(screen, &start)?)?;
             }
             return Ok(());
@@ -62,10 +69,10 @@ impl Screenshot {
         write_file(&self.output, &self.draw(screen, &start)?)
     }
 
-    fn draw(&self, screen: Screen, start: &Session) -> anyhow::Result<Vec<u8>> {
+    fn draw(&self, screen: &About, start: &Session) -> anyhow::Result<Vec<u8>> {
         let session = prepared(screen, start)?;
         let options = ScreenshotOptions {
-            screen: screen.id().to_owned(),
+            screen: screen.id.to_owned(),
             theme: self.theme,
             size: self.size,
             scale: self.scale,
@@ -82,14 +89,14 @@ impl Screenshot {
 }
 
 /// The session in the state that the screen is about.
-pub fn prepared(screen: Screen, start: &Session) -> anyhow::Result<Session> {
+pub fn prepared(screen: &About, start: &Session) -> anyhow::Result<Session> {
     let mut session = start.clone();
-    if screen == Screen::Train && session.recording.is_some() {
+    if *screen == train::ABOUT && session.recording.is_some() {
         let preset = LearnedPreset::StructuredDelan;
         session = progress::run(Command::TrainPreset { preset, plan: Box::new(Plan::default()) }, &session)?;
     }
-    let repaired = matches!(screen, Screen::Model | Screen::Ladder | Screen::Extrapolation);
-    if (repaired || screen == Screen::Diagnose) && session.current().is_some() {
+    let repaired = [&model::ABOUT, &ladder::ABOUT, &extrapolation::ABOUT].contains(&screen);
+    if (repaired || *screen == diagnose::ABOUT) && session.current().is_some() {
         session = progress::run(Command::Diagnose, &session)?;
     }
     if repaired {
@@ -98,7 +105,7 @@ pub fn prepared(screen: Screen, start: &Session) -> anyhow::Result<Session> {
             session = progress::run(command, &session)?;
         }
     }
-    if screen == Screen::Extrapolation && session.current().is_some() {
+    if *screen == extrapolation::ABOUT && session.current().is_some() {
         let command = Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed };
         session = progress::run(command, &session)?;
     }

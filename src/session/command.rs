@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::file::{self, SessionFileError};
 use super::runs::{Keeper, RunFileError};
 use super::terms::{self, TermEdit};
-use super::{Session, Step};
+use super::{Generation, Session, Step};
 use crate::diagnosis;
 use crate::effect::{Effect, Scope, registry};
 use crate::model::learned::LearnedPreset;
@@ -199,7 +199,8 @@ impl Command {
     /// # Errors
     /// [`SessionError`] says what can't be done and how to mend it.
     pub fn run(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
-        Ok(self.carry_out(session, monitor)?.remembering_its_run())
+        let changed = self.carry_out(session, monitor)?.remembering_its_run();
+        Ok(Session { generation: Generation::next(), ..changed })
     }
 
     fn carry_out(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
@@ -213,6 +214,7 @@ impl Command {
                 let loaded = Session {
                     recording: Some(Arc::new(import.recording)),
                     findings: Arc::new(import.findings),
+                    opened_by: Some(Arc::new(self.clone())),
                     mapping: Some(Arc::new(import.mapping)),
                     split,
                     preset: session.preset,
@@ -417,7 +419,8 @@ pub(super) fn step(
     }
     let fitted = model::fit(&model, recording, &session.split, monitor)?;
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    Ok(Arc::new(Step { title, fitted, evaluation, history: Vec::new(), ending: None, run: None }))
+    let generation = Generation::next();
+    Ok(Arc::new(Step { generation, title, fitted, evaluation, history: Vec::new(), ending: None, run: None }))
 }
 
 /// Follows a training, keeps its checkpoint, and measures what it gives.
@@ -440,7 +443,8 @@ fn trained(
         return Err(SessionError::TrainingFailed(reason.clone()));
     }
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    Ok(Arc::new(Step { title, fitted, evaluation, history, ending: Some(ending), run: Some(Arc::new(run)) }))
+    let (generation, ending, run) = (Generation::next(), Some(ending), Some(Arc::new(run)));
+    Ok(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run }))
 }
 
 fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {

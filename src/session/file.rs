@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-use super::{Session, Step};
+use super::{Generation, Session, Step};
 use crate::model::{Evaluation, ModelError, Preset, Term};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::check::Finding;
@@ -180,7 +180,8 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Session, SessionFil
             return Err(SessionFileError::Damaged(format!("“{title}” is a model of another recording")));
         }
         let evaluation = Evaluation::of(&fitted, &recording, &contents.split)?;
-        ladder.push(Arc::new(Step { title, fitted, evaluation, history, ending, run: None }));
+        let generation = Generation::next();
+        ladder.push(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run: None }));
     }
     let seal = recording.seal.as_ref().filter(|_| contents.opened);
     let truth = seal.map(|seal| seal.open()).transpose()?.map(Arc::new);

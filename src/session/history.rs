@@ -56,13 +56,10 @@ impl History {
     /// Every model that was fitted to the current recording and can be gone back to, oldest first.
     pub fn models(&self) -> Vec<Arc<Step>> {
         let mut models: Vec<Arc<Step>> = Vec::new();
-        let Some(recording) = &self.current.recording else { return models };
         let sessions = self.past.iter().map(|entry| &entry.session).chain([&self.current]);
-        for session in
-            sessions.filter(|session| session.recording.as_ref().is_some_and(|own| Arc::ptr_eq(own, recording)))
-        {
+        for session in sessions.filter(|session| session.has_recording_of(&self.current)) {
             for step in &session.ladder {
-                if !models.iter().any(|known| Arc::ptr_eq(known, step)) {
+                if !models.iter().any(|known| known.generation == step.generation) {
                     models.push(Arc::clone(step));
                 }
             }

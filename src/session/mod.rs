@@ -5,6 +5,7 @@
 
 mod command;
 pub mod file;
+mod generation;
 mod history;
 pub mod runs;
 mod terms;
@@ -13,6 +14,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 pub use command::{Command, SessionError};
+pub use generation::Generation;
 pub use history::History;
 pub use runs::TrainedRun;
 pub use terms::TermEdit;
@@ -31,10 +33,14 @@ use crate::training::{Ending, Epoch};
 /// The document.
 #[derive(Debug, Clone, Default)]
 pub struct Session {
+    /// Which session it is: a change makes another one, a copy is the same.
+    pub generation: Generation,
     /// What was measured; `None` in an empty session.
     pub recording: Option<Arc<Recording>>,
     /// What was found at import.
     pub findings: Arc<Vec<Finding>>,
+    /// The command that read it from files, to read them again in another way; `None` if it was not read by one.
+    pub opened_by: Option<Arc<Command>>,
     /// Which columns of the file are which channels; `None` for simulated recordings.
     pub mapping: Option<Arc<Mapping>>,
     /// Which part trains and which is held out.
@@ -65,6 +71,8 @@ pub struct Session {
 /// One step of the ladder.
 #[derive(Debug, Clone)]
 pub struct Step {
+    /// Which model it is, as long as the program runs.
+    pub generation: Generation,
     /// What was added, such as `+ Coulomb friction on joints 1, 2`, or the preset.
     pub title: String,
     /// The model with all parameters identified anew.
@@ -116,5 +124,14 @@ impl Session {
     /// The current model.
     pub fn current(&self) -> Option<&Arc<Step>> {
         self.ladder.last()
+    }
+
+    /// Whether another session is about the same recording.
+    pub fn has_recording_of(&self, other: &Session) -> bool {
+        match (&self.recording, &other.recording) {
+            (Some(own), Some(other)) => Arc::ptr_eq(own, other),
+            (None, None) => true,
+            _ => false,
+        }
     }
 }

@@ -111,7 +111,8 @@ impl Session {
     /// This session with the training of its current model in the list of runs.
     pub(super) fn remembering_its_run(mut self) -> Self {
         let is_new = |step: &Arc<Step>| {
-            step.run.is_some() && !self.runs.iter().filter_map(TrainedRun::step).any(|known| Arc::ptr_eq(known, step))
+            let mut known = self.runs.iter().filter_map(TrainedRun::step);
+            step.run.is_some() && !known.any(|known| known.generation == step.generation)
         };
         if self.current().is_some_and(is_new) {
             self.runs.push(TrainedRun { preset: self.preset, ladder: self.ladder.clone() });

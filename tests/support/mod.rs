@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use egui::TexturesDelta;
 use egui_kittest::{Harness, TestRenderer};
 use torquescope::app::raster::Raster;
-use torquescope::app::{Screen, Shown, TorquescopeApp, theme};
+use torquescope::app::{About, Shown, TorquescopeApp, theme};
 use torquescope::arm::Arm;
 use torquescope::experiment::{self, Shard, Store, catalogue};
 use torquescope::model::learned::LearnedPreset;
@@ -42,18 +42,20 @@ impl TestRenderer for CpuRenderer {
     }
 }
 
-/// The window on a session and screen.
-pub fn window(session: Session, screen: Screen, theme: egui::Theme) -> Window {
+/// The window on a session and screen, with all that is derived for drawing.
+pub fn window(session: Session, screen: &'static About, theme: egui::Theme) -> Window {
     let mut app = TorquescopeApp::new(session);
     app.show_screen(screen);
-    Harness::builder()
+    let mut window = Harness::builder()
         .with_size(SIZE)
         .with_theme(theme)
         .with_max_steps(16)
         .with_render_cursor(false)
         .with_context_setup(theme::install)
         .renderer(CpuRenderer::default())
-        .build_eframe(|_| app)
+        .build_eframe(|_| app);
+    settle(&mut window);
+    window
 }
 
 /// Steps until no job is at work.

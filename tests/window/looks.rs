@@ -43,7 +43,7 @@ fn zoom(window: &mut Window, plot: &str, factor: f32) {
 /// Charts of the same quantity of the same joint zoom together, on every screen, and show everything again together.
 #[test]
 fn charts_of_the_same_quantity_are_linked() {
-    let mut window = window(diagnosed(), Screen::Residuals, Theme::Dark);
+    let mut window = window(diagnosed(), &residuals::ABOUT, Theme::Dark);
     window.run_steps(3);
     let width = |[low, high]: [f64; 2]| high - low;
     let velocity = |window: &mut Window| extent(window, "residual against velocity");
@@ -99,7 +99,7 @@ fn mark(window: &mut Window, plot: &str, from: [f32; 2], to: [f32; 2]) {
 /// Spectra and autocorrelation are those of the marked region, and say so; the other views light it.
 #[test]
 fn spectra_follow_the_marked_region() {
-    let mut window = window(demonstration(), Screen::Residuals, Theme::Light);
+    let mut window = window(demonstration(), &residuals::ABOUT, Theme::Light);
     let titles = ["residual power by frequency", "residual amplitude by order", "residual autocorrelation"];
     let whole = titles.map(|title| series(&mut window, title, ""));
     assert!(whole.iter().all(|curve| curve.len() > 10));
@@ -141,7 +141,7 @@ fn by_name(window: &mut Window, name: &str) {
 /// Panels are chosen, moved, hidden and put back by name.
 #[test]
 fn panels_are_moved_by_name() {
-    let mut window = window(demonstration(), Screen::Compare, Theme::Dark);
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Dark);
     window.run_steps(2);
     let before = tab(&window, "At the cursor");
     by_name(&mut window, "Panel At the cursor: move to the left");
@@ -163,7 +163,7 @@ fn panels_are_moved_by_name() {
 /// The same by keys: F6 goes from tab to tab, Shift and an arrow moves the panel, Delete hides it.
 #[test]
 fn panels_are_moved_by_keys() {
-    let mut window = window(demonstration(), Screen::Compare, Theme::Dark);
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Dark);
     window.run_steps(2);
     let focus = |window: &mut Window, name: &str| {
         for _ in 0..8 {
@@ -195,7 +195,7 @@ fn panels_are_moved_by_keys() {
 /// The schedule is drawn before a training and ahead of it, and is what the training does.
 #[test]
 fn the_schedule_is_drawn_ahead() {
-    let mut before = window(small(), Screen::Train, Theme::Light);
+    let mut before = window(small(), &train::ABOUT, Theme::Light);
     assert!(before.query_by_label("plot of learning rate").is_none(), "a rigid body has no schedule");
     before.get_by_role_and_label(Role::RadioButton, "structured DeLaN").click();
     before.run_steps(3);
@@ -203,7 +203,7 @@ fn the_schedule_is_drawn_ahead() {
     assert_eq!(planned.last().unwrap()[0], Session::default().plan.options.epochs as f64);
 
     let plan = Box::new(short_plan(60));
-    let mut window = window(small(), Screen::Train, Theme::Light);
+    let mut window = window(small(), &train::ABOUT, Theme::Light);
     window.state_mut().order(Order::run(Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan }));
     window.run_steps(2);
     wait_for_an_epoch(&mut window);
@@ -222,8 +222,8 @@ fn the_schedule_is_drawn_ahead() {
 fn drawings_are_exported() {
     let folder = tempfile::tempdir().unwrap();
     for (screen, session, drawing, word) in [
-        (Screen::Model, trained(), "structure of the model: the sum of", "H = L Lᵀ"),
-        (Screen::Compare, demonstration(), "the arm at the time cursor", "path of the tip"),
+        (&model::ABOUT, trained(), "structure of the model: the sum of", "H = L Lᵀ"),
+        (&compare::ABOUT, demonstration(), "the arm at the time cursor", "path of the tip"),
     ] {
         let mut window = window(session, screen, Theme::Dark);
         window.run_steps(2);

@@ -15,7 +15,8 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, Role, Theme};
 use egui_kittest::kittest::{NodeT, Queryable};
 use support::{Window, demonstration, diagnosed, run, settle, short_plan, small, trained, window};
-use torquescope::app::{Order, Screen, Shown, theme};
+use torquescope::app::screens::{self, compare, data, diagnose, experiment, ladder, model, residuals, train};
+use torquescope::app::{About, Order, Shown, theme};
 use torquescope::session::{Command, Session};
 use torquescope::simulation::{Excitation, Scenario};
 
@@ -28,7 +29,7 @@ fn click(window: &mut Window, name: &str) {
 
 /// Writes the plots that the open dialog lists into a file.
 fn export_to(window: &mut Window, path: &Path, format: &str) {
-    window.run_steps(2);
+    settle(window);
     window.get_by_role_and_label(Role::RadioButton, format).click();
     window.run_steps(2);
     window.get_by_role_and_label(Role::TextInput, "File").focus();
@@ -49,7 +50,7 @@ fn export_to(window: &mut Window, path: &Path, format: &str) {
 fn a_newcomer_finds_the_hidden_effect() {
     let begin = std::time::Instant::now();
     let folder = tempfile::tempdir().unwrap();
-    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
     let mut steps = Vec::new();
     let mut first_error = None;
     while window.query_by_label_contains("the way is done").is_none() {
@@ -100,7 +101,7 @@ fn a_newcomer_finds_the_hidden_effect() {
 #[test]
 fn plots_are_exported_from_the_window() {
     let folder = tempfile::tempdir().unwrap();
-    let mut window = window(demonstration(), Screen::Compare, Theme::Dark);
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Dark);
     let whole = |window: &mut Window, name: &str, format: &str| {
         window.key_press_modifiers(Modifiers::COMMAND, Key::E);
         window.run_steps(3);
@@ -142,7 +143,7 @@ fn drag(window: &mut Window, from: egui::Pos2, to: egui::Pos2) {
 /// A panel is dragged elsewhere by its tab, and stands there when the program starts again; the menu hides it and puts it back.
 #[test]
 fn panels_are_rearranged_and_stay() {
-    let mut first = window(demonstration(), Screen::Compare, Theme::Dark);
+    let mut first = window(demonstration(), &compare::ABOUT, Theme::Dark);
     first.run_steps(2);
     let place = |window: &Window, name: &str| window.get_by_role_and_label(Role::Button, name).rect();
     let before = place(&first, "At the cursor");
@@ -153,7 +154,7 @@ fn panels_are_rearranged_and_stay() {
     assert!(after.left() < target.left() + 400.0, "{before:?} -> {after:?}");
     let kept = serde_json::to_string(&first.state().settings(&first.ctx)).unwrap();
 
-    let mut second = window(demonstration(), Screen::Compare, Theme::Dark);
+    let mut second = window(demonstration(), &compare::ABOUT, Theme::Dark);
     let ctx = second.ctx.clone();
     second.state_mut().restore(serde_json::from_str(&kept).unwrap(), &ctx);
     second.run_steps(3);
@@ -172,7 +173,7 @@ fn panels_are_rearranged_and_stay() {
 fn the_torque_is_decomposed_and_time_plays() {
     let opened = run(Command::OpenSeal, &support::repaired());
     let folder = tempfile::tempdir().unwrap();
-    let mut window = window(opened, Screen::Compare, Theme::Light);
+    let mut window = window(opened, &compare::ABOUT, Theme::Light);
     window.get_by_role_and_label(Role::CheckBox, "Decompose").click();
     settle(&mut window);
     assert!(window.query_by_label("plot of joint 1: decomposition [N m]").is_some());
@@ -202,7 +203,7 @@ fn the_torque_is_decomposed_and_time_plays() {
 /// The ends of links and the discs of masses are dragged.
 #[test]
 fn the_arm_is_edited_by_hand_and_simulated() {
-    let mut window = window(demonstration(), Screen::Data, Theme::Dark);
+    let mut window = window(demonstration(), &data::ABOUT, Theme::Dark);
     click(&mut window, "Simulate your own");
     let tip = window.get_by_label("drag the length of link 3").rect().center();
     drag(&mut window, tip, tip + egui::vec2(30.0, -5.0));
@@ -220,7 +221,7 @@ fn the_arm_is_edited_by_hand_and_simulated() {
 /// The bars of a step lead back to it.
 #[test]
 fn a_step_is_gone_back_to_by_its_bars() {
-    let mut window = window(support::repaired(), Screen::Ladder, Theme::Dark);
+    let mut window = window(support::repaired(), &ladder::ABOUT, Theme::Dark);
     window.run_steps(2);
     click(&mut window, "bars of step 1");
     assert_eq!(window.state().session().ladder.len(), 1);
@@ -230,7 +231,7 @@ fn a_step_is_gone_back_to_by_its_bars() {
 
 #[test]
 fn terms_are_edited_by_their_cards_and_undone() {
-    let mut window = window(support::repaired(), Screen::Model, Theme::Light);
+    let mut window = window(support::repaired(), &model::ABOUT, Theme::Light);
     let labels = |window: &Window| -> Vec<String> {
         let step = window.state().session().current().unwrap().clone();
         step.fitted.model.terms.iter().map(torquescope::model::Term::label).collect()
@@ -252,7 +253,7 @@ fn terms_are_edited_by_their_cards_and_undone() {
 
 #[test]
 fn any_command_is_found_by_its_name() {
-    let mut window = window(demonstration(), Screen::Data, Theme::Dark);
+    let mut window = window(demonstration(), &data::ABOUT, Theme::Dark);
     window.key_press_modifiers(Modifiers::COMMAND, Key::P);
     window.run_steps(3);
     window.event(egui::Event::Text("viscous joint 3".to_owned()));
@@ -276,9 +277,28 @@ fn any_command_is_found_by_its_name() {
     assert!(window.query_by_label("Keyboard and mouse").is_none());
 }
 
+/// Faults of the readings are no terms: nothing offers to add them.
+#[test]
+fn faults_of_readings_are_not_offered_as_terms() {
+    let mut window = window(demonstration(), &model::ABOUT, Theme::Dark);
+    for fault in ["stuck torque channel", "torque saturation"] {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::P);
+        window.run_steps(3);
+        window.event(egui::Event::Text(format!("add {fault}")));
+        window.run_steps(3);
+        assert!(window.query_by_label_contains("No command has all these words").is_some(), "{fault}");
+        window.key_press(Key::Escape);
+        window.run_steps(3);
+    }
+    window.get_by_label("Effect").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("viscous friction").is_some(), "the list is open");
+    assert!(window.query_by_label("stuck torque channel").is_none());
+}
+
 #[test]
 fn undo_and_redo_by_button_and_key() {
-    let mut window = window(diagnosed(), Screen::Diagnose, Theme::Light);
+    let mut window = window(diagnosed(), &diagnose::ABOUT, Theme::Light);
     click(&mut window, "Add Coulomb friction");
     assert_eq!(window.state().session().ladder.len(), 2);
     click(&mut window, "Undo");
@@ -297,7 +317,7 @@ fn undo_and_redo_by_button_and_key() {
 
 #[test]
 fn theme_contrast_and_size_of_text_change_and_back() {
-    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
     click(&mut window, "View");
     window.get_by_role_and_label(Role::RadioButton, "Light").click();
     settle(&mut window);
@@ -318,7 +338,7 @@ fn theme_contrast_and_size_of_text_change_and_back() {
 
 #[test]
 fn stop_answers_at_once_and_changes_nothing() {
-    let mut window = window(demonstration(), Screen::Data, Theme::Dark);
+    let mut window = window(demonstration(), &data::ABOUT, Theme::Dark);
     let motion = Excitation::MultiSine {
         trajectories: 40,
         duration: 200.0,
@@ -345,7 +365,7 @@ fn stop_answers_at_once_and_changes_nothing() {
 
 #[test]
 fn an_error_stays_until_it_is_dismissed() {
-    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
     window.get_by_role_and_label(Role::TextInput, "Path of a file").focus();
     window.step();
     window.get_by_role_and_label(Role::TextInput, "Path of a file").type_text("no/such/log.csv");
@@ -387,7 +407,7 @@ fn a_dropped_file_is_opened() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("swing.csv");
     std::fs::write(&path, swing()).unwrap();
-    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
     window.input_mut().dropped_files.push(Arc::new(Dropped(path)));
     settle(&mut window);
     let recording = window.state().session().recording.clone().unwrap();
@@ -401,7 +421,7 @@ fn a_dropped_file_is_opened() {
 
 #[test]
 fn a_mystery_is_drawn() {
-    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
     click(&mut window, "Draw a mystery");
     assert_eq!(window.state().session().recording.as_ref().unwrap().name, "mystery 7");
 }
@@ -433,7 +453,7 @@ fn wait_for_an_epoch(window: &mut Window) {
 #[test]
 fn networks_are_trained_by_clicks() {
     let session = Session { plan: short_plan(50), ..small() };
-    let mut window = window(session, Screen::Train, Theme::Dark);
+    let mut window = window(session, &train::ABOUT, Theme::Dark);
     assert!(window.query_by_label_contains("solved for at once, not trained").is_some());
     window.get_by_role_and_label(Role::RadioButton, "structured DeLaN").click();
     window.run_steps(2);
@@ -461,7 +481,7 @@ fn networks_are_trained_by_clicks() {
 
 #[test]
 fn a_long_training_is_paused_thrown_away_and_kept() {
-    let mut window = window(Session { plan: short_plan(1_000_000), ..small() }, Screen::Train, Theme::Light);
+    let mut window = window(Session { plan: short_plan(1_000_000), ..small() }, &train::ABOUT, Theme::Light);
     window.get_by_role_and_label(Role::RadioButton, "FF-NN").click();
     window.run_steps(2);
     window.get_by_role_and_label(Role::Button, "Start training").click();
@@ -486,7 +506,7 @@ fn a_long_training_is_paused_thrown_away_and_kept() {
 /// A stopped training goes on, and any training of the list can become the model again.
 #[test]
 fn trainings_are_resumed_and_chosen_from() {
-    let mut window = window(Session { plan: short_plan(40), ..small() }, Screen::Train, Theme::Dark);
+    let mut window = window(Session { plan: short_plan(40), ..small() }, &train::ABOUT, Theme::Dark);
     window.get_by_role_and_label(Role::RadioButton, "structured DeLaN").click();
     window.run_steps(2);
     window.get_by_role_and_label(Role::Button, "Start training").click();
@@ -508,9 +528,9 @@ fn trainings_are_resumed_and_chosen_from() {
 /// A trained model is diagnosed as any other.
 #[test]
 fn a_trained_model_leads_to_a_diagnosis() {
-    let mut window = window(trained(), Screen::Ladder, Theme::Dark);
+    let mut window = window(trained(), &ladder::ABOUT, Theme::Dark);
     click(&mut window, "Diagnose again");
-    assert_eq!(window.state().screen(), Screen::Diagnose);
+    assert_eq!(window.state().screen(), &diagnose::ABOUT);
     if window.state().session().report.is_none() {
         click(&mut window, "Diagnose");
     }
@@ -530,7 +550,7 @@ fn an_experiment_is_run_stopped_and_gone_on_with() {
         data: String::new(),
     };
     std::fs::write(&file, support::EXPERIMENT).unwrap();
-    let mut window = window(Session::default(), Screen::Experiment, Theme::Light);
+    let mut window = window(Session::default(), &experiment::ABOUT, Theme::Light);
     window.state_mut().order(Order::Experiment(shown()));
     settle(&mut window);
     assert!(window.query_by_label("Cells: 0 of 6 are done").is_some());
@@ -565,17 +585,17 @@ fn an_experiment_is_run_stopped_and_gone_on_with() {
 #[test]
 fn empty_screens_offer_a_way_on() {
     // Experiments have data of their own, so their screen is never empty.
-    for screen in Screen::ALL.into_iter().filter(|screen| *screen != Screen::Experiment) {
+    for screen in screens::all().filter(|screen| **screen != experiment::ABOUT) {
         let mut window = window(Session::default(), screen, Theme::Dark);
         click(&mut window, "Simulate the demonstration arm");
-        assert!(window.state().session().current().is_some(), "{}", screen.id());
+        assert!(window.state().session().current().is_some(), "{}", screen.id);
     }
 }
 
 /// The cursor follows a drag in a chart and the arrow keys, in all charts at once.
 #[test]
 fn the_time_cursor_moves_by_drag_and_key() {
-    let mut window = window(demonstration(), Screen::Compare, Theme::Dark);
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Dark);
     let shown = |window: &Window| {
         let slider = window.get_by_role_and_label(Role::Slider, "time cursor");
         slider.accesskit_node().numeric_value().unwrap()
@@ -599,7 +619,7 @@ fn the_time_cursor_moves_by_drag_and_key() {
 /// A region that is marked in one view is lit in the others and on the time line; the list of worst moments moves the cursor.
 #[test]
 fn a_marked_region_is_lit_and_a_worst_moment_is_jumped_to() {
-    let mut window = window(demonstration(), Screen::Residuals, Theme::Dark);
+    let mut window = window(demonstration(), &residuals::ABOUT, Theme::Dark);
     let chart = window.get_by_label("plot of residual against velocity [N m]").rect();
     window.drag_at(chart.center() - egui::vec2(120.0, 60.0));
     window.step();
@@ -613,7 +633,7 @@ fn a_marked_region_is_lit_and_a_worst_moment_is_jumped_to() {
     click(&mut window, "worst moment 3");
     let step = window.state().session().current().unwrap().clone();
     click(&mut window, "See it in Compare");
-    assert_eq!(window.state().screen(), Screen::Compare);
+    assert_eq!(window.state().screen(), &compare::ABOUT);
     let time = window.get_by_role_and_label(Role::Slider, "time cursor").accesskit_node().numeric_value().unwrap();
     let recording = window.state().session().recording.clone().unwrap();
     let sizes = |run: usize| {
@@ -626,7 +646,7 @@ fn a_marked_region_is_lit_and_a_worst_moment_is_jumped_to() {
 /// In lesson mode the answer is hidden until a guess is locked in.
 #[test]
 fn one_bets_before_the_answer() {
-    let mut window = window(demonstration(), Screen::Diagnose, Theme::Light);
+    let mut window = window(demonstration(), &diagnose::ABOUT, Theme::Light);
     window.get_by_role(Role::CheckBox).click();
     settle(&mut window);
     click(&mut window, "Diagnose");
@@ -640,7 +660,7 @@ fn one_bets_before_the_answer() {
 /// Two cursors measure a stretch.
 #[test]
 fn alt_and_drag_measure() {
-    let mut window = window(demonstration(), Screen::Compare, Theme::Dark);
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Dark);
     let chart = window.get_by_label("plot of joint 1: torque [N m]").rect();
     let before = window.render().unwrap();
     window.event(egui::Event::ModifiersChanged(Modifiers::ALT));
@@ -658,7 +678,7 @@ fn alt_and_drag_measure() {
 
 #[test]
 fn errors_are_sorted_by_a_click_and_models_overlaid() {
-    let mut window = window(demonstration(), Screen::Compare, Theme::Dark);
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Dark);
     let sort = |window: &mut Window| click(window, "sort by the error of joint 2");
     click(&mut window, "Errors by trajectory");
     sort(&mut window);
@@ -676,7 +696,7 @@ fn errors_are_sorted_by_a_click_and_models_overlaid() {
 fn a_session_is_saved_and_restored_and_survives_a_crash() {
     let folder = tempfile::tempdir().unwrap();
     let (mine, copy) = (folder.path().join("mine.torquescope"), folder.path().join("copy.torquescope"));
-    let mut window = window(support::diagnosed(), Screen::Diagnose, Theme::Dark);
+    let mut window = window(support::diagnosed(), &diagnose::ABOUT, Theme::Dark);
     window.state_mut().keep_copy(copy.clone());
     click(&mut window, "Add Coulomb friction");
     assert!(copy.exists(), "after every change there is a copy");
@@ -686,7 +706,7 @@ fn a_session_is_saved_and_restored_and_survives_a_crash() {
     let before = terms(&window);
     // The first window is never closed: as after a crash.
     for (path, offered) in [(Some(mine), false), (None, true)] {
-        let mut second = support::window(Session::default(), Screen::Data, Theme::Dark);
+        let mut second = support::window(Session::default(), &data::ABOUT, Theme::Dark);
         second.state_mut().keep_copy(if offered { copy.clone() } else { folder.path().join("other.torquescope") });
         second.run_steps(3);
         match path {
@@ -704,7 +724,7 @@ fn a_session_is_saved_and_restored_and_survives_a_crash() {
 fn a_monkey_breaks_nothing() {
     use rand::{RngExt, SeedableRng};
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(11);
-    let mut window = window(diagnosed(), Screen::Data, Theme::Dark);
+    let mut window = window(diagnosed(), &data::ABOUT, Theme::Dark);
     let keys = [Key::Tab, Key::Enter, Key::ArrowRight, Key::ArrowLeft, Key::Space, Key::Escape, Key::Z, Key::Y, Key::E];
     let folder = tempfile::tempdir().unwrap();
     let files = [("good.csv", swing()), ("bad.csv", "q1,tau1\n1,what\n".to_owned())].map(|(name, text)| {
@@ -726,8 +746,8 @@ fn a_monkey_breaks_nothing() {
             0 => window.key_press_modifiers(Modifiers::COMMAND, keys[random.random_range(6..keys.len())]),
             1 => window.key_press(keys[random.random_range(0..6)]),
             2 => {
-                let screen = Screen::ALL[random.random_range(0..Screen::ALL.len())];
-                window.get_by_role_and_label(Role::Button, screen.title()).click();
+                let screen = screens::TABLE[random.random_range(0..screens::TABLE.len())].about;
+                window.get_by_role_and_label(Role::Button, screen.title).click();
             }
             3 => {
                 window.drag_at(at);

@@ -15,7 +15,7 @@ const CONTROLS: [Role; 7] =
 /// Something that opens over a screen.
 struct Dialog {
     name: &'static str,
-    screen: Screen,
+    screen: &'static About,
     open: fn(&mut Window),
     /// Whether nothing else can be reached while it is open.
     modal: bool,
@@ -28,28 +28,28 @@ const DIALOGS: [Dialog; 9] = [
     Dialog {
         modal: true,
         name: "export",
-        screen: Screen::Compare,
+        screen: &compare::ABOUT,
         open: |window| window.key_press_modifiers(Modifiers::COMMAND, Key::E),
         exit: "Write the file",
     },
     Dialog {
         modal: true,
         name: "palette",
-        screen: Screen::Model,
+        screen: &model::ABOUT,
         open: |window| window.key_press_modifiers(Modifiers::COMMAND, Key::P),
         exit: "Next: Compare",
     },
     Dialog {
         modal: true,
         name: "key list",
-        screen: Screen::Data,
+        screen: &data::ABOUT,
         open: |window| window.key_press(Key::F1),
         exit: "Close",
     },
     Dialog {
         modal: false,
         name: "arm editor",
-        screen: Screen::Data,
+        screen: &data::ABOUT,
         open: |window| {
             click(window, "Simulate your own");
             window.get_by_label("The arm: 3 links").click_accesskit();
@@ -59,14 +59,14 @@ const DIALOGS: [Dialog; 9] = [
     Dialog {
         modal: false,
         name: "hidden effect",
-        screen: Screen::Data,
+        screen: &data::ABOUT,
         open: |window| click(window, "Simulate your own"),
         exit: "Simulate",
     },
     Dialog {
         modal: false,
         name: "mystery",
-        screen: Screen::Data,
+        screen: &data::ABOUT,
         open: |window| {
             click(window, "Sources");
             window.get_by_role_and_label(Role::SpinButton, "Seed").scroll_to_me();
@@ -76,14 +76,14 @@ const DIALOGS: [Dialog; 9] = [
     Dialog {
         modal: false,
         name: "view",
-        screen: Screen::Compare,
+        screen: &compare::ABOUT,
         open: |window| click(window, "View"),
         exit: "Keyboard shortcuts (F1)",
     },
     Dialog {
         modal: false,
         name: "all settings of a training",
-        screen: Screen::Train,
+        screen: &train::ABOUT,
         open: |window| {
             click(window, "Model and settings");
             window.get_by_role_and_label(Role::RadioButton, "structured DeLaN").click_accesskit();
@@ -95,7 +95,7 @@ const DIALOGS: [Dialog; 9] = [
     Dialog {
         modal: false,
         name: "placed bet",
-        screen: Screen::Diagnose,
+        screen: &diagnose::ABOUT,
         open: |window| window.get_by_role(Role::CheckBox).click_accesskit(),
         exit: "Diagnose",
     },
@@ -134,7 +134,7 @@ fn wordy() -> Session {
 }
 
 /// Goes to a screen, as its button does.
-fn show(window: &mut Window, screen: Screen) {
+fn show(window: &mut Window, screen: &'static About) {
     window.state_mut().order(Order::Show(screen));
     window.run_steps(5);
 }
@@ -154,11 +154,11 @@ fn unnamed(window: &Window) -> Option<String> {
 #[test]
 fn every_control_has_a_name() {
     for (number, session) in sessions().into_iter().enumerate() {
-        let mut window = window(session, Screen::Data, Theme::Light);
-        for screen in Screen::ALL {
+        let mut window = window(session, &data::ABOUT, Theme::Light);
+        for screen in screens::all() {
             show(&mut window, screen);
             let found = unnamed(&window);
-            assert!(found.is_none(), "session {number}, screen {}: {found:?}", screen.id());
+            assert!(found.is_none(), "session {number}, screen {}: {found:?}", screen.id);
         }
     }
     for dialog in DIALOGS {
@@ -245,13 +245,13 @@ fn unreadable(window: &Window) -> Option<String> {
 fn no_text_is_cut_off() {
     let mut problems = Vec::new();
     for (number, session) in sessions().into_iter().enumerate() {
-        let mut window = window(session, Screen::Data, Theme::Light);
+        let mut window = window(session, &data::ABOUT, Theme::Light);
         for scale in SCALES {
             window.ctx.set_zoom_factor(scale);
-            for screen in Screen::ALL {
+            for screen in screens::all() {
                 show(&mut window, screen);
                 let found = unreadable(&window);
-                problems.extend(found.map(|found| format!("session {number}, {} at {scale}: {found}", screen.id())));
+                problems.extend(found.map(|found| format!("session {number}, {} at {scale}: {found}", screen.id)));
             }
         }
     }
@@ -288,10 +288,10 @@ fn no_text_of_a_dialog_is_cut_off() {
 fn tab_reaches_every_control() {
     let mut problems = Vec::new();
     for session in [Session::default(), run(Command::OpenSeal, &support::extrapolated()), trained()] {
-        let mut window = window(session, Screen::Data, Theme::Dark);
-        for screen in Screen::ALL {
+        let mut window = window(session, &data::ABOUT, Theme::Dark);
+        for screen in screens::all() {
             show(&mut window, screen);
-            problems.extend(missed_by_tab(&mut window, None).map(|missed| format!("{}: {missed}", screen.id())));
+            problems.extend(missed_by_tab(&mut window, None).map(|missed| format!("{}: {missed}", screen.id)));
         }
     }
     // In the palette the arrows choose, and a menu closes when the focus leaves it.

@@ -54,7 +54,7 @@ fn seen(window: &Window) -> String {
 fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let (csv, saved) = (folder.join("swing.csv"), folder.join("saved.torquescope"));
     std::fs::write(&csv, swing()).unwrap();
-    let mut writer = window(diagnosed(), Screen::Data, Theme::Dark);
+    let mut writer = window(diagnosed(), &data::ABOUT, Theme::Dark);
     writer.state_mut().order(Order::Save(saved.clone()));
     settle(&mut writer);
     let stopped = trained().current().unwrap().run.clone().unwrap();
@@ -101,7 +101,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
 fn every_command_is_undone_and_redone() {
     let folder = tempfile::tempdir().unwrap();
     for (number, (session, command)) in commands(folder.path()).into_iter().enumerate() {
-        let mut window = window(session, Screen::ALL[number % Screen::ALL.len()], Theme::Dark);
+        let mut window = window(session, screens::TABLE[number % screens::TABLE.len()].about, Theme::Dark);
         let title = command.title();
         let before = seen(&window);
         window.state_mut().order(Order::run(command));
@@ -117,8 +117,8 @@ fn every_command_is_undone_and_redone() {
 
 #[test]
 fn every_screen_has_every_way_to_undo_and_redo() {
-    let mut window = window(support::repaired(), Screen::Data, Theme::Light);
-    for screen in Screen::ALL {
+    let mut window = window(support::repaired(), &data::ABOUT, Theme::Light);
+    for screen in screens::all() {
         window.state_mut().order(Order::Show(screen));
         settle(&mut window);
         for way in WAYS {
@@ -127,11 +127,81 @@ fn every_screen_has_every_way_to_undo_and_redo() {
             let ladder = |window: &Window| window.state().session().ladder.len();
             assert_eq!(ladder(&window), 1);
             travel(&mut window, way, true);
-            assert_eq!(ladder(&window), 2, "{way:?} undoes on {}", screen.id());
+            assert_eq!(ladder(&window), 2, "{way:?} undoes on {}", screen.id);
             travel(&mut window, way, false);
-            assert_eq!(ladder(&window), 1, "{way:?} does it again on {}", screen.id());
+            assert_eq!(ladder(&window), 1, "{way:?} does it again on {}", screen.id);
             travel(&mut window, way, true);
             assert_eq!(window.state().screen(), screen, "one stays where one is");
+        }
+    }
+}
+
+/// While a job is at work on the session, the session stays as it is: what the job gives is put behind it, and what can be
+/// undone and redone is not lost.
+#[test]
+fn undo_waits_for_the_job_that_is_at_work() {
+    let mut window = window(Session { plan: short_plan(1_000_000), ..small() }, &train::ABOUT, Theme::Dark);
+    let add = Command::AddEffect { effect: "viscous-friction".to_owned(), joints: vec![0] };
+    window.state_mut().order(Order::run(add));
+    settle(&mut window);
+    let before = seen(&window);
+    window.state_mut().order(Order::Show(&train::ABOUT));
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::RadioButton, "FF-NN").click();
+    window.run_steps(2);
+    for ending in ["Throw away", "Stop and keep the best"] {
+        window.get_by_role_and_label(Role::Button, "Start training").click();
+        wait_for_an_epoch(&mut window);
+        assert!(!is_enabled(&window, "Undo"), "the button says that it has to wait");
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        window.run_steps(3);
+        assert!(window.query_by_label_contains("Undo was not carried out, because “").is_some());
+        assert_eq!(seen(&window), before, "the job's session is not taken from under it");
+        window.get_by_role_and_label(Role::Button, ending).click();
+        settle(&mut window);
+        click(&mut window, "Dismiss message 1");
+    }
+    let trained = seen(&window);
+    assert_ne!(trained, before);
+    travel(&mut window, Way::Keys, true);
+    assert_eq!(seen(&window), before, "first the training is undone");
+    travel(&mut window, Way::Keys, true);
+    assert_eq!(window.state().session().ladder.len(), 1, "then what was done before it");
+    travel(&mut window, Way::Keys, false);
+    travel(&mut window, Way::Keys, false);
+    assert_eq!(seen(&window), trained, "and all of it is done again");
+}
+
+/// What is drawn over the current model is known by a number of its own: a model that is made where another one stood in memory
+/// is not that other one.
+#[test]
+fn a_new_model_is_not_overlaid_because_an_old_one_was() {
+    let mut window = window(small(), &compare::ABOUT, Theme::Light);
+    // Adds a model and goes back to the one before it; says where in memory it is.
+    let add = |window: &mut Window, joint: usize| {
+        let add = Command::AddEffect { effect: "viscous-friction".to_owned(), joints: vec![joint] };
+        window.state_mut().order(Order::run(add));
+        settle(window);
+        let address = Arc::as_ptr(window.state().session().current().unwrap()) as usize;
+        for order in [Order::run(Command::GoTo { step: 0 }), Order::Show(&compare::ABOUT)] {
+            window.state_mut().order(order);
+        }
+        settle(window);
+        address
+    };
+    let old = add(&mut window, 0);
+    click(&mut window, "Overlay models");
+    window.get_by_role_and_label(Role::CheckBox, "+ viscous friction on joint 1").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("Overlay models (1)").is_some());
+    // The model is forgotten and its memory is free; sooner or later another model is made there.
+    for round in 0..20 {
+        travel(&mut window, Way::Keys, true);
+        travel(&mut window, Way::Keys, true);
+        let address = add(&mut window, 1);
+        assert!(window.query_by_label("Overlay models (1)").is_none(), "round {round}: nobody chose this model");
+        if address == old {
+            return;
         }
     }
 }

@@ -25,7 +25,7 @@ fn a_joint_that_slides_has_its_own_units() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mixed.csv");
     std::fs::write(&path, mixed()).unwrap();
-    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
     window.state_mut().order(Order::open(vec![path]));
     settle(&mut window);
     let of_joint = |window: &mut Window, joint: usize| {
@@ -50,7 +50,7 @@ fn a_model_of_a_sliding_joint_is_in_its_units() {
     let columns: Vec<String> =
         mixed().lines().map(|line| line.split(',').step_by(2).collect::<Vec<_>>().join(",")).collect();
     std::fs::write(&path, columns.join("\n").replace("q2", "q1").replace("tau2", "tau1")).unwrap();
-    let mut window = window(Session::default(), Screen::Data, Theme::Dark);
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
     window.state_mut().order(Order::open(vec![path]));
     settle(&mut window);
     assert!(window.state().session().current().is_some(), "a model was fitted");
@@ -59,11 +59,11 @@ fn a_model_of_a_sliding_joint_is_in_its_units() {
         settle(&mut window);
     }
     assert_eq!(window.state().session().ladder.len(), 2);
-    for screen in Screen::ALL.into_iter().filter(|screen| *screen != Screen::Experiment) {
+    for screen in screens::all().filter(|screen| **screen != experiment::ABOUT) {
         window.state_mut().order(Order::Show(screen));
         settle(&mut window);
         let texts = spoken(&window);
         let wrong = |text: &&String| ["N m", "rad"].iter().any(|unit| text.contains(unit));
-        assert_eq!(texts.iter().find(wrong), None, "{}", screen.id());
+        assert_eq!(texts.iter().find(wrong), None, "{}", screen.id);
     }
 }

@@ -1,40 +1,111 @@
 //! Extrapolation: how the error of the models grows when the arm moves faster or wider than in the data, and the torque there.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use egui::{RichText, Slider, Ui, WidgetInfo, WidgetText};
 
-use super::{time_extent, trajectory_chooser};
+use crate::app::desk::{About, Desk, Needs, time_extent};
 use crate::app::dock::{self, Part};
+use crate::app::memo::Question;
 use crate::app::plot::{Along, Chart, Decimator, ticks};
-use crate::app::state::{Desk, ReplayKey};
+use crate::app::screen::{Next, NextStep, Screen};
 use crate::app::theme::{GAP, GROUP, MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
-use crate::app::widgets;
+use crate::app::{controls, widgets};
 use crate::recording::Recording;
-use crate::session::{Command, Step};
+use crate::session::{Command, Generation, Session, Step};
 use crate::simulation::extrapolation::{Basis, Curve, Point, Replay, Stretch, Sweep, replay};
 
 /// Scales that the replay can have.
 const REPLAYED: std::ops::RangeInclusive<f64> = 1.0..=3.0;
 
-const PANELS: Part = Part::Beside(&[
-    (2.9, Part::Stack(&[(1.0, Part::Panel("Error over scale", errors)), (1.1, Part::Panel("Replay", replayed))])),
-    (1.0, Part::Panel("Models", choices)),
+/// The screen's names and place.
+pub static ABOUT: About = About {
+    id: "extrapolation",
+    title: "Extrapolation",
+    purpose: "How the error grows outside the data",
+    needs: Needs::Model,
+    on_the_way: true,
+};
+
+const PANELS: Part<Extrapolation> = Part::Beside(&[
+    (
+        2.9,
+        Part::Stack(&[
+            (1.0, Part::Panel("Error over scale", Extrapolation::errors)),
+            (1.1, Part::Panel("Replay", Extrapolation::replayed)),
+        ]),
+    ),
+    (1.0, Part::Panel("Models", Extrapolation::choices)),
 ]);
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
-    widgets::headline(ui, "Outside the data", &sentence(desk, &recording));
-    dock::show(ui, desk, "extrapolation", &PANELS);
+/// The screen of extrapolation.
+#[derive(Default)]
+pub struct Extrapolation {
+    stretch: Stretch,
+    /// The shown joint; `None` for all together.
+    joint: Option<usize>,
+    /// The scale of the replay; the cursor of the curves.
+    scale: Option<f64>,
+    /// Models that are not to be computed.
+    left_out: HashSet<Generation>,
+    /// Where in the replay one looks \[s\].
+    cursor: Option<f64>,
+    /// What is drawn while the next replay is computed.
+    newest: Option<Arc<Replay>>,
 }
 
-fn errors(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
-    match desk.session.sweep.clone() {
-        Some(sweep) => curves(ui, desk, &recording, &sweep),
-        None => widgets::card(ui, "Error over scale", |ui| {
-            widgets::weak(ui, "Nothing was computed yet: choose the models at the right, then press Compute.");
-        }),
+impl Screen for Extrapolation {
+    fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(recording) = desk.session.recording.clone() else { return };
+        widgets::headline(ui, "Outside the data", &sentence(desk, &recording));
+        dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn is_done(&self, session: &Session) -> bool {
+        session.sweep.is_some()
+    }
+
+    fn next(&self, session: &Session) -> Next {
+        if session.sweep.is_some() {
+            return Next::Export;
+        }
+        let why = "Test the models at up to three times the speed";
+        let sweep = Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed };
+        Next::Step(NextStep::run("Go faster", why, sweep))
+    }
+
+    fn answers(&self, command: &Command) -> bool {
+        matches!(command, Command::Extrapolate { .. })
+    }
+
+    fn follow(&mut self, before: &Session, after: &Session, by: Option<&Command>) {
+        if !before.has_recording_of(after) {
+            *self = Extrapolation { stretch: self.stretch, ..Extrapolation::default() };
+        }
+        if let Some(Command::Extrapolate { stretch, .. }) = by {
+            self.stretch = *stretch;
+        }
+        self.newest = None;
+    }
+}
+
+/// The current model along a trajectory, faster, wider or under load.
+#[derive(Clone, PartialEq)]
+struct Replayed {
+    trajectory: usize,
+    stretch: Stretch,
+    scale: f64,
+}
+
+impl Question for Replayed {
+    type Answer = Replay;
+    const KEPT: usize = 1;
+
+    fn answer(&self, session: &Session) -> Result<Replay, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let step = session.current().ok_or("there is no model")?;
+        replay(recording, self.trajectory, self.stretch, self.scale, &step.fitted).map_err(|error| error.to_string())
     }
 }
 
@@ -57,43 +128,184 @@ fn sentence(desk: &Desk, recording: &Recording) -> String {
     }
 }
 
-fn curves(ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
-    let palette = Palette::in_ui(ui);
-    let what = match sweep.basis {
-        Basis::Simulated => "exact truth",
-        Basis::Measured => "held-out blocks as measured",
-    };
-    widgets::card(ui, &format!("Error over {}, {what}", sweep.stretch.name()), |ui| {
-        ui.horizontal_wrapped(|ui| {
-            let outside = &mut desk.state.outside;
-            ui.selectable_value(&mut outside.joint, None, "All joints");
-            for (joint, info) in recording.joints.iter().enumerate() {
-                ui.selectable_value(&mut outside.joint, Some(joint), &info.name);
+impl Extrapolation {
+    fn errors(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(recording) = desk.session.recording.clone() else { return };
+        match desk.session.sweep.clone() {
+            Some(sweep) => self.curves(ui, desk, &recording, &sweep),
+            None => widgets::card(ui, "Error over scale", |ui| {
+                widgets::weak(ui, "Nothing was computed yet: choose the models at the right, then press Compute.");
+            }),
+        }
+    }
+
+    fn curves(&mut self, ui: &mut Ui, desk: &mut Desk, recording: &Recording, sweep: &Sweep) {
+        let palette = Palette::in_ui(ui);
+        let what = match sweep.basis {
+            Basis::Simulated => "exact truth",
+            Basis::Measured => "held-out blocks as measured",
+        };
+        widgets::card(ui, &format!("Error over {}, {what}", sweep.stretch.name()), |ui| {
+            ui.horizontal_wrapped(|ui| {
+                ui.selectable_value(&mut self.joint, None, "All joints");
+                for (joint, info) in recording.joints.iter().enumerate() {
+                    ui.selectable_value(&mut self.joint, Some(joint), &info.name);
+                }
+            });
+            let shown = self.joint.filter(|joint| *joint < recording.joint_count());
+            let lines: Vec<Drawn> = by_title(&sweep.curves).iter().map(|group| Drawn::of(group, shown)).collect();
+            let scales = || lines.iter().flat_map(|line| line.x.iter().copied());
+            let extent = [scales().fold(f64::INFINITY, f64::min), scales().fold(f64::NEG_INFINITY, f64::max)];
+            let axis = format!("times the {}", sweep.stretch.name());
+            let mut chart = Chart::new("error (nMSE), logarithmic", "", extent)
+                .logarithmic()
+                .x_axis(&axis, "")
+                .height((ui.available_height() - 128.0).clamp(130.0, 420.0));
+            for (number, Drawn { name, x, y, band }) in lines.iter().enumerate() {
+                let style = palette.nth(number);
+                chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(name, x, y, style);
+            }
+            let mut cursor = self.scale;
+            // The lines live for this frame only, so their decimation is not to be kept.
+            chart.cursor(&mut cursor).show(ui, desk.focus.views.of(Along::Stretch), &mut Decimator::default());
+            if cursor != self.scale {
+                self.scale = cursor.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
+            }
+            let text = "Bands: four in five blocks of a second, or all trainings of a model that was trained several times, whose \
+                        median is the line. nMSE: squared error over squared torque. Drag: scale of the replay.";
+            ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        });
+    }
+
+    /// The chosen trajectory at the chosen scale.
+    fn replayed(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(recording) = desk.session.recording.clone() else { return };
+        let palette = Palette::in_ui(ui);
+        let Some(step) = desk.session.current().cloned() else { return };
+        widgets::card(ui, "", |ui| {
+            ui.horizontal_wrapped(|ui| {
+                let mut scale = self.scale.unwrap_or(1.0);
+                let label = ui.label(widgets::sentence_case(self.stretch.name()));
+                let slider = Slider::new(&mut scale, REPLAYED).fixed_decimals(2).suffix(" ×");
+                let slider = ui.add(slider).labelled_by(label.id);
+                slider.widget_info(|| WidgetInfo::slider(true, scale, "scale of the replay"));
+                if slider.changed() {
+                    self.scale = Some(scale);
+                }
+                ui.add_space(GAP);
+                controls::trajectory(ui, desk);
+                ui.add_space(GAP);
+                controls::joint(ui, desk, &recording);
+            });
+            let Some(replay) = self.current_replay(ui, desk) else { return };
+            let joint = desk.focus.joint;
+            let unit = recording.joints[joint].kind.units();
+            let motion = &replay.motion;
+            let extent = time_extent(&motion.time);
+            let name = &recording.joints[joint].name;
+            let height = (ui.available_height() - 190.0).clamp(90.0, 300.0);
+            let mut decimator = Decimator::default();
+            let mut chart = Chart::new(format!("{name}: torque at this scale"), unit[3], extent)
+                .cursor(&mut self.cursor)
+                .without_ticks()
+                .height(height);
+            if replay.exact {
+                let word = if recording.seal.is_some() { "exact τ" } else { "measured τ" };
+                chart = chart.under_line(word, &motion.time, &motion.tau[joint], (palette.measured, MEASURED_DASH));
+            }
+            chart
+                .line("predicted τ̂", &motion.time, &replay.predicted[joint], (palette.predicted, PREDICTED_DASH))
+                .show(ui, desk.focus.views.of(Along::ReplayTime), &mut decimator);
+            Chart::new(format!("{name}: velocity q̇"), unit[1], extent)
+                .line("q̇", &motion.time, &motion.qd[joint], palette.nth(joint))
+                .cursor(&mut self.cursor)
+                .x_axis("time t", "s")
+                .height(110.0)
+                .show(ui, desk.focus.views.of(Along::ReplayTime), &mut decimator);
+            let text = if replay.exact {
+                format!("Model: {}. {}", step.title, controls::HINT)
+            } else {
+                "This arm was measured: what it would need at this scale is not known, so only the prediction is drawn."
+                    .into()
+            };
+            ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        });
+    }
+
+    /// The replay of what is chosen; while it is computed the one before it, so that the slider moves a picture.
+    fn current_replay(&mut self, ui: &mut Ui, desk: &mut Desk) -> Option<Arc<Replay>> {
+        let scale = self.scale.unwrap_or(1.0);
+        let question = Replayed { trajectory: desk.focus.trajectory, stretch: self.stretch, scale };
+        match desk.memo.later(ui.ctx(), desk.session, question) {
+            Some(Ok(replay)) => self.newest = Some(replay),
+            Some(Err(error)) => {
+                ui.label(RichText::new(format!("It can't be replayed: {error}.")).color(Palette::in_ui(ui).error));
+                return None;
+            }
+            None => (),
+        }
+        self.newest.clone()
+    }
+
+    /// Which models, faster or wider, and the button that computes.
+    fn choices(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let palette = Palette::in_ui(ui);
+        widgets::card(ui, "What to compute", |ui| {
+            ui.horizontal(|ui| {
+                let choices = [(Stretch::Speed, "Faster"), (Stretch::Range, "Wider"), (Stretch::Load, "Under load")];
+                for (stretch, name) in choices {
+                    ui.radio_value(&mut self.stretch, stretch, name);
+                }
+            });
+            ui.add_space(2.0);
+            widgets::weak(ui, "Models of this session");
+            for (number, model) in desk.models.iter().enumerate() {
+                let mut chosen = !self.left_out.contains(&model.generation);
+                if ui.checkbox(&mut chosen, format!("{}  {}", number + 1, model.title)).changed() {
+                    if chosen {
+                        self.left_out.remove(&model.generation);
+                    } else {
+                        self.left_out.insert(model.generation);
+                    }
+                }
+            }
+            let is_chosen = |model: &&Arc<Step>| !self.left_out.contains(&model.generation);
+            let steps: Vec<Arc<Step>> = desk.models.iter().filter(is_chosen).cloned().collect();
+            let button = widgets::primary(ui, desk.busy.is_none() && !steps.is_empty(), "Compute");
+            if button.on_disabled_hover_text("Choose a model").clicked() {
+                desk.run(Command::Extrapolate { steps, stretch: self.stretch });
             }
         });
-        let shown = desk.state.outside.joint.filter(|joint| *joint < recording.joint_count());
-        let lines: Vec<Drawn> = by_title(&sweep.curves).iter().map(|group| Drawn::of(group, shown)).collect();
-        let scales = || lines.iter().flat_map(|line| line.x.iter().copied());
-        let extent = [scales().fold(f64::INFINITY, f64::min), scales().fold(f64::NEG_INFINITY, f64::max)];
-        let axis = format!("times the {}", sweep.stretch.name());
-        let mut chart = Chart::new("error (nMSE), logarithmic", "", extent)
-            .logarithmic()
-            .x_axis(&axis, "")
-            .height((ui.available_height() - 128.0).clamp(130.0, 420.0));
-        for (number, Drawn { name, x, y, band }) in lines.iter().enumerate() {
-            let style = palette.nth(number);
-            chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(name, x, y, style);
-        }
-        let mut cursor = desk.state.outside.scale;
-        // The lines live for this frame only, so their decimation is not to be kept.
-        chart.cursor(&mut cursor).show(ui, desk.state.views.of(Along::Stretch), &mut Decimator::default());
-        if cursor != desk.state.outside.scale {
-            desk.state.outside.scale = cursor.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
-        }
-        let text = "Bands: four in five blocks of a second, or all trainings of a model that was trained several times, whose \
-                    median is the line. nMSE: squared error over squared torque. Drag: scale of the replay.";
-        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
-    });
+        let Some(sweep) = desk.session.sweep.clone() else { return };
+        widgets::card(ui, "Error (nMSE) of all joints", |ui| {
+            let scale = self.scale.unwrap_or(*REPLAYED.start());
+            let scales: Vec<f64> = sweep.curves.first().map_or(Vec::new(), |curve| {
+                let mut near: Vec<f64> = curve.points.iter().map(|point| point.scale).collect();
+                near.sort_by(|one, other| (one - scale).abs().total_cmp(&(other - scale).abs()));
+                let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) else { return Vec::new() };
+                let mut shown = vec![first.scale, near[0], last.scale];
+                shown.dedup();
+                shown
+            });
+            for curve in &sweep.curves {
+                ui.label(RichText::new(&curve.model).size(SMALL).color(palette.weak));
+                let cell = |scale: &f64| {
+                    let point = curve.points.iter().find(|point| point.scale == *scale);
+                    WidgetText::from(point.map_or("—".to_owned(), |point| ticks::number(point.overall)))
+                };
+                let header: Vec<String> =
+                    scales.iter().map(|scale| format!("{} ×", ticks::short((100.0 * scale).round() / 100.0))).collect();
+                let header: Vec<&str> = header.iter().map(String::as_str).collect();
+                widgets::table(
+                    ui,
+                    &format!("errors of {}", curve.model),
+                    &header,
+                    &[scales.iter().map(cell).collect()],
+                );
+                ui.add_space(GROUP / 4.0);
+            }
+        });
+    }
 }
 
 /// Models of the same title are trainings of one model from several seeds.
@@ -147,147 +359,4 @@ impl Drawn {
         drawn.band.retain(within);
         drawn
     }
-}
-
-/// The chosen trajectory at the chosen scale.
-fn replayed(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
-    let palette = Palette::in_ui(ui);
-    let Some(step) = desk.session.current().cloned() else { return };
-    widgets::card(ui, "", |ui| {
-        ui.horizontal_wrapped(|ui| {
-            let mut scale = desk.state.outside.scale.unwrap_or(1.0);
-            let label = ui.label(widgets::sentence_case(desk.state.outside.stretch.name()));
-            let slider = Slider::new(&mut scale, REPLAYED).fixed_decimals(2).suffix(" ×");
-            let slider = ui.add(slider).labelled_by(label.id);
-            slider.widget_info(|| WidgetInfo::slider(true, scale, "scale of the replay"));
-            if slider.changed() {
-                desk.state.outside.scale = Some(scale);
-            }
-            ui.add_space(GAP);
-            trajectory_chooser(ui, desk);
-            ui.add_space(GAP);
-            desk.state.joint = desk.state.joint.min(recording.joint_count().saturating_sub(1));
-            for (joint, info) in recording.joints.iter().enumerate() {
-                ui.selectable_value(&mut desk.state.joint, joint, &info.name);
-            }
-        });
-        let Some(replay) = current_replay(ui, desk, &recording, &step) else { return };
-        let joint = desk.state.joint;
-        let unit = recording.joints[joint].kind.units();
-        let motion = &replay.motion;
-        let extent = time_extent(&motion.time);
-        let name = &recording.joints[joint].name;
-        let height = (ui.available_height() - 190.0).clamp(90.0, 300.0);
-        let mut decimator = Decimator::default();
-        let mut chart = Chart::new(format!("{name}: torque at this scale"), unit[3], extent)
-            .cursor(&mut desk.state.outside.cursor)
-            .without_ticks()
-            .height(height);
-        if replay.exact {
-            let word = if recording.seal.is_some() { "exact τ" } else { "measured τ" };
-            chart = chart.under_line(word, &motion.time, &motion.tau[joint], (palette.measured, MEASURED_DASH));
-        }
-        chart.line("predicted τ̂", &motion.time, &replay.predicted[joint], (palette.predicted, PREDICTED_DASH)).show(
-            ui,
-            desk.state.views.of(Along::ReplayTime),
-            &mut decimator,
-        );
-        Chart::new(format!("{name}: velocity q̇"), unit[1], extent)
-            .line("q̇", &motion.time, &motion.qd[joint], palette.nth(joint))
-            .cursor(&mut desk.state.outside.cursor)
-            .x_axis("time t", "s")
-            .height(110.0)
-            .show(ui, desk.state.views.of(Along::ReplayTime), &mut decimator);
-        let text = if replay.exact {
-            format!("Model: {}. {}", step.title, super::compare::HINT)
-        } else {
-            "This arm was measured: what it would need at this scale is not known, so only the prediction is drawn."
-                .into()
-        };
-        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
-    });
-}
-
-/// Computed anew only when something of it changed.
-fn current_replay(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Arc<Step>) -> Option<Arc<Replay>> {
-    let outside = &mut desk.state.outside;
-    let scale = outside.scale.unwrap_or(1.0);
-    let key: ReplayKey = (desk.state.trajectory, outside.stretch, scale.to_bits(), Arc::as_ptr(step) as usize);
-    if let Some((known, replay)) = &outside.replay
-        && *known == key
-    {
-        return Some(Arc::clone(replay));
-    }
-    match replay(recording, desk.state.trajectory, outside.stretch, scale, &step.fitted) {
-        Ok(new) => {
-            let new = Arc::new(new);
-            outside.replay = Some((key, Arc::clone(&new)));
-            Some(new)
-        }
-        Err(error) => {
-            ui.label(RichText::new(format!("It can't be replayed: {error}.")).color(Palette::in_ui(ui).error));
-            None
-        }
-    }
-}
-
-/// Which models, faster or wider, and the button that computes.
-fn choices(ui: &mut Ui, desk: &mut Desk) {
-    let palette = Palette::in_ui(ui);
-    widgets::card(ui, "What to compute", |ui| {
-        ui.horizontal(|ui| {
-            let choices = [(Stretch::Speed, "Faster"), (Stretch::Range, "Wider"), (Stretch::Load, "Under load")];
-            for (stretch, name) in choices {
-                ui.radio_value(&mut desk.state.outside.stretch, stretch, name);
-            }
-        });
-        ui.add_space(2.0);
-        widgets::weak(ui, "Models of this session");
-        let models = desk.models.clone();
-        for (number, model) in models.iter().enumerate() {
-            let mut chosen = !desk.state.outside.left_out.contains(&number);
-            if ui.checkbox(&mut chosen, format!("{}  {}", number + 1, model.title)).changed() {
-                desk.state.outside.left_out.retain(|other| *other != number);
-                if !chosen {
-                    desk.state.outside.left_out.push(number);
-                }
-            }
-        }
-        let steps: Vec<Arc<Step>> = models
-            .into_iter()
-            .enumerate()
-            .filter(|(number, _)| !desk.state.outside.left_out.contains(number))
-            .map(|(_, model)| model)
-            .collect();
-        let button = widgets::primary(ui, desk.busy.is_none() && !steps.is_empty(), "Compute");
-        if button.on_disabled_hover_text("Choose a model").clicked() {
-            let stretch = desk.state.outside.stretch;
-            desk.run(Command::Extrapolate { steps, stretch });
-        }
-    });
-    let Some(sweep) = desk.session.sweep.clone() else { return };
-    widgets::card(ui, "Error (nMSE) of all joints", |ui| {
-        let scale = desk.state.outside.scale.unwrap_or(*REPLAYED.start());
-        let scales: Vec<f64> = sweep.curves.first().map_or(Vec::new(), |curve| {
-            let mut near: Vec<f64> = curve.points.iter().map(|point| point.scale).collect();
-            near.sort_by(|one, other| (one - scale).abs().total_cmp(&(other - scale).abs()));
-            let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) else { return Vec::new() };
-            let mut shown = vec![first.scale, near[0], last.scale];
-            shown.dedup();
-            shown
-        });
-        for curve in &sweep.curves {
-            ui.label(RichText::new(&curve.model).size(SMALL).color(palette.weak));
-            let cell = |scale: &f64| {
-                let point = curve.points.iter().find(|point| point.scale == *scale);
-                WidgetText::from(point.map_or("—".to_owned(), |point| ticks::number(point.overall)))
-            };
-            let header: Vec<String> =
-                scales.iter().map(|scale| format!("{} ×", ticks::short((100.0 * scale).round() / 100.0))).collect();
-            let header: Vec<&str> = header.iter().map(String::as_str).collect();
-            widgets::table(ui, &format!("errors of {}", curve.model), &header, &[scales.iter().map(cell).collect()]);
-            ui.add_space(GROUP / 4.0);
-        }
-    });
 }

@@ -2,13 +2,15 @@
 
 use egui::{Align2, FontId, Rect, RichText, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, WidgetText, pos2, vec2};
 
-use super::Screen;
-use super::diagnose::parameter_row;
+use super::diagnose;
+use crate::app::desk::{About, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{export, ticks};
-use crate::app::state::{Desk, Order};
+use crate::app::screen::{Next, NextStep, Screen};
+use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
+use crate::diagnosis::Verdict;
 use crate::effect::registry;
 use crate::figure::{Axis, Ink, Mark, Panel};
 use crate::model::Term;
@@ -19,14 +21,60 @@ use crate::session::{Command, Session};
 /// Least height of the bars \[points\].
 const LEAST_BARS: f32 = 170.0;
 
-const PANELS: Part = Part::Stack(&[
-    (2.8, Part::Panel("Steps", ladder)),
-    (1.0, Part::Beside(&[(1.0, Part::Panel("What was found", found)), (1.0, Part::Panel("The truth", seal))])),
+/// The screen's names and place.
+pub static ABOUT: About = About {
+    id: "ladder",
+    title: "Ladder",
+    purpose: "How the error fell with every added effect",
+    needs: Needs::Model,
+    on_the_way: true,
+};
+
+const PANELS: Part<Ladder> = Part::Stack(&[
+    (2.8, Part::Panel("Steps", |_, ui, desk| ladder(ui, desk))),
+    (
+        1.0,
+        Part::Beside(&[
+            (1.0, Part::Panel("What was found", |_, ui, desk| found(ui, desk))),
+            (1.0, Part::Panel("The truth", |_, ui, desk| seal(ui, desk))),
+        ]),
+    ),
 ]);
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    widgets::headline(ui, "The ladder", &summary(desk.session));
-    dock::show(ui, desk, "ladder", &PANELS);
+/// The screen of the ladder; all that it shows is in the session.
+#[derive(Default)]
+pub struct Ladder;
+
+impl Screen for Ladder {
+    fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        widgets::headline(ui, "The ladder", &summary(desk.session));
+        dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn is_done(&self, session: &Session) -> bool {
+        session.ladder.len() > 1
+    }
+
+    fn next(&self, session: &Session) -> Next {
+        let is_sealed = session.recording.as_ref().is_some_and(|recording| recording.seal.is_some());
+        let sealed = session.truth.is_none() && is_sealed;
+        match &session.report {
+            None if session.ladder.len() > 1 => {
+                let why = "Ask what the current model still lacks";
+                Next::Step(NextStep::run("Diagnose again", why, Command::Diagnose))
+            }
+            None if session.ladder.len() == 1 => Next::Step(NextStep::show(&diagnose::ABOUT)),
+            Some(report) if sealed && report.verdict == Verdict::NothingMissing => {
+                let why = "Compare what was found with what was hidden";
+                Next::Step(NextStep::run("Open the seal", why, Command::OpenSeal))
+            }
+            _ => Next::OnTheWay,
+        }
+    }
+
+    fn answers(&self, command: &Command) -> bool {
+        matches!(command, Command::AddEffect { .. })
+    }
 }
 
 fn ladder(ui: &mut Ui, desk: &mut Desk) {
@@ -251,17 +299,12 @@ fn found(ui: &mut Ui, desk: &mut Desk) {
     let Some(step) = desk.session.current() else { return };
     widgets::card(ui, "", |ui| {
         let of_effects = |term: usize| matches!(step.fitted.model.terms.get(term), Some(Term::Effect(_)));
-        let rows: Vec<Vec<WidgetText>> = step
-            .fitted
-            .parameters
-            .iter()
-            .filter(|parameter| of_effects(parameter.term))
-            .map(|parameter| parameter_row(parameter).to_vec())
-            .collect();
+        let rows: Vec<Vec<WidgetText>> =
+            step.fitted.parameters.iter().filter(|parameter| of_effects(parameter.term)).map(parameter_row).collect();
         if rows.is_empty() {
             widgets::weak(ui, "No effect was added to the model yet.");
-            if ui.button(format!("Go to: {}", Screen::Diagnose.title())).clicked() {
-                desk.orders.push(Order::Show(Screen::Diagnose));
+            if ui.button(format!("Go to: {}", diagnose::ABOUT.title)).clicked() {
+                desk.orders.push(Order::Show(&diagnose::ABOUT));
             }
             return;
         }

@@ -1,208 +1,154 @@
-//! The screens, left to right as one goes through them. A new screen is one file and one line in each match here.
+//! The screens, left to right as one goes through them. A new screen is one file or folder and one line in [`TABLE`].
 
-mod compare;
-mod data;
-mod diagnose;
-pub(super) mod experiment;
-mod extrapolation;
-mod ladder;
-mod model;
-pub(super) mod residuals;
-mod train;
-
-pub(super) use compare::TorquePart;
-pub(super) use data::covered;
-
-use std::str::FromStr;
+pub mod compare;
+pub mod data;
+pub mod diagnose;
+pub mod experiment;
+pub mod extrapolation;
+pub mod ladder;
+pub mod model;
+pub mod residuals;
+pub mod train;
 
 use egui::Ui;
 
-use super::state::{Desk, Order};
+use super::desk::{About, Desk, Needs, Order};
+use super::screen::Screen;
 use super::widgets;
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
 
 /// A screen of the window.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Screen {
-    /// What was measured.
-    Data,
-    /// The terms of the model.
-    Model,
-    /// Models with networks.
-    Train,
-    /// Measured and predicted torque.
-    Compare,
-    /// The residual over every state.
-    Residuals,
-    /// The diagnosis.
-    Diagnose,
-    /// The error over the steps of the model.
-    Ladder,
-    /// The error outside the data.
-    Extrapolation,
-    /// Data × models × seeds.
-    Experiment,
+pub struct Row {
+    /// Its names and place.
+    pub about: &'static About,
+    open: fn() -> Box<dyn Screen>,
 }
 
-impl Screen {
-    /// All screens, left to right.
-    pub const ALL: [Screen; 9] = [
-        Screen::Data,
-        Screen::Model,
-        Screen::Train,
-        Screen::Compare,
-        Screen::Residuals,
-        Screen::Diagnose,
-        Screen::Ladder,
-        Screen::Extrapolation,
-        Screen::Experiment,
-    ];
+/// Every screen, left to right.
+pub static TABLE: &[Row] = &[
+    Row { about: &data::ABOUT, open: || Box::<data::Data>::default() },
+    Row { about: &model::ABOUT, open: || Box::<model::Terms>::default() },
+    Row { about: &train::ABOUT, open: || Box::<train::Train>::default() },
+    Row { about: &compare::ABOUT, open: || Box::<compare::Compare>::default() },
+    Row { about: &residuals::ABOUT, open: || Box::<residuals::Residuals>::default() },
+    Row { about: &diagnose::ABOUT, open: || Box::<diagnose::Diagnose>::default() },
+    Row { about: &ladder::ABOUT, open: || Box::<ladder::Ladder>::default() },
+    Row { about: &extrapolation::ABOUT, open: || Box::<extrapolation::Extrapolation>::default() },
+    Row { about: &experiment::ABOUT, open: || Box::<experiment::Experiments>::default() },
+];
 
-    /// Its name on the command line.
-    pub fn id(self) -> &'static str {
-        match self {
-            Screen::Data => "data",
-            Screen::Model => "model",
-            Screen::Train => "train",
-            Screen::Compare => "compare",
-            Screen::Residuals => "residuals",
-            Screen::Diagnose => "diagnose",
-            Screen::Ladder => "ladder",
-            Screen::Extrapolation => "extrapolation",
-            Screen::Experiment => "experiment",
-        }
-    }
+/// What is known of every screen, left to right.
+pub fn all() -> impl Iterator<Item = &'static About> {
+    TABLE.iter().map(|row| row.about)
+}
 
-    /// Its name in the window.
-    pub fn title(self) -> &'static str {
-        match self {
-            Screen::Data => "Data",
-            Screen::Model => "Model",
-            Screen::Train => "Train",
-            Screen::Compare => "Compare",
-            Screen::Residuals => "Where it fails",
-            Screen::Diagnose => "What is missing",
-            Screen::Ladder => "Ladder",
-            Screen::Extrapolation => "Extrapolation",
-            Screen::Experiment => "Experiments",
-        }
-    }
+/// No screen has this name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("there is no screen `{id}`; there are: {known}")]
+pub struct UnknownScreen {
+    /// What was asked for.
+    pub id: String,
+    /// What there is.
+    pub known: String,
+}
 
-    /// What it is for.
-    pub fn purpose(self) -> &'static str {
-        match self {
-            Screen::Data => "What was measured, and what is odd about it",
-            Screen::Model => "What the model adds up, and with which parameters",
-            Screen::Train => "Which model, and how its networks learn",
-            Screen::Compare => "Measured against predicted torque",
-            Screen::Residuals => "What the model leaves, over every state",
-            Screen::Diagnose => "Which physical effect the model lacks",
-            Screen::Ladder => "How the error fell with every added effect",
-            Screen::Extrapolation => "How the error grows outside the data",
-            Screen::Experiment => "Many models and seeds, held against the paper",
-        }
+/// The screen with this name.
+///
+/// # Errors
+/// [`UnknownScreen`] lists the names that exist.
+pub fn find(id: &str) -> Result<&'static About, UnknownScreen> {
+    all().find(|about| about.id == id).ok_or_else(|| UnknownScreen {
+        id: id.to_owned(),
+        known: all().map(|about| about.id).collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// All screens of a window, each with its memory, and which of them is shown.
+pub(super) struct Screens {
+    /// As in [`TABLE`].
+    open: Vec<Box<dyn Screen>>,
+    /// Place in [`TABLE`].
+    shown: usize,
+}
+
+impl Default for Screens {
+    fn default() -> Self {
+        Screens { open: TABLE.iter().map(|row| (row.open)()).collect(), shown: 0 }
     }
 }
 
-impl FromStr for Screen {
-    type Err = String;
+impl Screens {
+    /// Which screen is shown.
+    pub fn shown(&self) -> &'static About {
+        TABLE[self.shown].about
+    }
 
-    fn from_str(text: &str) -> Result<Self, String> {
-        let known = Screen::ALL.map(Screen::id).join(", ");
-        let found = Screen::ALL.into_iter().find(|screen| screen.id() == text);
-        found.ok_or_else(|| format!("there is no screen `{text}`; there are: {known}"))
+    /// The screen that is shown.
+    pub fn current(&self) -> &dyn Screen {
+        self.open[self.shown].as_ref()
     }
-}
 
-/// Draws the current screen, or what is lacking for it.
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let screen = desk.state.screen;
-    if screen == Screen::Data {
-        return data::show(ui, desk);
+    /// Shows a screen.
+    pub fn show(&mut self, screen: &About) {
+        self.shown = all().position(|about| about == screen).unwrap_or(self.shown);
     }
-    // Experiments have data and models of their own.
-    if screen == Screen::Experiment {
-        return experiment::show(ui, desk);
-    }
-    if desk.session.recording.is_none() {
-        let sentence = "Open a CSV or NPZ recording, drop one here, or begin with the arm of the demonstration.";
-        if widgets::empty(ui, "There is no recording yet", sentence, "Simulate the demonstration arm") {
-            desk.run(Command::Simulate(Box::new(Scenario::embedded())));
-        }
-        return;
-    }
-    if screen == Screen::Train {
-        return train::show(ui, desk);
-    }
-    if desk.session.current().is_none() {
-        let sentence = "Fit a rigid body to the recording to see where it fails.";
-        if widgets::empty(ui, "There is no model yet", sentence, "Fit a rigid body") {
-            desk.run(Command::ChoosePreset(desk.session.preset));
-        }
-        return;
-    }
-    match screen {
-        Screen::Data | Screen::Train | Screen::Experiment => (),
-        Screen::Model => model::show(ui, desk),
-        Screen::Compare => compare::show(ui, desk),
-        Screen::Residuals => residuals::show(ui, desk),
-        Screen::Diagnose => diagnose::show(ui, desk),
-        Screen::Ladder => ladder::show(ui, desk),
-        Screen::Extrapolation => extrapolation::show(ui, desk),
-    }
-}
 
-/// Lets the user choose a trajectory by name.
-fn trajectory_chooser(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.as_deref() else { return };
-    let count = recording.trajectories.len();
-    desk.state.trajectory = desk.state.trajectory.min(count.saturating_sub(1));
-    let name = |index: usize| {
-        let part = if is_held_out(desk.session, index) { "held out" } else { "train" };
-        format!("{} ({part})", recording.trajectories[index].name)
-    };
-    let mut chosen = desk.state.trajectory;
-    let label = ui.label("Trajectory");
-    let chooser =
-        egui::ComboBox::from_id_salt("trajectory").selected_text(name(chosen)).width(190.0).show_ui(ui, |ui| {
-            for index in 0..count {
-                ui.selectable_value(&mut chosen, index, name(index));
+    /// The screen that follows the shown one on the way, behind the last one the first.
+    pub fn next_on_the_way(&self) -> &'static About {
+        let later = all().skip(self.shown + 1).find(|about| about.on_the_way);
+        later.unwrap_or(TABLE[0].about)
+    }
+
+    /// Every screen and what is known of it.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static About, &dyn Screen)> {
+        all().zip(self.open.iter().map(Box::as_ref))
+    }
+
+    /// Whether one of them keeps an answer back.
+    pub fn withhold(&self, session: &Session) -> bool {
+        self.open.iter().any(|screen| screen.withholds(session))
+    }
+
+    /// Whether a job of one of them is at work.
+    pub fn are_busy(&self) -> bool {
+        self.open.iter().any(|screen| screen.is_busy())
+    }
+
+    /// Lets all receive what their jobs have.
+    pub fn poll(&mut self) {
+        self.open.iter_mut().for_each(|screen| screen.poll());
+    }
+
+    /// Lets all hear an order; what they order for it is given back.
+    pub fn hear(&mut self, order: &Order) -> Vec<Order> {
+        self.open.iter_mut().flat_map(|screen| screen.hear(order)).collect()
+    }
+
+    /// The session has changed. The screen that shows what a command did comes to the front.
+    pub fn follow(&mut self, before: &Session, after: &Session, by: Option<&Command>) {
+        self.open.iter_mut().for_each(|screen| screen.follow(before, after, by));
+        let answers = by.and_then(|command| self.open.iter().position(|screen| screen.answers(command)));
+        self.shown = answers.unwrap_or(self.shown);
+    }
+
+    /// Draws the shown screen, or what is lacking for it.
+    pub fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let needs = self.shown().needs;
+        if needs != Needs::Nothing && desk.session.recording.is_none() {
+            let sentence = "Open a CSV or NPZ recording, drop one here, or begin with the arm of the demonstration.";
+            if widgets::empty(ui, "There is no recording yet", sentence, "Simulate the demonstration arm") {
+                desk.run(Command::Simulate(Box::new(Scenario::embedded())));
             }
-        });
-    chooser.response.labelled_by(label.id);
-    desk.state.show_trajectory(chosen);
-}
-
-/// All charts show everything again.
-fn fit_button(ui: &mut Ui, desk: &mut Desk) {
-    let what = "Show everything in all charts (Home); F or a double click does so for one quantity";
-    if ui.button("Fit").on_hover_text(what).clicked() {
-        desk.orders.push(Order::FitAll);
+            return;
+        }
+        if needs == Needs::Model && desk.session.current().is_none() {
+            let sentence = "Fit a rigid body to the recording to see where it fails.";
+            if widgets::empty(ui, "There is no model yet", sentence, "Fit a rigid body") {
+                desk.run(Command::ChoosePreset(desk.session.preset));
+            }
+            return;
+        }
+        self.open[self.shown].ui(ui, desk);
     }
-}
-
-/// Whether any of a trajectory is held out and nothing of it trains.
-pub(super) fn is_held_out(session: &Session, trajectory: usize) -> bool {
-    session.split.held_out.iter().any(|segment| segment.trajectory == trajectory)
-        && session.split.train.iter().all(|segment| segment.trajectory != trajectory)
-}
-
-/// The held-out stretches of a trajectory, as times.
-fn held_out_times(session: &Session, trajectory: usize) -> Vec<[f64; 2]> {
-    let Some(data) = session.recording.as_deref().and_then(|recording| recording.trajectories.get(trajectory)) else {
-        return Vec::new();
-    };
-    let of_trajectory = session.split.held_out.iter().filter(|segment| segment.trajectory == trajectory);
-    of_trajectory
-        .filter_map(|segment| {
-            let (first, last) = (segment.samples.start, segment.samples.end.checked_sub(1)?);
-            Some([*data.time.get(first)?, *data.time.get(last)?])
-        })
-        .collect()
-}
-
-/// First and last time of a trajectory.
-fn time_extent(time: &[f64]) -> [f64; 2] {
-    [time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(1.0)]
 }

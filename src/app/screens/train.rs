@@ -1,20 +1,22 @@
 //! Train: which model, how its networks learn, and the curves while they do and after.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use egui::{Align, Button, Checkbox, Color32, ComboBox, DragValue, Layout, RadioButton, RichText, Slider, Ui};
 
+use crate::app::desk::{About, Busy, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{Along, Chart, Decimator, ticks};
-use crate::app::shell::thousands;
-use crate::app::state::{Busy, Desk, Order, State};
+use crate::app::screen::Screen;
 use crate::app::theme::{GAP, PREDICTED_DASH, Palette, SMALL};
-use crate::app::widgets;
+use crate::app::widgets::thousands;
+use crate::app::{tables, widgets};
 use crate::model::learned::Features;
 use crate::model::{Preset, Term};
 use crate::network::Activation;
 use crate::recording::Recording;
-use crate::session::{Command, Session, Step, TrainedRun};
+use crate::session::{Command, Generation, Session, Step, TrainedRun};
 use crate::training::fit::{Plan, SavedRun};
 use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
@@ -27,20 +29,59 @@ const MOST_PLANNED: u64 = 400;
 /// Height of a line in the list of trainings \[points\].
 const RUN: f32 = 56.0;
 
-const PANELS: Part =
-    Part::Beside(&[(1.84, Part::Panel("Curves", course)), (1.0, Part::Panel("Model and settings", choices))]);
+/// The screen's names and place.
+pub static ABOUT: About = About {
+    id: "train",
+    title: "Train",
+    purpose: "Which model, and how its networks learn",
+    needs: Needs::Recording,
+    on_the_way: false,
+};
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    widgets::headline(ui, "Training", &summary(desk));
-    dock::show(ui, desk, "train", &PANELS);
+const PANELS: Part<Train> = Part::Beside(&[
+    (1.84, Part::Panel("Curves", Train::course)),
+    (1.0, Part::Panel("Model and settings", Train::choices)),
+]);
+
+/// The screen of training: what to train and how, and which curves are drawn.
+#[derive(Default)]
+pub struct Train {
+    preset: Preset,
+    plan: Plan,
+    /// The epoch whose values are shown.
+    cursor: Option<f64>,
+    /// How much of the smoothed curves is from earlier epochs, 0 for none.
+    smoothing: f64,
+    /// Earlier trainings whose curves are not drawn.
+    unseen: HashSet<Generation>,
 }
 
-fn choices(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
-    start(ui, desk);
-    models(ui, desk, &recording);
-    if is_learned(desk.state.training.preset) {
-        settings(ui, desk);
+impl Screen for Train {
+    fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        widgets::headline(ui, "Training", &summary(desk));
+        dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn is_done(&self, session: &Session) -> bool {
+        session.current().is_some_and(|step| !step.history.is_empty())
+    }
+
+    fn hear(&mut self, order: &Order) -> Vec<Order> {
+        if let Order::PlanTraining(preset) = order {
+            self.preset = *preset;
+        }
+        Vec::new()
+    }
+
+    /// The settings follow the session where that changed; what was only set here stays.
+    fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
+        if before.preset != after.preset {
+            self.preset = after.preset;
+        }
+        if before.plan != after.plan {
+            self.plan = after.plan.clone();
+        }
+        self.cursor = None;
     }
 }
 
@@ -58,34 +99,319 @@ fn is_learned(preset: Preset) -> bool {
     matches!(preset, Preset::Learned(_))
 }
 
-/// The running training, or the last one.
-fn course(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
-    if let Some(busy @ Busy { epochs: Some(epochs), plan: Some(plan), .. }) = desk.busy {
-        running(ui, desk, busy, epochs);
-        let height = ui.available_height();
-        return curves(ui, desk, epochs, plan, height);
+impl Train {
+    fn choices(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(recording) = desk.session.recording.clone() else { return };
+        self.start(ui, desk);
+        self.models(ui, &recording);
+        if is_learned(self.preset) {
+            self.settings(ui);
+        }
     }
-    match desk.session.current().cloned() {
-        Some(step) if !step.history.is_empty() => {
-            let runs =
-                if desk.session.runs.len() > 1 { 72.0 + RUN * desk.session.runs.len().min(4) as f32 } else { 0.0 };
-            let table = 125.0 + 26.0 * recording.joint_count() as f32;
-            let height = ui.available_height() - table - runs;
-            let plan = step.run.as_ref().map_or(&desk.session.plan, |run| &run.plan);
-            curves(ui, desk, &step.history, plan, height);
-            ui.columns(2, |columns| {
-                widgets::card(&mut columns[0], "How it ended", |ui| ending(ui, &step));
-                past_runs(&mut columns[0], desk);
-                super::compare::errors(&mut columns[1], &recording, &step);
+
+    /// The running training, or the last one.
+    fn course(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(recording) = desk.session.recording.clone() else { return };
+        if let Some(busy @ Busy { epochs: Some(epochs), plan: Some(plan), .. }) = desk.busy {
+            running(ui, desk, busy, epochs);
+            let height = ui.available_height();
+            return self.curves(ui, desk, epochs, plan, height);
+        }
+        match desk.session.current().cloned() {
+            Some(step) if !step.history.is_empty() => {
+                let runs =
+                    if desk.session.runs.len() > 1 { 72.0 + RUN * desk.session.runs.len().min(4) as f32 } else { 0.0 };
+                let table = 125.0 + 26.0 * recording.joint_count() as f32;
+                let height = ui.available_height() - table - runs;
+                let plan = step.run.as_ref().map_or(&desk.session.plan, |run| &run.plan);
+                self.curves(ui, desk, &step.history, plan, height);
+                ui.columns(2, |columns| {
+                    widgets::card(&mut columns[0], "How it ended", |ui| ending(ui, &step));
+                    self.past_runs(&mut columns[0], desk);
+                    tables::errors(&mut columns[1], &recording, &step);
+                });
+            }
+            _ if is_learned(self.preset) => self.plan_ahead(ui, desk),
+            _ => {
+                let sentence = "Networks learn what a rigid body can't know, but do not say what it is.\n\
+                                Choose a model at the right and start: the curves appear here.";
+                widgets::empty(ui, "Nothing was trained yet", sentence, "");
+            }
+        }
+    }
+
+    /// What a training by the chosen settings would do.
+    fn plan_ahead(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let plan = self.plan.clone();
+        let options = &plan.options;
+        widgets::card(ui, "Nothing was trained yet: this is the plan", |ui| {
+            if options.check().is_err() {
+                widgets::weak(ui, "It can't be drawn with these settings.");
+                return;
+            }
+            let steps = batches(desk.session, options);
+            let text = format!(
+                "{} epochs with {} step{} of {} samples each. Start at the right: loss and held-out error appear above the \
+                 schedule, and the present step is marked on it.",
+                thousands_of(options.epochs),
+                thousands_of(steps),
+                if steps == 1 { "" } else { "s" },
+                options.batch
+            );
+            widgets::weak(ui, text);
+            let height = (ui.available_height() - 60.0).clamp(140.0, 260.0);
+            self.rate_chart(ui, desk, &[], &plan, height);
+        });
+    }
+
+    /// The learning rate: of the whole plan ahead, and of the epochs that are done, the last of which is marked.
+    fn rate_chart(&mut self, ui: &mut Ui, desk: &mut Desk, done: &[Epoch], plan: &Plan, height: f32) {
+        let palette = Palette::in_ui(ui);
+        let (options, batches) = (&plan.options, batches(desk.session, &plan.options));
+        let every = options.epochs.div_ceil(MOST_PLANNED).max(1);
+        let planned = (1..=options.epochs).step_by(every as usize).chain([options.epochs]);
+        let (x, y): (Vec<f64>, Vec<f64>) = planned.map(|epoch| (epoch as f64, options.rate_in(epoch, batches))).unzip();
+        let (at, rate): (Vec<f64>, Vec<f64>) = done.iter().map(|epoch| (epoch.epoch as f64, epoch.rate)).unzip();
+        let now: Vec<[f64; 2]> = done.last().map(|last| [last.epoch as f64, last.rate]).into_iter().collect();
+        let extent = [1.0, x.last().copied().unwrap_or(2.0).max(2.0)];
+        let mut chart =
+            Chart::new("learning rate", "", extent).curve("planned", &x, &y, (palette.weak, PREDICTED_DASH));
+        if !done.is_empty() {
+            chart = chart.curve("done", &at, &rate, palette.nth(4));
+        }
+        chart
+            .points(&now, palette.text, 4.5)
+            .cursor(&mut self.cursor)
+            .x_axis("epoch, to the end of the plan", "")
+            .height(height)
+            .show(ui, desk.focus.views.of(Along::Epoch), &mut Decimator::default());
+    }
+
+    /// Loss, held-out error and learning rate over the epochs.
+    fn curves(&mut self, ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], plan: &Plan, height: f32) {
+        let palette = Palette::in_ui(ui);
+        let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
+        // What is not above 0 has no place on a logarithmic axis: it leaves a gap.
+        let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
+        let loss: Vec<f64> = epochs.iter().map(|epoch| log(epoch.loss)).collect();
+        let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.map_or(f64::NAN, log)).collect();
+        let best: Vec<[f64; 2]> =
+            best(epochs).and_then(|epoch| Some([epoch.epoch as f64, log(epoch.held_out?)])).into_iter().collect();
+        let others = self.other_curves(desk, palette);
+        let ends = others.iter().filter_map(|other| other.x.last()).chain(x.last()).copied();
+        let extent = [1.0, ends.fold(2.0, f64::max)];
+        // Epochs are counted in whole numbers.
+        self.cursor = self.cursor.map(f64::round);
+        widgets::card(ui, "Loss and held-out error by epoch (logarithmic)", |ui| {
+            if epochs.is_empty() {
+                widgets::weak(ui, "No epoch is done yet.");
+                return;
+            }
+            // The lines live for this frame only, so their decimation is not to be kept.
+            let mut decimator = Decimator::default();
+            let smooth = [&loss, &held_out].map(|raw| smoothed(raw, self.smoothing));
+            let mut chart = Chart::new("errors", "", extent).logarithmic().points(&best, palette.text, 4.5);
+            if self.smoothing > 0.0 {
+                let raw = |color: Color32| (color.gamma_multiply(0.35), &[][..]);
+                chart =
+                    chart.line("", &x, &loss, raw(palette.nth(0).0)).line("", &x, &held_out, raw(palette.predicted));
+            }
+            for other in &others {
+                chart = chart.curve(&other.name, &other.x, &other.held_out, (other.color, PREDICTED_DASH));
+            }
+            chart
+                .curve("loss on train", &x, &smooth[0], palette.nth(0))
+                .curve("held-out nMSE", &x, &smooth[1], (palette.predicted, PREDICTED_DASH))
+                .cursor(&mut self.cursor)
+                .height((height - RATE - 128.0).clamp(180.0, 420.0))
+                .show(ui, desk.focus.views.of(Along::Epoch), &mut decimator);
+            self.rate_chart(ui, desk, epochs, plan, RATE);
+            let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch, \
+                        whose weights are kept; on the schedule, the present step.";
+            ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+            ui.horizontal(|ui| {
+                let label = ui.label("Smoothing");
+                let slider = Slider::new(&mut self.smoothing, 0.0..=0.98).max_decimals(2);
+                ui.add(slider).labelled_by(label.id).on_hover_text("Pale: as it was. 0: only as it was");
             });
+        });
+    }
+
+    fn is_unseen(&self, run: &TrainedRun) -> bool {
+        run.step().is_some_and(|step| self.unseen.contains(&step.generation))
+    }
+
+    fn other_curves(&self, desk: &Desk, palette: &Palette) -> Vec<OtherCurve> {
+        let runs = desk.session.runs.iter().enumerate();
+        let shown = runs.filter(|(_, run)| !self.is_unseen(run) && (desk.busy.is_some() || !is_current(desk, run)));
+        let error = |epoch: &Epoch| if best_error(epoch) > 0.0 { best_error(epoch).log10() } else { f64::NAN };
+        let curve = |(number, run): (usize, &TrainedRun)| {
+            let step = run.step()?;
+            Some(OtherCurve {
+                name: format!("training {}", number + 1),
+                x: step.history.iter().map(|epoch| epoch.epoch as f64).collect(),
+                held_out: step.history.iter().map(error).collect(),
+                color: color_of(number, palette),
+            })
+        };
+        shown.filter_map(curve).collect()
+    }
+
+    /// All trainings of this recording, to be compared and chosen from; the newest first.
+    fn past_runs(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        if desk.session.runs.len() < 2 {
+            return;
         }
-        _ if is_learned(desk.state.training.preset) => plan_ahead(ui, desk),
-        _ => {
-            let sentence = "Networks learn what a rigid body can't know, but do not say what it is.\n\
-                            Choose a model at the right and start: the curves appear here.";
-            widgets::empty(ui, "Nothing was trained yet", sentence, "");
-        }
+        let palette = Palette::in_ui(ui);
+        let (session, idle) = (desk.session, desk.busy.is_none());
+        widgets::card(ui, "Trainings of this recording", |ui| {
+            for (number, run) in session.runs.iter().enumerate().rev() {
+                let Some((step, saved)) = run.step().and_then(|step| Some((step, step.run.as_ref()?))) else {
+                    continue;
+                };
+                let current = is_current(desk, run);
+                ui.horizontal(|ui| {
+                    let mut shown = current || !self.unseen.contains(&step.generation);
+                    let color = if current { palette.predicted } else { color_of(number, palette) };
+                    let name = RichText::new(format!("training {}", number + 1)).color(color);
+                    if ui
+                        .add_enabled(!current, Checkbox::new(&mut shown, name))
+                        .on_hover_text("Draw its curve")
+                        .changed()
+                    {
+                        if shown {
+                            self.unseen.remove(&step.generation)
+                        } else {
+                            self.unseen.insert(step.generation)
+                        };
+                    }
+                    let error = best(&step.history).map_or(f64::NAN, best_error);
+                    ui.label(ticks::number(error))
+                        .on_hover_text("The best held-out nMSE, or loss if nothing is held out");
+                    if current {
+                        widgets::weak(ui, "the current model");
+                    } else if ui.add_enabled(idle, Button::new("Use this model")).clicked() {
+                        desk.orders.push(Order::run(Command::UseRun { run: number }));
+                    }
+                });
+                let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+                let text = format!("{}: {}", terms.join(" + "), settings_text(&saved.plan));
+                ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+            }
+        });
+    }
+
+    /// The choice of model.
+    fn models(&mut self, ui: &mut Ui, recording: &Recording) {
+        widgets::card(ui, "Model", |ui| {
+            ui.spacing_mut().item_spacing.y = 1.0;
+            for preset in Preset::ALL {
+                let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
+                let chosen = self.preset == preset;
+                let radio = ui.add_enabled(possible, RadioButton::new(chosen, preset.title()));
+                if radio.on_disabled_hover_text("The recording states no arm.").clicked() {
+                    self.preset = preset;
+                }
+                let text = RichText::new(preset.description()).size(SMALL).color(Palette::in_ui(ui).weak);
+                egui::Frame::new().inner_margin(egui::Margin { left: 22, bottom: 3, ..Default::default() }).show(
+                    ui,
+                    |ui| {
+                        ui.label(text);
+                    },
+                );
+            }
+        });
+    }
+
+    fn settings(&mut self, ui: &mut Ui) {
+        widgets::card(ui, "Settings", |ui| {
+            let weak = Palette::in_ui(ui).weak;
+            let plan = &mut self.plan;
+            ui.horizontal(|ui| {
+                ui.label("Recipe");
+                for recipe in [Recipe::Ours, Recipe::Thorough, Recipe::Paper] {
+                    if ui.radio(plan.recipe == recipe, recipe_name(recipe)).clicked() && plan.recipe != recipe {
+                        let seed = plan.options.seed;
+                        *plan = Plan::of(recipe);
+                        plan.options.seed = seed;
+                    }
+                }
+            });
+            let what = match plan.recipe {
+                Recipe::Ours => "SOAP with a cosine schedule, quantities scaled to the data.",
+                Recipe::Thorough => "Ours for five times as long.",
+                Recipe::Paper => "Table 1: Adam at a constant rate, quantities as they are.",
+            };
+            ui.label(RichText::new(what).size(SMALL).color(weak));
+            let options = &mut plan.options;
+            egui::Grid::new("settings").spacing([18.0, 6.0]).show(ui, |ui| {
+                let label = ui.label("Epochs");
+                ui.add(DragValue::new(&mut options.epochs)).labelled_by(label.id);
+                let label = ui.label("Batch");
+                ui.add(DragValue::new(&mut options.batch)).labelled_by(label.id);
+                ui.end_row();
+                let label = ui.label("Learning rate");
+                let speed = 0.02 * options.rate.abs().max(1e-6);
+                let text = |value: f64, _| {
+                    format!("{:.2e}", value).parse().map_or(String::new(), |short: f64| short.to_string())
+                };
+                ui.add(DragValue::new(&mut options.rate).speed(speed).custom_formatter(text)).labelled_by(label.id);
+                let label = ui.label("Seed");
+                ui.add(DragValue::new(&mut options.seed)).labelled_by(label.id);
+                ui.end_row();
+            });
+            egui::CollapsingHeader::new("More settings").show(ui, |ui| more_settings(ui, plan));
+        });
+    }
+
+    /// The buttons that begin, or why they can't.
+    fn start(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let palette = Palette::in_ui(ui);
+        let (preset, idle) = (self.preset, desk.busy.is_none());
+        let current = desk.session.current().is_some_and(|step| step.fitted.model.is_learned() == is_learned(preset))
+            && desk.session.preset == preset;
+        widgets::card(ui, "", |ui| {
+            let Preset::Learned(learned) = preset else {
+                let what = "A rigid body is linear in its parameters: it is solved for at once, not trained.";
+                widgets::weak(ui, what);
+                if current {
+                    widgets::weak(ui, "It is the current model.");
+                } else if widgets::primary(ui, idle, "Solve for it").clicked() {
+                    desk.run(Command::ChoosePreset(preset));
+                }
+                return;
+            };
+            let plan = Box::new(self.plan.clone());
+            let problem = plan.options.check().err();
+            ui.horizontal(|ui| {
+                let ready = idle && problem.is_none();
+                let anew = widgets::primary(ui, ready, "Start training");
+                if anew.on_hover_text("From new weights, drawn from the seed").clicked() {
+                    desk.run(match current {
+                        // The effects that were added to it stay.
+                        true => Command::Train { plan: plan.clone(), warm: false },
+                        false => Command::TrainPreset { preset: learned, plan: plan.clone() },
+                    });
+                }
+                let on = ui.add_enabled(ready && current, Button::new("Train on"));
+                let on = on.on_hover_text("From the weights of the current model");
+                if on.on_disabled_hover_text("Once this model is trained, from its weights").clicked() {
+                    desk.run(Command::Train { plan, warm: true });
+                }
+                if let Some(run) = desk.session.current().and_then(|step| stopped_run(step)).cloned() {
+                    let resume = ui.add_enabled(idle, Button::new("Resume"));
+                    if resume
+                        .on_hover_text("Go on where it was stopped, with its settings, as if it had never been")
+                        .clicked()
+                    {
+                        desk.run(Command::Resume(run));
+                    }
+                }
+            });
+            if let Some(problem) = problem {
+                ui.label(RichText::new(format!("Can't start: {problem}.")).color(palette.error));
+            }
+        });
     }
 }
 
@@ -133,107 +459,10 @@ fn running(ui: &mut Ui, desk: &mut Desk, busy: &Busy, epochs: &[Epoch]) {
     });
 }
 
-/// What a training by the chosen settings would do.
-fn plan_ahead(ui: &mut Ui, desk: &mut Desk) {
-    let plan = desk.state.training.plan.clone();
-    let options = &plan.options;
-    widgets::card(ui, "Nothing was trained yet: this is the plan", |ui| {
-        if options.check().is_err() {
-            widgets::weak(ui, "It can't be drawn with these settings.");
-            return;
-        }
-        let steps = batches(desk.session, options);
-        let text = format!(
-            "{} epochs with {} step{} of {} samples each. Start at the right: loss and held-out error appear above the \
-             schedule, and the present step is marked on it.",
-            thousands_of(options.epochs),
-            thousands_of(steps),
-            if steps == 1 { "" } else { "s" },
-            options.batch
-        );
-        widgets::weak(ui, text);
-        let height = (ui.available_height() - 60.0).clamp(140.0, 260.0);
-        rate_chart(ui, desk, &[], &plan, height);
-    });
-}
-
 /// How often the weights change in an epoch.
 fn batches(session: &Session, options: &Options) -> u64 {
     let samples: usize = session.split.train.iter().map(|segment| segment.samples.len()).sum();
     (samples / options.batch.max(1)).max(1) as u64
-}
-
-/// The learning rate: of the whole plan ahead, and of the epochs that are done, the last of which is marked.
-fn rate_chart(ui: &mut Ui, desk: &mut Desk, done: &[Epoch], plan: &Plan, height: f32) {
-    let palette = Palette::in_ui(ui);
-    let (options, batches) = (&plan.options, batches(desk.session, &plan.options));
-    let every = options.epochs.div_ceil(MOST_PLANNED).max(1);
-    let planned = (1..=options.epochs).step_by(every as usize).chain([options.epochs]);
-    let (x, y): (Vec<f64>, Vec<f64>) = planned.map(|epoch| (epoch as f64, options.rate_in(epoch, batches))).unzip();
-    let (at, rate): (Vec<f64>, Vec<f64>) = done.iter().map(|epoch| (epoch.epoch as f64, epoch.rate)).unzip();
-    let now: Vec<[f64; 2]> = done.last().map(|last| [last.epoch as f64, last.rate]).into_iter().collect();
-    let extent = [1.0, x.last().copied().unwrap_or(2.0).max(2.0)];
-    let State { training, views, .. } = &mut *desk.state;
-    let mut chart = Chart::new("learning rate", "", extent).curve("planned", &x, &y, (palette.weak, PREDICTED_DASH));
-    if !done.is_empty() {
-        chart = chart.curve("done", &at, &rate, palette.nth(4));
-    }
-    chart
-        .points(&now, palette.text, 4.5)
-        .cursor(&mut training.cursor)
-        .x_axis("epoch, to the end of the plan", "")
-        .height(height)
-        .show(ui, views.of(Along::Epoch), &mut Decimator::default());
-}
-
-/// Loss, held-out error and learning rate over the epochs.
-fn curves(ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], plan: &Plan, height: f32) {
-    let palette = Palette::in_ui(ui);
-    let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
-    // What is not above 0 has no place on a logarithmic axis: it leaves a gap.
-    let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
-    let loss: Vec<f64> = epochs.iter().map(|epoch| log(epoch.loss)).collect();
-    let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.map_or(f64::NAN, log)).collect();
-    let best: Vec<[f64; 2]> =
-        best(epochs).and_then(|epoch| Some([epoch.epoch as f64, log(epoch.held_out?)])).into_iter().collect();
-    let others = other_curves(desk, palette);
-    let ends = others.iter().filter_map(|other| other.x.last()).chain(x.last()).copied();
-    let extent = [1.0, ends.fold(2.0, f64::max)];
-    // Epochs are counted in whole numbers.
-    desk.state.training.cursor = desk.state.training.cursor.map(f64::round);
-    widgets::card(ui, "Loss and held-out error by epoch (logarithmic)", |ui| {
-        let State { training, views, .. } = &mut *desk.state;
-        if epochs.is_empty() {
-            widgets::weak(ui, "No epoch is done yet.");
-            return;
-        }
-        // The lines live for this frame only, so their decimation is not to be kept.
-        let mut decimator = Decimator::default();
-        let smooth = [&loss, &held_out].map(|raw| smoothed(raw, training.smoothing));
-        let mut chart = Chart::new("errors", "", extent).logarithmic().points(&best, palette.text, 4.5);
-        if training.smoothing > 0.0 {
-            let raw = |color: Color32| (color.gamma_multiply(0.35), &[][..]);
-            chart = chart.line("", &x, &loss, raw(palette.nth(0).0)).line("", &x, &held_out, raw(palette.predicted));
-        }
-        for other in &others {
-            chart = chart.curve(&other.name, &other.x, &other.held_out, (other.color, PREDICTED_DASH));
-        }
-        chart
-            .curve("loss on train", &x, &smooth[0], palette.nth(0))
-            .curve("held-out nMSE", &x, &smooth[1], (palette.predicted, PREDICTED_DASH))
-            .cursor(&mut training.cursor)
-            .height((height - RATE - 128.0).clamp(180.0, 420.0))
-            .show(ui, views.of(Along::Epoch), &mut decimator);
-        rate_chart(ui, desk, epochs, plan, RATE);
-        let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch, \
-                    whose weights are kept; on the schedule, the present step.";
-        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
-        ui.horizontal(|ui| {
-            let label = ui.label("Smoothing");
-            let slider = Slider::new(&mut desk.state.training.smoothing, 0.0..=0.98).max_decimals(2);
-            ui.add(slider).labelled_by(label.id).on_hover_text("Pale: as it was. 0: only as it was");
-        });
-    });
 }
 
 /// The running mean, in which each epoch before counts `share` times as much as the next; gaps stay gaps.
@@ -259,67 +488,11 @@ struct OtherCurve {
 
 /// Which training the current model is.
 fn is_current(desk: &Desk, run: &TrainedRun) -> bool {
-    matches!((run.step(), desk.session.current()), (Some(own), Some(current)) if Arc::ptr_eq(own, current))
+    matches!((run.step(), desk.session.current()), (Some(own), Some(current)) if own.generation == current.generation)
 }
 
 fn color_of(run: usize, palette: &Palette) -> Color32 {
     palette.nth(run + 5).0
-}
-
-fn other_curves(desk: &Desk, palette: &Palette) -> Vec<OtherCurve> {
-    let unseen = &desk.state.training.unseen;
-    let runs = desk.session.runs.iter().enumerate();
-    let shown =
-        runs.filter(|(number, run)| !unseen.contains(number) && (desk.busy.is_some() || !is_current(desk, run)));
-    let error = |epoch: &Epoch| if best_error(epoch) > 0.0 { best_error(epoch).log10() } else { f64::NAN };
-    let curve = |(number, run): (usize, &TrainedRun)| {
-        let step = run.step()?;
-        Some(OtherCurve {
-            name: format!("training {}", number + 1),
-            x: step.history.iter().map(|epoch| epoch.epoch as f64).collect(),
-            held_out: step.history.iter().map(error).collect(),
-            color: color_of(number, palette),
-        })
-    };
-    shown.filter_map(curve).collect()
-}
-
-/// All trainings of this recording, to be compared and chosen from; the newest first.
-fn past_runs(ui: &mut Ui, desk: &mut Desk) {
-    if desk.session.runs.len() < 2 {
-        return;
-    }
-    let palette = Palette::in_ui(ui);
-    let (session, idle) = (desk.session, desk.busy.is_none());
-    widgets::card(ui, "Trainings of this recording", |ui| {
-        for (number, run) in session.runs.iter().enumerate().rev() {
-            let Some((step, saved)) = run.step().and_then(|step| Some((step, step.run.as_ref()?))) else { continue };
-            let current = is_current(desk, run);
-            ui.horizontal(|ui| {
-                let unseen = &mut desk.state.training.unseen;
-                let mut shown = current || !unseen.contains(&number);
-                let color = if current { palette.predicted } else { color_of(number, palette) };
-                let name = RichText::new(format!("training {}", number + 1)).color(color);
-                if ui.add_enabled(!current, Checkbox::new(&mut shown, name)).on_hover_text("Draw its curve").changed() {
-                    if shown {
-                        unseen.remove(&number)
-                    } else {
-                        unseen.insert(number)
-                    };
-                }
-                let error = best(&step.history).map_or(f64::NAN, best_error);
-                ui.label(ticks::number(error)).on_hover_text("The best held-out nMSE, or loss if nothing is held out");
-                if current {
-                    widgets::weak(ui, "the current model");
-                } else if ui.add_enabled(idle, Button::new("Use this model")).clicked() {
-                    desk.orders.push(Order::run(Command::UseRun { run: number }));
-                }
-            });
-            let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
-            let text = format!("{}: {}", terms.join(" + "), settings_text(&saved.plan));
-            ui.label(RichText::new(text).size(SMALL).color(palette.weak));
-        }
-    });
 }
 
 /// The settings of a training in a line.
@@ -365,68 +538,6 @@ fn ending(ui: &mut Ui, step: &Step) {
     let speed = format!("{} at {} samples/s", duration(last.elapsed_s), thousands_of(last.samples_per_s as u64));
     // Columns justify their text, which tears a short one apart.
     ui.with_layout(Layout::top_down(Align::Min), |ui| ui.label(format!("{how} {kept}")).on_hover_text(speed));
-}
-
-/// The choice of model.
-fn models(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
-    widgets::card(ui, "Model", |ui| {
-        ui.spacing_mut().item_spacing.y = 1.0;
-        for preset in Preset::ALL {
-            let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
-            let chosen = desk.state.training.preset == preset;
-            let radio = ui.add_enabled(possible, RadioButton::new(chosen, preset.title()));
-            if radio.on_disabled_hover_text("The recording states no arm.").clicked() {
-                desk.state.training.preset = preset;
-            }
-            let text = RichText::new(preset.description()).size(SMALL).color(Palette::in_ui(ui).weak);
-            egui::Frame::new().inner_margin(egui::Margin { left: 22, bottom: 3, ..Default::default() }).show(
-                ui,
-                |ui| {
-                    ui.label(text);
-                },
-            );
-        }
-    });
-}
-
-fn settings(ui: &mut Ui, desk: &mut Desk) {
-    widgets::card(ui, "Settings", |ui| {
-        let weak = Palette::in_ui(ui).weak;
-        let plan = &mut desk.state.training.plan;
-        ui.horizontal(|ui| {
-            ui.label("Recipe");
-            for recipe in [Recipe::Ours, Recipe::Thorough, Recipe::Paper] {
-                if ui.radio(plan.recipe == recipe, recipe_name(recipe)).clicked() && plan.recipe != recipe {
-                    let seed = plan.options.seed;
-                    *plan = Plan::of(recipe);
-                    plan.options.seed = seed;
-                }
-            }
-        });
-        let what = match plan.recipe {
-            Recipe::Ours => "SOAP with a cosine schedule, quantities scaled to the data.",
-            Recipe::Thorough => "Ours for five times as long.",
-            Recipe::Paper => "Table 1: Adam at a constant rate, quantities as they are.",
-        };
-        ui.label(RichText::new(what).size(SMALL).color(weak));
-        let options = &mut plan.options;
-        egui::Grid::new("settings").spacing([18.0, 6.0]).show(ui, |ui| {
-            let label = ui.label("Epochs");
-            ui.add(DragValue::new(&mut options.epochs)).labelled_by(label.id);
-            let label = ui.label("Batch");
-            ui.add(DragValue::new(&mut options.batch)).labelled_by(label.id);
-            ui.end_row();
-            let label = ui.label("Learning rate");
-            let speed = 0.02 * options.rate.abs().max(1e-6);
-            let text =
-                |value: f64, _| format!("{:.2e}", value).parse().map_or(String::new(), |short: f64| short.to_string());
-            ui.add(DragValue::new(&mut options.rate).speed(speed).custom_formatter(text)).labelled_by(label.id);
-            let label = ui.label("Seed");
-            ui.add(DragValue::new(&mut options.seed)).labelled_by(label.id);
-            ui.end_row();
-        });
-        egui::CollapsingHeader::new("More settings").show(ui, |ui| more_settings(ui, plan));
-    });
 }
 
 fn recipe_name(recipe: Recipe) -> &'static str {
@@ -489,56 +600,6 @@ fn more_settings(ui: &mut Ui, plan: &mut Plan) {
         choice(ui, "Precision", &mut plan.precision, &[(Precision::F32, "single"), (Precision::F64, "double")]);
         choice(ui, "Quantities", &mut plan.normalise, &[(true, "scaled to data"), (false, "as they are")]);
         ui.end_row();
-    });
-}
-
-/// The buttons that begin, or why they can't.
-fn start(ui: &mut Ui, desk: &mut Desk) {
-    let palette = Palette::in_ui(ui);
-    let (preset, idle) = (desk.state.training.preset, desk.busy.is_none());
-    let current = desk.session.current().is_some_and(|step| step.fitted.model.is_learned() == is_learned(preset))
-        && desk.session.preset == preset;
-    widgets::card(ui, "", |ui| {
-        let Preset::Learned(learned) = preset else {
-            let what = "A rigid body is linear in its parameters: it is solved for at once, not trained.";
-            widgets::weak(ui, what);
-            if current {
-                widgets::weak(ui, "It is the current model.");
-            } else if widgets::primary(ui, idle, "Solve for it").clicked() {
-                desk.run(Command::ChoosePreset(preset));
-            }
-            return;
-        };
-        let plan = Box::new(desk.state.training.plan.clone());
-        let problem = plan.options.check().err();
-        ui.horizontal(|ui| {
-            let ready = idle && problem.is_none();
-            let anew = widgets::primary(ui, ready, "Start training");
-            if anew.on_hover_text("From new weights, drawn from the seed").clicked() {
-                desk.run(match current {
-                    // The effects that were added to it stay.
-                    true => Command::Train { plan: plan.clone(), warm: false },
-                    false => Command::TrainPreset { preset: learned, plan: plan.clone() },
-                });
-            }
-            let on = ui.add_enabled(ready && current, Button::new("Train on"));
-            let on = on.on_hover_text("From the weights of the current model");
-            if on.on_disabled_hover_text("Once this model is trained, from its weights").clicked() {
-                desk.run(Command::Train { plan, warm: true });
-            }
-            if let Some(run) = desk.session.current().and_then(|step| stopped_run(step)).cloned() {
-                let resume = ui.add_enabled(idle, Button::new("Resume"));
-                if resume
-                    .on_hover_text("Go on where it was stopped, with its settings, as if it had never been")
-                    .clicked()
-                {
-                    desk.run(Command::Resume(run));
-                }
-            }
-        });
-        if let Some(problem) = problem {
-            ui.label(RichText::new(format!("Can't start: {problem}.")).color(palette.error));
-        }
     });
 }
 

@@ -1,9 +1,8 @@
 //! Everything that can be done now, by name: what the command palette offers.
 
-use crate::app::dock::{Change, Side};
-use crate::app::flow;
-use crate::app::screens::Screen;
-use crate::app::state::{Desk, Order};
+use super::frame::Shell;
+use crate::app::desk::{Change, Desk, Order, Side};
+use crate::app::screens;
 use crate::effect::{Scope, registry};
 use crate::model::Preset;
 use crate::session::Command;
@@ -21,20 +20,20 @@ pub struct Action {
 }
 
 /// All actions that make sense now.
-pub fn all(desk: &Desk) -> Vec<Action> {
+pub fn all(shell: &Shell) -> Vec<Action> {
+    let desk = &shell.desk;
     let mut actions = Vec::new();
     let mut add = |name: String, keys: &'static str, order: Order| actions.push(Action { name, keys, order });
-    let betting = desk.state.is_betting(desk.session);
-    if let Some(next) = flow::next(desk.session, desk.state).filter(|_| !betting) {
+    if let Some(next) = shell.next() {
         add(format!("Next: {}", next.label), "Ctrl+Enter", next.order);
     }
-    for screen in Screen::ALL {
-        add(format!("Go to {}", screen.title()), "", Order::Show(screen));
+    for screen in screens::all() {
+        add(format!("Go to {}", screen.title), "", Order::Show(screen));
     }
-    if desk.undo.is_some() {
+    if shell.undo.is_some() {
         add("Undo".into(), "Ctrl+Z", Order::Undo);
     }
-    if desk.redo.is_some() {
+    if shell.redo.is_some() {
         add("Redo".into(), "Ctrl+Y", Order::Redo);
     }
     if desk.session.recording.is_some() {
@@ -93,7 +92,7 @@ pub fn all(desk: &Desk) -> Vec<Action> {
 
 /// What can be done with the panels of the screen.
 fn panels(desk: &Desk, add: &mut impl FnMut(String, &'static str, Order)) {
-    let panels = desk.state.dock.panels();
+    let panels = desk.panels.panels();
     for (name, shown) in &panels {
         let mut offer = |what: String, keys, change| {
             add(format!("Panel {name}: {what}"), keys, Order::Panel((*name).to_owned(), change));
@@ -112,7 +111,7 @@ fn panels(desk: &Desk, add: &mut impl FnMut(String, &'static str, Order)) {
         for (word, keys, side) in sides {
             offer(format!("move to the {word}"), keys, Change::Move(side));
         }
-        for (other, _) in panels.iter().filter(|(other, shown)| *shown && !desk.state.dock.is_beside(name, other)) {
+        for (other, _) in panels.iter().filter(|(other, shown)| *shown && !desk.panels.is_beside(name, other)) {
             offer(format!("move into the tabs of {other}"), "", Change::Join((*other).to_owned()));
         }
     }

@@ -1,18 +1,19 @@
 //! The two bars at the top: the tools, and the way through the screens with the highlighted next step.
 
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Align, Button, Color32, Layout, PopupCloseBehavior, RichText, ScrollArea, Stroke, Ui, WidgetInfo};
+use egui::{
+    Align, Button, Color32, KeyboardShortcut, Layout, PopupCloseBehavior, RichText, ScrollArea, Stroke, Ui, WidgetInfo,
+};
 
-use super::is_narrow;
+use super::frame::Shell;
 use super::keys;
-use crate::app::flow;
-use crate::app::screens::Screen;
-use crate::app::state::{Desk, Order};
+use crate::app::desk::{Desk, Order};
 use crate::app::theme::{self, BODY, GAP, Palette};
-use crate::app::widgets;
+use crate::app::widgets::{self, is_narrow};
 
-pub fn tools(ui: &mut Ui, desk: &mut Desk) {
+pub fn tools(ui: &mut Ui, shell: &mut Shell) {
     let palette = Palette::in_ui(ui);
+    let desk = &mut shell.desk;
     ui.horizontal(|ui| {
         ui.label(RichText::new("Torquescope").size(BODY + 2.0).color(palette.text));
         ui.add_space(GAP);
@@ -25,10 +26,8 @@ pub fn tools(ui: &mut Ui, desk: &mut Desk) {
         if ui.add_enabled(full, Button::new("Save…")).on_hover_text(save).clicked() {
             desk.orders.push(Order::SaveDialog);
         }
-        let undo = desk.undo.map_or("Nothing to undo".to_owned(), |change| format!("Undo: {change}"));
-        step_button(ui, desk, "Undo", &undo, &keys::UNDO, Order::Undo);
-        let redo = desk.redo.map_or("Nothing to redo".to_owned(), |change| format!("Redo: {change}"));
-        step_button(ui, desk, "Redo", &redo, &keys::REDO, Order::Redo);
+        step_button(ui, desk, "Undo", shell.undo, &keys::UNDO, Order::Undo);
+        step_button(ui, desk, "Redo", shell.redo, &keys::REDO, Order::Redo);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
             let menu = MenuButton::new("View").config(stays).ui(ui, |ui| {
@@ -45,11 +44,14 @@ pub fn tools(ui: &mut Ui, desk: &mut Desk) {
     });
 }
 
-fn step_button(ui: &mut Ui, desk: &mut Desk, name: &str, what: &str, key: &egui::KeyboardShortcut, order: Order) {
-    let possible = if name == "Undo" { desk.undo } else { desk.redo }.is_some();
+/// Undo or redo: `change` is what it is about. While something is at work, the session stays as it is.
+fn step_button(ui: &mut Ui, desk: &mut Desk, name: &str, change: Option<&str>, key: &KeyboardShortcut, order: Order) {
+    let what = change.map_or(format!("Nothing to {}", name.to_lowercase()), |change| format!("{name}: {change}"));
     let text = format!("{what} ({})", keys::text(ui, key));
-    let button = ui.add_enabled(possible, Button::new(name)).on_hover_text(&text).on_disabled_hover_text(what);
-    if button.clicked() {
+    let why_not =
+        desk.busy.filter(|_| change.is_some()).map_or(what, |busy| format!("“{}” is still at work", busy.name));
+    let button = ui.add_enabled(change.is_some() && desk.busy.is_none(), Button::new(name));
+    if button.on_hover_text(text).on_disabled_hover_text(why_not).clicked() {
         desk.orders.push(order);
     }
 }
@@ -78,9 +80,9 @@ fn view(ui: &mut Ui, desk: &mut Desk) {
     });
     ui.separator();
     ui.label("Panels of this screen");
-    for (name, mut shown) in desk.state.dock.panels() {
+    for (name, mut shown) in desk.panels.panels() {
         if ui.checkbox(&mut shown, name).changed() {
-            desk.state.dock.set_shown(name, shown);
+            desk.panels.set_shown(name, shown);
         }
     }
     if ui.button("Put them back").on_hover_text("Every panel where it stood at first").clicked() {
@@ -93,31 +95,30 @@ fn view(ui: &mut Ui, desk: &mut Desk) {
 }
 
 /// The screens, left to right, and the next step.
-pub fn way(ui: &mut Ui, desk: &mut Desk) {
+pub fn way(ui: &mut Ui, shell: &mut Shell) {
     let palette = Palette::in_ui(ui);
-    let betting = desk.state.is_betting(desk.session);
-    // The next step would tell the answer.
-    let next = flow::next(desk.session, desk.state).filter(|_| !betting);
+    let betting = shell.screens.withhold(shell.desk.session);
+    let next = shell.next();
     let leads_to =
         next.as_ref().and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
     let narrow = is_narrow(ui);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         ui.spacing_mut().button_padding.x = if narrow { 6.0 } else { 7.0 };
-        for (number, screen) in Screen::ALL.into_iter().enumerate() {
+        for (number, (about, screen)) in shell.screens.iter().enumerate() {
             if number > 0 {
                 ui.label(RichText::new("›").color(palette.weak));
             }
-            let current = desk.state.screen == screen;
-            let is_next = leads_to == Some(screen);
-            let done = flow::is_done(desk.session, screen);
+            let current = shell.screens.shown() == about;
+            let is_next = leads_to == Some(about);
+            let done = screen.is_done(shell.desk.session);
             let color = match (current || is_next, done) {
                 (true, _) => palette.accent,
                 (_, true) => palette.text,
                 _ => palette.weak,
             };
             // Without room only the step where one stands has its name; the others have their number.
-            let name = if narrow && !current { (number + 1).to_string() } else { screen.title().to_owned() };
+            let name = if narrow && !current { (number + 1).to_string() } else { about.title.to_owned() };
             let mark = if done && !current && !narrow { "✔ " } else { "" };
             let text = RichText::new(format!("{mark}{name}")).color(color);
             let mut button = Button::new(text).selected(current);
@@ -125,15 +126,15 @@ pub fn way(ui: &mut Ui, desk: &mut Desk) {
                 button = button.fill(Color32::TRANSPARENT);
             }
             let stroke = if is_next { Stroke::new(1.0, palette.accent) } else { Stroke::NONE };
-            let hint = format!("{}: {} (Ctrl+{})", screen.title(), screen.purpose(), number + 1);
+            let hint = format!("{}: {} (Ctrl+{})", about.title, about.purpose, number + 1);
             let response = ui.add(button.stroke(stroke)).on_hover_text(hint);
-            response.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, current, screen.title()));
+            response.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, current, about.title));
             if response.clicked() {
-                desk.orders.push(Order::Show(screen));
+                shell.desk.orders.push(Order::Show(about));
             }
         }
         ui.label(RichText::new("›").color(palette.weak));
-        export(ui, desk, next.as_ref().is_some_and(|next| matches!(next.order, Order::Export(_))));
+        export(ui, shell, next.as_ref().is_some_and(|next| matches!(next.order, Order::Export(_))));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let Some(next) = next else {
                 let (text, color) =
@@ -142,21 +143,21 @@ pub fn way(ui: &mut Ui, desk: &mut Desk) {
                 return;
             };
             let text = if narrow { "Next →".to_owned() } else { format!("Next: {} →", next.label) };
-            let button = widgets::primary(ui, desk.busy.is_none(), &text);
+            let button = widgets::primary(ui, shell.desk.busy.is_none(), &text);
             let name = format!("Next: {}", next.label);
             button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
             let hint = format!("{}. {} ({})", next.label, next.why, keys::text(ui, &keys::NEXT));
             if button.on_hover_text(&hint).on_disabled_hover_text("Something is at work; see below").clicked() {
-                desk.orders.push(next.order);
+                shell.desk.orders.push(next.order);
             }
         });
     });
 }
 
 /// The end of the way: the plots of the screen as a file.
-fn export(ui: &mut Ui, desk: &mut Desk, is_next: bool) {
+fn export(ui: &mut Ui, shell: &mut Shell, is_next: bool) {
     let palette = Palette::in_ui(ui);
-    let done = desk.state.exported;
+    let done = shell.exported;
     let color = match (is_next, done) {
         (true, _) => palette.accent,
         (_, true) => palette.text,
@@ -169,6 +170,6 @@ fn export(ui: &mut Ui, desk: &mut Desk, is_next: bool) {
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Export"));
     let hint = format!("The plots of this screen as SVG, PDF, PNG or CSV ({})", keys::text(ui, &keys::EXPORT));
     if response.on_hover_text(hint).clicked() {
-        desk.orders.push(Order::Export(None));
+        shell.desk.orders.push(Order::Export(None));
     }
 }

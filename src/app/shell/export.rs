@@ -2,9 +2,9 @@
 
 use egui::{Button, DragValue, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo};
 
+use super::frame::Shell;
+use crate::app::desk::{About, Desk, Drawing, Order};
 use crate::app::plot::export;
-use crate::app::screens::Screen;
-use crate::app::state::{Desk, Drawing, Order};
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets;
 use crate::figure::{Figure, Format, Panel, Size, Style, Theme};
@@ -35,21 +35,24 @@ pub struct Exporting {
 
 impl Exporting {
     /// Asks about the plots of a screen, or one of them.
-    pub fn new(session: &Session, screen: Screen, only: Option<String>) -> Self {
+    pub fn new(session: &Session, screen: &About, only: Option<String>) -> Self {
         let name = session.recording.as_ref().map_or("torquescope", |recording| &recording.name);
         let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
         let name: String = name.chars().map(plain).collect();
-        let path = format!("{name}-{}.svg", screen.id());
+        let path = format!("{name}-{}.svg", screen.id);
         Exporting { only, plots: None, format: Format::Svg, style: Style::default(), path }
     }
 }
 
 /// The dialog, while it is open.
-pub fn show(ui: &mut Ui, desk: &mut Desk) {
+pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
+    let desk = &mut shell.desk;
     if let Some(title) = export::wanted(ui.ctx()) {
         desk.orders.push(Order::Export(Some(title)));
     }
-    let Some(mut open) = desk.state.exporting.take() else { return };
+    // A plot that is still being computed is one of them, too.
+    let waits = exporting.as_ref().is_some_and(|open| open.plots.is_none()) && desk.memo.is_busy();
+    let Some(mut open) = exporting.take_if(|_| !waits) else { return };
     if open.plots.is_none() {
         let is_wanted = |panel: &Panel| open.only.as_ref().is_none_or(|title| *title == panel.title);
         let with_wish = |panel: Panel| {
@@ -63,19 +66,19 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
     let mut closes = false;
     let modal = Modal::new(egui::Id::unique("export")).show(ui.ctx(), |ui| {
         ui.set_width((room.width() - 80.0).min(520.0));
-        closes = ask(ui, desk, &mut open);
+        closes = ask(ui, desk, shell.screens.shown(), &mut open);
     });
     if !closes && !modal.should_close() {
-        desk.state.exporting = Some(open);
+        *exporting = Some(open);
     }
 }
 
 /// The questions, and whether they are answered.
-fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
+fn ask(ui: &mut Ui, desk: &mut Desk, screen: &About, open: &mut Exporting) -> bool {
     let palette = Palette::in_ui(ui);
     let Exporting { plots, format, style, path, .. } = open;
     let plots = plots.get_or_insert_default();
-    ui.heading(format!("Export: {}", desk.state.screen.title()));
+    ui.heading(format!("Export: {}", screen.title));
     if plots.is_empty() {
         widgets::weak(ui, "This screen shows no plot yet.");
         return ui.button("Close").clicked();

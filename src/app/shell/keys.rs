@@ -2,11 +2,10 @@
 
 use egui::{Grid, Key, KeyboardShortcut, Modifiers, RichText, Ui};
 
-use crate::app::flow;
-use crate::app::screens::Screen;
-use crate::app::state::{Desk, Order, State};
+use crate::app::desk::Order;
+use crate::app::screen::NextStep;
+use crate::app::screens;
 use crate::app::theme::{GAP, Palette};
-use crate::session::Session;
 
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
@@ -29,19 +28,26 @@ const THEME: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::T
 const NUMBERS: [Key; 9] =
     [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
 
+/// What lies over the screens.
+pub struct Open {
+    pub palette: bool,
+    pub key_list: bool,
+    pub exporting: bool,
+}
+
 /// The orders that were given by keys.
-pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<Order> {
+pub fn shortcuts(ctx: &egui::Context, open: Open, next: impl FnOnce() -> Option<NextStep>) -> Vec<Order> {
     let mut orders = Vec::new();
     // While text is typed, undo is the text's own, and a question mark is one.
     let typing = ctx.text_edit_focused();
-    let overlay = state.palette.is_some() || state.key_list;
+    let overlay = open.palette || open.key_list;
     // What lies on top takes Escape for itself.
-    let covered = typing || state.exporting.is_some() || egui::Popup::is_any_open(ctx);
+    let covered = typing || open.exporting || egui::Popup::is_any_open(ctx);
     ctx.input_mut(|input| {
         // Those with Shift have to be asked for first: Ctrl+Z would match Ctrl+Shift+Z too.
         for key in [PALETTE_TOO, PALETTE] {
             if input.consume_shortcut(&key) {
-                orders.push(Order::Palette(state.palette.is_none()));
+                orders.push(Order::Palette(!open.palette));
             }
         }
         if overlay && input.consume_shortcut(&STOP) {
@@ -50,7 +56,7 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
         if input.consume_shortcut(&LIST)
             || (!typing && (input.consume_shortcut(&LIST_TOO) || input.consume_shortcut(&LIST_PLAIN)))
         {
-            orders.push(Order::KeyList(!state.key_list));
+            orders.push(Order::KeyList(!open.key_list));
         }
         let general = [
             (REDO_TOO, Order::Redo),
@@ -71,10 +77,10 @@ pub fn shortcuts(ctx: &egui::Context, session: &Session, state: &State) -> Vec<O
         if !covered && input.consume_shortcut(&STOP) {
             orders.push(Order::Stop);
         }
-        if input.consume_shortcut(&NEXT) && !state.is_betting(session) {
-            orders.extend(flow::next(session, state).map(|next| next.order));
+        if input.consume_shortcut(&NEXT) {
+            orders.extend(next().map(|next| next.order));
         }
-        for (key, screen) in NUMBERS.into_iter().zip(Screen::ALL) {
+        for (key, screen) in NUMBERS.into_iter().zip(screens::all()) {
             if input.consume_shortcut(&KeyboardShortcut::new(Modifiers::COMMAND, key)) {
                 orders.push(Order::Show(screen));
             }
@@ -89,8 +95,8 @@ pub fn text(ui: &Ui, shortcut: &KeyboardShortcut) -> String {
 }
 
 /// The list of all shortcuts, while it is asked for.
-pub fn list(ui: &mut Ui, desk: &mut Desk) {
-    if !desk.state.key_list {
+pub fn list(ui: &mut Ui, is_open: &mut bool) {
+    if !*is_open {
         return;
     }
     let palette = Palette::in_ui(ui);
@@ -136,6 +142,6 @@ pub fn list(ui: &mut Ui, desk: &mut Desk) {
         ui.button("Close").clicked()
     });
     if modal.inner || modal.should_close() {
-        desk.state.key_list = false;
+        *is_open = false;
     }
 }

@@ -2,14 +2,15 @@
 
 use egui::{Align, Align2, Area, Button, Frame, Layout, Margin, RichText, Stroke, Ui, WidgetInfo, vec2};
 
-use crate::app::state::{Desk, Order, Tone};
+use super::frame::Shell;
+use crate::app::desk::{Order, Tone};
 use crate::app::theme::{GAP, HEADLINE, Palette};
 use crate::app::widgets;
 
 /// Notices stand above the screen until they are dismissed.
-pub fn notices(ui: &mut Ui, desk: &mut Desk) {
+pub fn notices(ui: &mut Ui, shell: &mut Shell) {
     let palette = Palette::in_ui(ui);
-    if desk.left_behind {
+    if shell.left_behind {
         let frame = Frame::new()
             .fill(palette.card)
             .stroke(Stroke::new(1.0, palette.accent))
@@ -18,17 +19,17 @@ pub fn notices(ui: &mut Ui, desk: &mut Desk) {
         frame.show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 ui.label("The program ended unexpectedly the last time. Its session was kept.");
-                if widgets::primary(ui, desk.busy.is_none(), "Restore it").clicked() {
-                    desk.orders.push(Order::Recover(true));
+                if widgets::primary(ui, shell.desk.busy.is_none(), "Restore it").clicked() {
+                    shell.desk.orders.push(Order::Recover(true));
                 }
                 if ui.button("Leave it").clicked() {
-                    desk.orders.push(Order::Recover(false));
+                    shell.desk.orders.push(Order::Recover(false));
                 }
             });
         });
         ui.add_space(GAP);
     }
-    for (number, notice) in desk.state.notices.iter().enumerate() {
+    for (number, notice) in shell.messages.notices.iter().enumerate() {
         let (word, color) = match notice.tone {
             Tone::Info => ("Note", palette.accent),
             Tone::Warning => ("Careful", palette.warning),
@@ -47,7 +48,7 @@ pub fn notices(ui: &mut Ui, desk: &mut Desk) {
                     let button = ui.add(Button::new("×").small());
                     button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
                     if button.on_hover_text("Dismiss").clicked() {
-                        desk.orders.push(Order::Dismiss(number));
+                        shell.desk.orders.push(Order::Dismiss(number));
                     }
                     ui.with_layout(Layout::left_to_right(Align::Center).with_main_wrap(true), |ui| {
                         ui.label(&notice.text);
@@ -63,15 +64,15 @@ pub fn notices(ui: &mut Ui, desk: &mut Desk) {
 }
 
 /// What was just done, in a corner, for a few seconds.
-pub fn toasts(ui: &mut Ui, desk: &mut Desk) {
+pub fn toasts(ui: &mut Ui, shell: &mut Shell) {
     let now = ui.input(|input| input.time);
-    desk.state.toasts.retain(|toast| toast.until > now);
-    let Some(first) = desk.state.toasts.iter().map(|toast| toast.until).reduce(f64::min) else { return };
+    shell.messages.toasts.retain(|toast| toast.until > now);
+    let Some(first) = shell.messages.toasts.iter().map(|toast| toast.until).reduce(f64::min) else { return };
     let palette = Palette::in_ui(ui);
     let area =
         Area::new(egui::Id::unique("toasts")).anchor(Align2::RIGHT_BOTTOM, vec2(-16.0, -44.0)).interactable(false);
     area.show(ui.ctx(), |ui| {
-        for toast in &desk.state.toasts {
+        for toast in &shell.messages.toasts {
             let frame = Frame::new()
                 .fill(palette.card)
                 .stroke(Stroke::new(1.0, palette.good))

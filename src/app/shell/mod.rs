@@ -3,55 +3,71 @@
 mod actions;
 mod bar;
 mod export;
+mod flow;
+mod frame;
 mod keys;
 mod messages;
 mod palette;
 mod status;
 
-use egui::{CentralPanel, Frame, Margin, Panel, Ui};
+use egui::{CentralPanel, Context, Frame, Margin, Panel, Ui};
 
-pub use export::Exporting;
-pub use keys::shortcuts;
-pub use palette::CommandPalette;
+use export::Exporting;
+pub use frame::Shell;
+use palette::CommandPalette;
 
-use super::screens;
-use super::state::Desk;
+use super::desk::{About, Order};
+use super::plot;
+use super::screens::Screens;
 use super::theme::{GROUP, Palette};
+use super::widgets::is_narrow;
+use crate::session::Session;
 
-/// Draws the whole window.
-pub fn show(ui: &mut Ui, desk: &mut Desk) {
-    let palette = Palette::in_ui(ui);
-    let bar = |x, y| Frame::new().fill(palette.card).inner_margin(Margin::symmetric(x, y));
-    Panel::top("tools").frame(bar(14, 4)).resizable(false).show(ui, |ui| bar::tools(ui, desk));
-    Panel::top("way").frame(bar(14, 5)).resizable(false).show(ui, |ui| bar::way(ui, desk));
-    Panel::bottom("status").frame(bar(14, 4)).resizable(false).show(ui, |ui| status::show(ui, desk));
-    let room = if is_narrow(ui) { GROUP / 2.0 } else { GROUP };
-    let ground = Frame::new().fill(palette.background).inner_margin(Margin::same(room as i8));
-    CentralPanel::default().frame(ground).show(ui, |ui| {
-        messages::notices(ui, desk);
-        screens::show(ui, desk);
-    });
-    export::show(ui, desk);
-    messages::toasts(ui, desk);
-    messages::drop_hint(ui);
-    palette::show(ui, desk);
-    keys::list(ui, desk);
+/// What lies over the screens while it is open.
+#[derive(Default)]
+pub struct Overlays {
+    /// Every command by its name.
+    pub palette: Option<CommandPalette>,
+    /// Whether the list of shortcuts is open.
+    pub key_list: bool,
+    /// How plots are exported.
+    pub exporting: Option<Exporting>,
 }
 
-/// Whether the window, at this size of text, has no room for long names side by side.
-pub fn is_narrow(ui: &Ui) -> bool {
-    ui.ctx().content_rect().width() < 1100.0
-}
-
-/// 12345 as `12 345`.
-pub fn thousands(number: usize) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push('\u{2009}');
-        }
-        text.push(digit);
+impl Overlays {
+    /// Asks how to export the plots of a screen, or one of them. The screen describes them when it is drawn next.
+    pub fn export(&mut self, ctx: &Context, session: &Session, screen: &About, only: Option<String>) {
+        plot::export::begin(ctx);
+        self.exporting = Some(Exporting::new(session, screen, only));
     }
-    text
+
+    /// The orders that were given by keys.
+    pub fn shortcuts(&self, ctx: &Context, session: &Session, screens: &Screens, exported: bool) -> Vec<Order> {
+        let open = keys::Open {
+            palette: self.palette.is_some(),
+            key_list: self.key_list,
+            exporting: self.exporting.is_some(),
+        };
+        keys::shortcuts(ctx, open, || flow::next(session, screens, exported))
+    }
+
+    /// Draws the whole window.
+    pub fn show(&mut self, ui: &mut Ui, shell: &mut Shell) {
+        let palette = Palette::in_ui(ui);
+        let bar = |x, y| Frame::new().fill(palette.card).inner_margin(Margin::symmetric(x, y));
+        Panel::top("tools").frame(bar(14, 4)).resizable(false).show(ui, |ui| bar::tools(ui, shell));
+        Panel::top("way").frame(bar(14, 5)).resizable(false).show(ui, |ui| bar::way(ui, shell));
+        Panel::bottom("status").frame(bar(14, 4)).resizable(false).show(ui, |ui| status::show(ui, &mut shell.desk));
+        let room = if is_narrow(ui) { GROUP / 2.0 } else { GROUP };
+        let ground = Frame::new().fill(palette.background).inner_margin(Margin::same(room as i8));
+        CentralPanel::default().frame(ground).show(ui, |ui| {
+            messages::notices(ui, shell);
+            shell.screens.ui(ui, &mut shell.desk);
+        });
+        export::show(ui, shell, &mut self.exporting);
+        messages::toasts(ui, shell);
+        messages::drop_hint(ui);
+        palette::show(ui, shell, &mut self.palette);
+        keys::list(ui, &mut self.key_list);
+    }
 }

@@ -3,7 +3,8 @@
 use egui::{Key, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo};
 
 use super::actions;
-use crate::app::state::{Desk, Order};
+use super::frame::Shell;
+use crate::app::desk::Order;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 
@@ -14,11 +15,11 @@ pub struct CommandPalette {
     chosen: usize,
 }
 
-pub fn show(ui: &mut Ui, desk: &mut Desk) {
-    let Some(mut open) = desk.state.palette.take() else { return };
+pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<CommandPalette>) {
+    let Some(mut open) = place.take() else { return };
     let palette = Palette::in_ui(ui);
     let words: Vec<String> = open.text.to_lowercase().split_whitespace().map(str::to_owned).collect();
-    let mut found = actions::all(desk);
+    let mut found = actions::all(shell);
     found.retain(|action| {
         let name = action.name.to_lowercase();
         words.iter().all(|word| name.contains(word))
@@ -69,10 +70,10 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
     match clicked {
         Some(number) => {
             if let Some(action) = found.into_iter().nth(number) {
-                desk.orders.extend([Order::Palette(false), action.order]);
+                shell.desk.orders.extend([Order::Palette(false), action.order]);
             }
         }
         None if modal.should_close() => (),
-        None => desk.state.palette = Some(open),
+        None => *place = Some(open),
     }
 }

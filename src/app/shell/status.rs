@@ -2,11 +2,10 @@
 
 use egui::{Align, Button, Label, Layout, RichText, Ui};
 
-use super::{is_narrow, thousands};
+use crate::app::desk::{Busy, Desk, Order};
 use crate::app::plot::ticks::percent;
-use crate::app::state::{Busy, Desk, Order};
 use crate::app::theme::{Palette, SMALL};
-use crate::app::widgets;
+use crate::app::widgets::{self, is_narrow, thousands};
 use crate::model::Term;
 
 pub fn show(ui: &mut Ui, desk: &mut Desk) {

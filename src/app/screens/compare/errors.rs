@@ -2,10 +2,12 @@
 
 use egui::{Button, RichText, ScrollArea, Ui, WidgetInfo};
 
+use crate::app::desk::{Desk, is_held_out};
+use crate::app::memo::Question;
 use crate::app::plot::{Along, Chart, Decimator, ticks};
-use crate::app::state::Desk;
 use crate::app::theme::{GROUP, Palette, SMALL};
 use crate::app::widgets;
+use crate::session::Session;
 
 /// Most points of one plot.
 const MOST_POINTS: usize = 2500;
@@ -41,7 +43,7 @@ pub fn scatter(ui: &mut Ui, desk: &mut Desk) {
                         .height(200.0)
                         .curve("", &extent, &extent, (palette.weak, &[3.0, 3.0]))
                         .points(&points, palette.predicted.gamma_multiply(0.6), 1.2)
-                        .show(ui, desk.state.views.of(Along::Load(joint)), &mut Decimator::default());
+                        .show(ui, desk.focus.views.of(Along::Load(joint)), &mut Decimator::default());
                 }
             });
         }
@@ -51,16 +53,39 @@ pub fn scatter(ui: &mut Ui, desk: &mut Desk) {
     });
 }
 
+/// nMSE of each trajectory and joint: `errors[trajectory][joint]`.
+#[derive(Clone, PartialEq)]
+struct ErrorsByRun;
+
+impl Question for ErrorsByRun {
+    type Answer = Vec<Vec<f64>>;
+
+    fn answer(&self, session: &Session) -> Result<Vec<Vec<f64>>, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let step = session.current().ok_or("there is no model")?;
+        let error = |run: usize, joint: usize| {
+            let (tau, model) =
+                (&recording.trajectories[run].tau[joint], &step.evaluation.predictions[run].total[joint]);
+            let squares: f64 = tau.iter().zip(model).map(|(tau, model)| (tau - model).powi(2)).sum();
+            squares / tau.iter().map(|tau| tau * tau).sum::<f64>()
+        };
+        let joints = recording.joint_count();
+        let runs = 0..recording.trajectories.len();
+        Ok(runs.map(|run| (0..joints).map(|joint| error(run, joint)).collect()).collect())
+    }
+}
+
+/// The joint by whose error trajectories are sorted, and whether the largest comes first; `None` leaves them as recorded.
+pub type Sorting = Option<(usize, bool)>;
+
 /// nMSE by trajectory and joint; a click on a head sorts, on a name shows that trajectory.
-pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk) {
-    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
-        return;
-    };
+pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk, sorting: &mut Sorting) {
+    let Some(recording) = desk.session.recording.clone() else { return };
     let palette = Palette::in_ui(ui);
-    let errors = desk.state.errors_by_run(&recording, &step);
+    let Some(Ok(errors)) = desk.memo.later(ui.ctx(), desk.session, ErrorsByRun) else { return };
     widgets::card(ui, "Error by trajectory and joint (nMSE)", |ui| {
         let mut order: Vec<usize> = (0..errors.len()).collect();
-        if let Some((joint, down)) = desk.state.error_order {
+        if let Some((joint, down)) = *sorting {
             let error = |run: usize| errors[run].get(joint).copied().unwrap_or(f64::NAN);
             order.sort_by(|one, other| error(*one).total_cmp(&error(*other)));
             if down {
@@ -70,10 +95,10 @@ pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk) {
         ScrollArea::horizontal().id_salt("errors by trajectory").show(ui, |ui| {
             egui::Grid::new("errors by trajectory").striped(true).spacing([GROUP, 4.0]).show(ui, |ui| {
                 if ui.add(Button::new("trajectory").small()).on_hover_text("In the order of the recording").clicked() {
-                    desk.state.error_order = None;
+                    *sorting = None;
                 }
                 for (joint, info) in recording.joints.iter().enumerate() {
-                    let mark = match desk.state.error_order {
+                    let mark = match *sorting {
                         Some((own, down)) if own == joint => {
                             if down {
                                 " ↓"
@@ -87,21 +112,21 @@ pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk) {
                     let spoken = format!("sort by the error of {}", info.name);
                     head.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &spoken));
                     if head.on_hover_text(&spoken).clicked() {
-                        let down = desk.state.error_order.is_none_or(|(own, down)| own != joint || !down);
-                        desk.state.error_order = Some((joint, down));
+                        let down = sorting.is_none_or(|(own, down)| own != joint || !down);
+                        *sorting = Some((joint, down));
                     }
                 }
                 ui.label(RichText::new("part").size(SMALL).color(palette.weak));
                 ui.end_row();
                 for run in order {
                     let name = &recording.trajectories[run].name;
-                    if ui.selectable_label(desk.state.trajectory == run, name).clicked() {
-                        desk.state.show_trajectory(run);
+                    if ui.selectable_label(desk.focus.trajectory == run, name).clicked() {
+                        desk.focus.show_trajectory(run);
                     }
                     for error in &errors[run] {
                         ui.label(ticks::percent(*error));
                     }
-                    let part = if crate::app::screens::is_held_out(desk.session, run) { "held out" } else { "train" };
+                    let part = if is_held_out(desk.session, run) { "held out" } else { "train" };
                     ui.label(RichText::new(part).size(SMALL).color(palette.weak));
                     ui.end_row();
                 }

@@ -4,144 +4,221 @@ mod errors;
 mod overlay;
 mod parts;
 
+use std::sync::Arc;
+
 use egui::{RichText, Slider, Ui, WidgetText};
 
-pub(in crate::app) use parts::Part as TorquePart;
+use errors::Sorting;
+use overlay::Overlay;
+use parts::Decomposition;
 
-use super::{held_out_times, time_extent, trajectory_chooser};
+use crate::app::desk::{About, Desk, Needs, held_out_times, time_extent};
 use crate::app::dock::{self, Part};
+use crate::app::memo::Question;
 use crate::app::plot::{Along, Chart, arm, chart, ticks};
-use crate::app::state::Desk;
+use crate::app::screen::Screen;
 use crate::app::theme::{GAP, MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
-use crate::app::widgets;
+use crate::app::{controls, tables, widgets};
 use crate::arm::Arm;
 use crate::model::Term;
-use crate::recording::{JointKind, Recording};
+use crate::recording::JointKind;
+use crate::session::Session;
 use crate::signals::Signals;
-
-/// How charts are used.
-pub(super) const HINT: &str = "Drag: time cursor. Ctrl+wheel: zoom. Right drag: move. Double click: all.";
 
 /// Where the cursor stands at first, as a part of the trajectory.
 const START: f64 = 0.35;
 /// The most that time goes on in a frame \[s\].
 const LONGEST_STEP: f64 = 0.1;
+/// Points of the way of the arm's tip.
+const TIP_POINTS: usize = 400;
 
-const PANELS: Part = Part::Beside(&[
+/// The screen's names and place.
+pub static ABOUT: About = About {
+    id: "compare",
+    title: "Compare",
+    purpose: "Measured against predicted torque",
+    needs: Needs::Model,
+    on_the_way: true,
+};
+
+const PANELS: Part<Compare> = Part::Beside(&[
     (
         2.75,
         Part::Tabs(&[
-            Part::Panel("Torques", torques),
-            Part::Panel("Predicted against measured", errors::scatter),
-            Part::Panel("Errors by trajectory", errors::by_trajectory),
+            Part::Panel("Torques", Compare::torques),
+            Part::Panel("Predicted against measured", |_, ui, desk| errors::scatter(ui, desk)),
+            Part::Panel("Errors by trajectory", |screen, ui, desk| {
+                errors::by_trajectory(ui, desk, &mut screen.sorting);
+            }),
         ]),
     ),
-    (1.0, Part::Panel("At the cursor", at_cursor)),
+    (1.0, Part::Panel("At the cursor", |_, ui, desk| at_cursor(ui, desk))),
 ]);
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
-        return;
-    };
-    let errors: Vec<String> = step.evaluation.held_out.iter().map(|error| ticks::number(error.r2)).collect();
-    let sentence = format!("Held-out R² by joint: {}.", errors.join(" · "));
-    widgets::headline(ui, "Measured against predicted torque", &sentence);
-    ui.horizontal_wrapped(|ui| {
-        trajectory_chooser(ui, desk);
-        ui.add_space(GAP);
-        ui.checkbox(&mut desk.state.show_terms, "Terms").on_hover_text("Draw each term of the model, too");
-        let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
-        ui.checkbox(&mut desk.state.show_parts, "Decompose").on_hover_text(what);
-        overlay::chooser(ui, desk, &step);
-        super::fit_button(ui, desk);
-        ui.label(RichText::new(HINT).size(SMALL).color(Palette::in_ui(ui).weak));
-    });
-    ui.add_space(4.0);
-    let extent = time_extent(&recording.trajectories[desk.state.trajectory].time);
-    desk.state.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
-    dock::show(ui, desk, "compare", &PANELS);
+/// The screen that compares.
+#[derive(Default)]
+pub struct Compare {
+    show_terms: bool,
+    /// Whether the parts of the torque are shown in place of the residual.
+    show_parts: bool,
+    overlay: Overlay,
+    sorting: Sorting,
 }
 
-fn torques(ui: &mut Ui, desk: &mut Desk) {
-    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
-        return;
-    };
-    let palette = Palette::in_ui(ui);
-    let index = desk.state.trajectory;
-    let (Some(residual), Some(facts)) =
-        (desk.state.residual(desk.session, index), desk.state.facts(desk.session, index))
-    else {
-        return;
-    };
-    let run = &recording.trajectories[index];
-    let prediction = &step.evaluation.predictions[index];
-    let extent = time_extent(&run.time);
-    let shades = held_out_times(desk.session, index);
-    let joints = recording.joint_count();
-    let parts = if desk.state.show_parts { parts::of(ui, desk, &step) } else { None };
-    if desk.state.show_parts && parts.is_none() {
-        widgets::weak(ui, "The torque is being decomposed…");
-    }
-    let overlaid = overlay::chosen(desk, &step);
-    let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
-    let last_extra = 31.0;
-    let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 640.0);
-    for joint in 0..joints {
-        let unit = recording.joints[joint].kind.units()[3];
-        let name = &recording.joints[joint].name;
-        let mut chart = Chart::new(format!("{name}: torque"), unit, extent).shaded(shades.iter().copied()).under_line(
-            "measured τ",
-            &run.time,
-            &run.tau[joint],
-            (palette.measured, MEASURED_DASH),
-        );
-        if desk.state.show_terms {
-            for (term, label) in labels.iter().enumerate() {
-                let torque = &prediction.terms[term][joint];
-                if facts.acts[term][joint] {
-                    chart = chart.line(label, &run.time, torque, palette.nth(term));
-                }
-            }
-        }
-        for (number, other) in overlaid.iter().enumerate() {
-            let torque = &other.evaluation.predictions[index].total[joint];
-            chart = chart.line(&other.title, &run.time, torque, palette.nth(number + 3));
-        }
-        chart
-            .line("predicted τ̂", &run.time, &prediction.total[joint], (palette.predicted, PREDICTED_DASH))
-            .cursor(&mut desk.state.cursor)
-            .without_ticks()
-            .height(per_joint * if parts.is_some() { 0.5 } else { 0.62 })
-            .show(ui, desk.state.views.of(Along::Time), &mut desk.state.decimator);
-        let last = joint + 1 == joints;
-        let what = if parts.is_some() { "decomposition" } else { "residual" };
-        let mut chart = Chart::new(format!("{name}: {what}"), unit, extent).shaded(shades.iter().copied());
-        match &parts {
-            None => chart = chart.line("τ − τ̂", &run.time, &residual[joint], (palette.residual, &[])),
-            Some(parts) => {
-                for (number, part) in parts.iter().enumerate() {
-                    let (color, dash) = palette.nth(number);
-                    let acts = |torque: &&[f64]| torque.iter().any(|value| *value != 0.0);
-                    if let Some(truth) = part.truth.as_ref().map(|truth| &truth[joint]).filter(acts) {
-                        let name = if part.own.is_none() { part.name.as_str() } else { "" };
-                        chart = chart.strong_line(name, &run.time, truth, (color.gamma_multiply(0.45), &[]));
-                    }
-                    if let Some(own) = part.own.as_ref().map(|own| &own[joint]).filter(acts) {
-                        chart = chart.line(&part.name, &run.time, own, (color, dash));
-                    }
-                }
-            }
-        }
-        let chart = chart.cursor(&mut desk.state.cursor);
-        let height = per_joint * if parts.is_some() { 0.5 } else { 0.38 };
-        let chart = if last {
-            chart.x_axis("time t", "s").height(height + last_extra)
-        } else {
-            chart.without_ticks().height(height)
+impl Screen for Compare {
+    fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+            return;
         };
-        chart.show(ui, desk.state.views.of(Along::Time), &mut desk.state.decimator);
-        if !last {
-            ui.add_space(4.0);
+        let errors: Vec<String> = step.evaluation.held_out.iter().map(|error| ticks::number(error.r2)).collect();
+        let sentence = format!("Held-out R² by joint: {}.", errors.join(" · "));
+        widgets::headline(ui, "Measured against predicted torque", &sentence);
+        ui.horizontal_wrapped(|ui| {
+            controls::trajectory(ui, desk);
+            ui.add_space(GAP);
+            ui.checkbox(&mut self.show_terms, "Terms").on_hover_text("Draw each term of the model, too");
+            let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
+            ui.checkbox(&mut self.show_parts, "Decompose").on_hover_text(what);
+            self.overlay.chooser(ui, desk, &step);
+            controls::fit(ui, desk);
+            ui.label(RichText::new(controls::HINT).size(SMALL).color(Palette::in_ui(ui).weak));
+        });
+        ui.add_space(4.0);
+        let extent = time_extent(&recording.trajectories[desk.focus.trajectory].time);
+        desk.focus.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
+        dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn is_done(&self, session: &Session) -> bool {
+        session.current().is_some()
+    }
+}
+
+/// What drawing asks of a trajectory in every frame.
+#[derive(Clone, PartialEq)]
+struct Drawn {
+    trajectory: usize,
+}
+
+/// See [`Drawn`].
+struct Facts {
+    /// Measured minus predicted torque by joint.
+    residual: Signals,
+    /// Largest torque of each joint.
+    largest: Vec<f64>,
+    /// Whether a term of the model acts on a joint at all: `acts[term][joint]`.
+    acts: Vec<Vec<bool>>,
+    /// Where the tip of the arm goes \[m\].
+    tip: Vec<[f64; 2]>,
+}
+
+impl Question for Drawn {
+    type Answer = Facts;
+
+    fn answer(&self, session: &Session) -> Result<Facts, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let step = session.current().ok_or("there is no model")?;
+        let run = recording.trajectories.get(self.trajectory).ok_or("there is no such trajectory")?;
+        let prediction = step.evaluation.predictions.get(self.trajectory).ok_or("it was not predicted")?;
+        let largest = |torque: &[f64]| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let acts = |torque: &[f64]| torque.iter().any(|value| *value != 0.0);
+        let mut arm = recording.stated_arm.clone().unwrap_or_else(|| Arm::uniform(recording.joint_count()));
+        arm.posture = recording.posture.unwrap_or(arm.posture);
+        let tip = |sample: usize| {
+            let q: Vec<f64> = run.q.at(sample).collect();
+            arm.points(&q).last().copied()
+        };
+        Ok(Facts {
+            residual: step.evaluation.residual(recording, self.trajectory),
+            largest: run.tau.iter().map(largest).collect(),
+            acts: prediction.terms.iter().map(|term| term.iter().map(acts).collect()).collect(),
+            tip: (0..run.len()).step_by(run.len().div_ceil(TIP_POINTS).max(1)).filter_map(tip).collect(),
+        })
+    }
+}
+
+fn facts(ui: &Ui, desk: &mut Desk) -> Option<Arc<Facts>> {
+    let trajectory = desk.focus.trajectory;
+    desk.memo.later(ui.ctx(), desk.session, Drawn { trajectory })?.ok()
+}
+
+impl Compare {
+    fn torques(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
+            return;
+        };
+        let palette = Palette::in_ui(ui);
+        let index = desk.focus.trajectory;
+        let Some(facts) = facts(ui, desk) else { return };
+        let run = &recording.trajectories[index];
+        let prediction = &step.evaluation.predictions[index];
+        let extent = time_extent(&run.time);
+        let shades = held_out_times(desk.session, index);
+        let joints = recording.joint_count();
+        let decomposition =
+            self.show_parts.then(|| desk.memo.later(ui.ctx(), desk.session, Decomposition { trajectory: index }));
+        let parts = decomposition.flatten().and_then(Result::ok);
+        if self.show_parts && parts.is_none() {
+            widgets::weak(ui, "The torque is being decomposed…");
+        }
+        let overlaid = self.overlay.chosen(desk, &step);
+        let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+        let last_extra = 31.0;
+        let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 640.0);
+        for joint in 0..joints {
+            let unit = recording.joints[joint].kind.units()[3];
+            let name = &recording.joints[joint].name;
+            let mut chart = Chart::new(format!("{name}: torque"), unit, extent)
+                .shaded(shades.iter().copied())
+                .under_line("measured τ", &run.time, &run.tau[joint], (palette.measured, MEASURED_DASH));
+            if self.show_terms {
+                for (term, label) in labels.iter().enumerate() {
+                    let torque = &prediction.terms[term][joint];
+                    if facts.acts[term][joint] {
+                        chart = chart.line(label, &run.time, torque, palette.nth(term));
+                    }
+                }
+            }
+            for (number, other) in overlaid.iter().enumerate() {
+                let torque = &other.evaluation.predictions[index].total[joint];
+                chart = chart.line(&other.title, &run.time, torque, palette.nth(number + 3));
+            }
+            chart
+                .line("predicted τ̂", &run.time, &prediction.total[joint], (palette.predicted, PREDICTED_DASH))
+                .cursor(&mut desk.focus.cursor)
+                .without_ticks()
+                .height(per_joint * if parts.is_some() { 0.5 } else { 0.62 })
+                .show(ui, desk.focus.views.of(Along::Time), &mut desk.memo.decimator);
+            let last = joint + 1 == joints;
+            let what = if parts.is_some() { "decomposition" } else { "residual" };
+            let mut chart = Chart::new(format!("{name}: {what}"), unit, extent).shaded(shades.iter().copied());
+            match &parts {
+                None => chart = chart.line("τ − τ̂", &run.time, &facts.residual[joint], (palette.residual, &[])),
+                Some(parts) => {
+                    for (number, part) in parts.iter().enumerate() {
+                        let (color, dash) = palette.nth(number);
+                        let acts = |torque: &&[f64]| torque.iter().any(|value| *value != 0.0);
+                        if let Some(truth) = part.truth.as_ref().map(|truth| &truth[joint]).filter(acts) {
+                            let name = if part.own.is_none() { part.name.as_str() } else { "" };
+                            chart = chart.strong_line(name, &run.time, truth, (color.gamma_multiply(0.45), &[]));
+                        }
+                        if let Some(own) = part.own.as_ref().map(|own| &own[joint]).filter(acts) {
+                            chart = chart.line(&part.name, &run.time, own, (color, dash));
+                        }
+                    }
+                }
+            }
+            let chart = chart.cursor(&mut desk.focus.cursor);
+            let height = per_joint * if parts.is_some() { 0.5 } else { 0.38 };
+            let chart = if last {
+                chart.x_axis("time t", "s").height(height + last_extra)
+            } else {
+                chart.without_ticks().height(height)
+            };
+            chart.show(ui, desk.focus.views.of(Along::Time), &mut desk.memo.decimator);
+            if !last {
+                ui.add_space(4.0);
+            }
         }
     }
 }
@@ -151,22 +228,22 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
         return;
     };
     let palette = Palette::in_ui(ui);
-    let index = desk.state.trajectory;
+    let index = desk.focus.trajectory;
     let run = &recording.trajectories[index];
     let prediction = &step.evaluation.predictions[index];
-    let Some(facts) = desk.state.facts(desk.session, index) else { return };
+    let Some(facts) = facts(ui, desk) else { return };
     let extent = time_extent(&run.time);
-    let mut time = desk.state.cursor.unwrap_or(extent[0]).clamp(extent[0], extent[1]);
+    let mut time = desk.focus.cursor.unwrap_or(extent[0]).clamp(extent[0], extent[1]);
     let before = time;
     play(ui, desk, extent, &mut time);
     widgets::card(ui, "", |ui| {
         ui.horizontal_wrapped(|ui| {
-            let name = if desk.state.is_playing { "Pause" } else { "▶ Play" };
+            let name = if desk.focus.is_playing { "Pause" } else { "▶ Play" };
             let button = ui.button(name).on_hover_text("Let time go on, as fast as it was recorded");
             if button.clicked() {
-                desk.state.is_playing = !desk.state.is_playing;
+                desk.focus.is_playing = !desk.focus.is_playing;
             }
-            ui.checkbox(&mut desk.state.follows, "Follow").on_hover_text("A zoomed view moves with the cursor");
+            ui.checkbox(&mut desk.focus.follows, "Follow").on_hover_text("A zoomed view moves with the cursor");
         });
         ui.spacing_mut().slider_width = (ui.available_width() - 100.0).max(60.0);
         let slider = Slider::new(&mut time, extent[0]..=extent[1]).suffix(" s").fixed_decimals(2);
@@ -222,48 +299,23 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
         });
     });
     if time != before {
-        desk.state.cursor = Some(time);
+        desk.focus.cursor = Some(time);
     }
-    errors(ui, &recording, &step);
+    tables::errors(ui, &recording, &step);
 }
 
 /// Lets time go on, from the end again from the beginning, and the view with it.
 fn play(ui: &Ui, desk: &mut Desk, [first, last]: [f64; 2], time: &mut f64) {
-    if !desk.state.is_playing {
+    if !desk.focus.is_playing {
         return;
     }
     let step = f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP);
     *time = if *time + step > last { first } else { *time + step };
-    let range = &mut desk.state.views.of(Along::Time).range;
-    if let Some([from, to]) = range.filter(|_| desk.state.follows) {
+    let range = &mut desk.focus.views.of(Along::Time).range;
+    if let Some([from, to]) = range.filter(|_| desk.focus.follows) {
         let half = 0.5 * (to - from);
         let middle = time.clamp(first + half, (last - half).max(first + half));
         *range = Some([middle - half, middle + half]);
     }
     ui.ctx().request_repaint();
-}
-
-/// The error of each joint.
-pub(super) fn errors(ui: &mut Ui, recording: &Recording, step: &crate::session::Step) {
-    widgets::card(ui, "Error on held-out data", |ui| {
-        let rows: Vec<Vec<WidgetText>> = step
-            .evaluation
-            .held_out
-            .iter()
-            .zip(&step.evaluation.train)
-            .enumerate()
-            .map(|(joint, (held_out, train))| {
-                vec![
-                    recording.joints[joint].name.clone().into(),
-                    ticks::percent(held_out.nmse).into(),
-                    ticks::percent(train.nmse).into(),
-                    ticks::number(held_out.mse.sqrt()).into(),
-                ]
-            })
-            .collect();
-        let [.., unit] = recording.units();
-        widgets::table(ui, "errors", &["", "nMSE", "on train", &format!("RMS [{unit}]")], &rows);
-        let text = "nMSE: squared error over squared torque; 0 % is perfect.";
-        ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
-    });
 }

@@ -1,13 +1,9 @@
 //! What the predicted torque is made of: inertial, Coriolis, gravity and each effect, beside the truth where the seal is open.
 
-use std::sync::Arc;
-
-use egui::Ui;
-
-use crate::app::state::Desk;
+use crate::app::memo::Question;
 use crate::effect::registry;
 use crate::model::Term;
-use crate::session::Step;
+use crate::session::Session;
 use crate::signals::Signals;
 use crate::simulation::TrueParts;
 use crate::training::components;
@@ -21,13 +17,20 @@ pub struct Part {
     pub truth: Option<Signals>,
 }
 
-/// The parts along the shown trajectory; `None` while they are computed, or if the model has none.
-pub fn of(ui: &Ui, desk: &mut Desk, step: &Arc<Step>) -> Option<Arc<Vec<Part>>> {
-    let (index, recording) = (desk.state.trajectory, desk.session.recording.clone()?);
-    let truth = desk.session.truth.clone();
-    let key = (Arc::as_ptr(step) as usize, index, truth.is_some());
-    let step = Arc::clone(step);
-    let compute = move || {
+/// The parts of the torque along a trajectory; none if the model has none.
+#[derive(Clone, PartialEq)]
+pub struct Decomposition {
+    pub trajectory: usize,
+}
+
+impl Question for Decomposition {
+    type Answer = Vec<Part>;
+
+    fn answer(&self, session: &Session) -> Result<Vec<Part>, String> {
+        let index = self.trajectory;
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let step = session.current().ok_or("there is no model")?;
+        let truth = session.truth.as_deref();
         let run = recording.trajectories.get(index).ok_or("there is no such trajectory")?;
         let named = components(&step.fitted, run).map_err(|error| error.to_string())?;
         let exact = truth.as_ref().map(|truth| TrueParts::along(truth, run)).transpose();
@@ -63,6 +66,5 @@ pub fn of(ui: &Ui, desk: &mut Desk, step: &Arc<Step>) -> Option<Arc<Vec<Part>>> 
             }
         }
         Ok(parts)
-    };
-    desk.state.parts.get(ui.ctx(), key, compute)?.ok()
+    }
 }

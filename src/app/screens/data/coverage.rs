@@ -2,18 +2,54 @@
 
 use egui::{RichText, Ui};
 
+use crate::app::desk::Desk;
+use crate::app::memo::Question;
 use crate::app::plot::{Along, Cells, Chart, Decimator};
-use crate::app::state::Desk;
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets;
 use crate::recording::Recording;
+use crate::recording::spectrum;
 use crate::recording::split::Split;
+use crate::session::Session;
 
 /// Columns and rows.
 const SIZE: [usize; 2] = [40, 30];
 
+/// How many training samples each place of position and velocity of a joint has.
+#[derive(Clone, PartialEq)]
+struct Coverage {
+    joint: usize,
+}
+
+impl Question for Coverage {
+    type Answer = Cells;
+
+    fn answer(&self, session: &Session) -> Result<Cells, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        Ok(covered(recording, &session.split, self.joint))
+    }
+}
+
+/// Frequency \[Hz\] and decimal logarithm of the power of the measured torque.
+#[derive(Clone, PartialEq)]
+struct TorqueSpectrum {
+    trajectory: usize,
+    joint: usize,
+}
+
+impl Question for TorqueSpectrum {
+    type Answer = Vec<[f64; 2]>;
+
+    fn answer(&self, session: &Session) -> Result<Vec<[f64; 2]>, String> {
+        let runs = session.recording.as_ref().map(|recording| &recording.trajectories);
+        let run = runs.and_then(|runs| runs.get(self.trajectory)).ok_or("there is no such trajectory")?;
+        let power = spectrum::power(&[&run.tau[self.joint]], run.time_step());
+        Ok(power.into_iter().map(|[frequency, power]| [frequency, power.max(1e-300).log10()]).collect())
+    }
+}
+
 /// How many training samples each place of position and velocity of a joint has; NaN where there is none.
-pub fn covered(recording: &Recording, split: &Split, joint: usize) -> Cells {
+fn covered(recording: &Recording, split: &Split, joint: usize) -> Cells {
     let runs =
         || split.train.iter().map(|segment| (&recording.trajectories[segment.trajectory], segment.samples.clone()));
     let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
@@ -49,7 +85,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
         return;
     };
     density(ui, desk, &recording);
-    spectrum(ui, desk, &recording);
+    torque_spectrum(ui, desk, &recording);
 }
 
 fn density(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
@@ -60,13 +96,14 @@ fn density(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         for row in joints.chunks(columns) {
             ui.columns(columns, |columns| {
                 for (ui, &joint) in columns.iter_mut().zip(row) {
-                    let Some(cells) = desk.state.coverage(desk.session, joint) else { continue };
+                    let answer = desk.memo.later(ui.ctx(), desk.session, Coverage { joint });
+                    let Some(Ok(cells)) = answer else { continue };
                     let unit = recording.joints[joint].kind.units();
                     Chart::new(format!("{}: q̇", recording.joints[joint].name), unit[1], [0.0, 1.0])
                         .x_axis("position q", unit[0])
                         .height(190.0)
                         .cells(&cells)
-                        .show(ui, desk.state.views.of(Along::Position(joint)), &mut Decimator::default());
+                        .show(ui, desk.focus.views.of(Along::Position(joint)), &mut Decimator::default());
                 }
             });
         }
@@ -76,10 +113,11 @@ fn density(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 }
 
 /// The power of the chosen trajectory's torque.
-fn spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+fn torque_spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
-    let (trajectory, joint) = (desk.state.trajectory, desk.state.joint);
-    let Some(spectrum) = desk.state.spectrum(desk.session, trajectory, joint) else { return };
+    let (trajectory, joint) = (desk.focus.trajectory, desk.focus.joint_of(recording));
+    let answer = desk.memo.later(ui.ctx(), desk.session, TorqueSpectrum { trajectory, joint });
+    let Some(Ok(spectrum)) = answer else { return };
     widgets::card(ui, "Power spectrum of the torque", |ui| {
         if spectrum.is_empty() {
             widgets::weak(ui, "The trajectory is too short for a spectrum.");
@@ -92,7 +130,7 @@ fn spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             .x_axis("frequency", "Hz")
             .height(170.0)
             .curve("", &x, &y, (palette.measured, &[]))
-            .show(ui, desk.state.views.of(Along::Frequency), &mut Decimator::default());
+            .show(ui, desk.focus.views.of(Along::Frequency), &mut Decimator::default());
         let text = "Motion is at the left, noise is the flat part at the right; a peak between them is a vibration.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });

@@ -5,32 +5,100 @@ mod coverage;
 mod motion;
 mod simulate;
 
+use std::path::PathBuf;
+
 use egui::{Button, DragValue, RichText, TextEdit, Ui};
 
-pub(in crate::app) use coverage::covered;
+use simulate::Simulator;
 
-use super::{held_out_times, time_extent, trajectory_chooser};
+use crate::app::controls;
+use crate::app::desk::{About, Desk, Needs, Order, held_out_times, is_held_out, time_extent};
 use crate::app::dock::{self, Part};
+use crate::app::memo::Question;
 use crate::app::plot::{Along, Chart, ticks};
-use crate::app::shell::thousands;
-use crate::app::state::{Desk, Order};
+use crate::app::screen::Screen;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
-use crate::app::widgets;
+use crate::app::widgets::{self, thousands};
 use crate::arm::Posture;
 use crate::model::Preset;
 use crate::recording::check::Severity;
 use crate::recording::read::ReadOptions;
 use crate::recording::{Origin, Recording};
-use crate::session::Command;
+use crate::session::{Command, Session};
 use crate::simulation::Scenario;
 
-const PANELS: Part = Part::Beside(&[
-    (2.9, Part::Tabs(&[Part::Panel("Recording", measured), Part::Panel("Coverage and spectrum", coverage::show)])),
-    (1.0, Part::Tabs(&[Part::Panel("Sources", sources), Part::Panel("Simulate your own", simulate::show)])),
+/// The screen's names and place.
+pub static ABOUT: About = About {
+    id: "data",
+    title: "Data",
+    purpose: "What was measured, and what is odd about it",
+    needs: Needs::Nothing,
+    on_the_way: true,
+};
+
+const PANELS: Part<Data> = Part::Beside(&[
+    (
+        2.9,
+        Part::Tabs(&[
+            Part::Panel("Recording", |_, ui, desk| measured(ui, desk)),
+            Part::Panel("Coverage and spectrum", |_, ui, desk| coverage::show(ui, desk)),
+        ]),
+    ),
+    (
+        1.0,
+        Part::Tabs(&[
+            Part::Panel("Sources", Data::sources),
+            Part::Panel("Simulate your own", |screen, ui, desk| screen.simulator.show(ui, desk)),
+        ]),
+    ),
 ]);
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    dock::show(ui, desk, "data", &PANELS);
+/// The screen of the data.
+#[derive(Default)]
+pub struct Data {
+    /// The file to be opened, as it is typed.
+    path: String,
+    /// The file to be saved into, as it is typed.
+    save_path: String,
+    simulator: Simulator,
+}
+
+impl Screen for Data {
+    fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn is_done(&self, session: &Session) -> bool {
+        session.recording.is_some()
+    }
+
+    fn hear(&mut self, order: &Order) -> Vec<Order> {
+        match order {
+            Order::DrawMystery => vec![self.simulator.draw_mystery()],
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// Median time step of each trajectory \[s\].
+#[derive(Clone, PartialEq)]
+struct TimeSteps;
+
+impl Question for TimeSteps {
+    type Answer = Vec<f64>;
+
+    fn answer(&self, session: &Session) -> Result<Vec<f64>, String> {
+        let runs = session.recording.iter().flat_map(|recording| &recording.trajectories);
+        Ok(runs.map(|run| run.time_step()).collect())
+    }
+}
+
+/// The files of the session's recording, how they were read, and what is held out; `None` if it was not read from files.
+fn opening(session: &Session) -> Option<(&Vec<PathBuf>, &ReadOptions, &Vec<String>)> {
+    match session.opened_by.as_deref()? {
+        Command::Open { paths, options, held_out } => Some((paths, options, held_out)),
+        _ => None,
+    }
 }
 
 fn measured(ui: &mut Ui, desk: &mut Desk) {
@@ -99,7 +167,7 @@ fn findings(ui: &mut Ui, desk: &Desk, recording: &Recording) {
 
 /// A log hardly ever says where q = 0 points, but gravity depends on it: without the answer the model is wrong.
 fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
-    let Some(Command::Open { paths, options, held_out }) = desk.state.opened(desk.session) else { return };
+    let Some((paths, options, held_out)) = opening(desk.session) else { return };
     widgets::card(ui, "Where does the arm point at q = 0?", |ui| {
         ui.horizontal_wrapped(|ui| {
             let choices = [("To the right", Posture::RIGHT), ("Up", Posture::UP), ("Down", Posture::DOWN)];
@@ -127,17 +195,14 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "Signals", |ui| {
         ui.horizontal_wrapped(|ui| {
-            trajectory_chooser(ui, desk);
+            controls::trajectory(ui, desk);
             ui.add_space(GAP);
-            desk.state.joint = desk.state.joint.min(recording.joint_count().saturating_sub(1));
-            for (joint, info) in recording.joints.iter().enumerate() {
-                ui.selectable_value(&mut desk.state.joint, joint, &info.name);
-            }
+            controls::joint(ui, desk, recording);
             ui.add_space(GAP);
-            super::fit_button(ui, desk);
+            controls::fit(ui, desk);
         });
         ui.add_space(4.0);
-        let (index, joint) = (desk.state.trajectory, desk.state.joint);
+        let (index, joint) = (desk.focus.trajectory, desk.focus.joint);
         let run = &recording.trajectories[index];
         let extent = time_extent(&run.time);
         let shades = held_out_times(desk.session, index);
@@ -156,19 +221,19 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             let chart = Chart::new(format!("{name}: {title}"), unit, extent)
                 .line("", &run.time, &signal[joint], (style.0, &[]))
                 .shaded(shades.iter().copied())
-                .cursor(&mut desk.state.cursor);
+                .cursor(&mut desk.focus.cursor);
             let chart =
                 if last { chart.x_axis("time t", "s").height(134.0) } else { chart.without_ticks().height(104.0) };
-            chart.show(ui, desk.state.views.of(Along::Time), &mut desk.state.decimator);
+            chart.show(ui, desk.focus.views.of(Along::Time), &mut desk.memo.decimator);
         }
-        let hint = format!("Shaded: held out. {}", super::compare::HINT);
+        let hint = format!("Shaded: held out. {}", controls::HINT);
         ui.label(RichText::new(hint).size(SMALL).color(palette.weak));
     });
 }
 
 fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
-    let time_steps = desk.state.time_steps(desk.session);
+    let time_steps = desk.memo.later(ui.ctx(), desk.session, TimeSteps).and_then(Result::ok);
     widgets::card(ui, "Trajectories", |ui| {
         egui::Grid::new("trajectories").striped(true).spacing([GROUP, 5.0]).show(ui, |ui| {
             for title in ["name", "samples", "time step", "train / held out"] {
@@ -176,22 +241,26 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             }
             ui.end_row();
             for (index, run) in recording.trajectories.iter().enumerate() {
-                if ui.selectable_label(desk.state.trajectory == index, &run.name).clicked() {
-                    desk.state.show_trajectory(index);
+                if ui.selectable_label(desk.focus.trajectory == index, &run.name).clicked() {
+                    desk.focus.show_trajectory(index);
                 }
                 ui.label(thousands(run.len()));
-                ui.label(format!("{} ms", ticks::short((1e6 * time_steps[index]).round() / 1e3)));
+                let step = time_steps.as_ref().map_or("…".to_owned(), |steps| {
+                    format!("{} ms", ticks::short((1e6 * steps[index]).round() / 1e3))
+                });
+                ui.label(step);
                 ui.horizontal(|ui| {
                     let held_out = held_out_times(desk.session, index);
                     split_line(ui, time_extent(&run.time), &held_out);
-                    if let Some(Command::Open { paths, options, .. }) = desk.state.opened(desk.session) {
-                        let mut out = super::is_held_out(desk.session, index);
+                    if let Some((paths, options, _)) = opening(desk.session) {
+                        let (paths, options) = (paths.clone(), options.clone());
+                        let mut out = is_held_out(desk.session, index);
                         let check = ui.checkbox(&mut out, "");
                         let spoken = format!("Hold out {}", run.name);
                         check.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, out, &spoken));
                         if check.on_hover_text(&spoken).changed() {
                             let chosen = |other: &usize| {
-                                if *other == index { out } else { super::is_held_out(desk.session, *other) }
+                                if *other == index { out } else { is_held_out(desk.session, *other) }
                             };
                             let names = (0..recording.trajectories.len()).filter(chosen);
                             let held_out = names.map(|other| recording.trajectories[other].name.clone()).collect();
@@ -200,7 +269,7 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                     }
                     let text = match held_out.len() {
                         0 => "train".to_owned(),
-                        _ if super::is_held_out(desk.session, index) => "held out".to_owned(),
+                        _ if is_held_out(desk.session, index) => "held out".to_owned(),
                         count => format!("train, {count} blocks held out"),
                     };
                     ui.label(RichText::new(text).size(SMALL).color(palette.weak));
@@ -224,56 +293,58 @@ fn split_line(ui: &mut Ui, extent: [f64; 2], held_out: &[[f64; 2]]) {
     }
 }
 
-fn sources(ui: &mut Ui, desk: &mut Desk) {
-    widgets::card(ui, "Open a recording", |ui| {
-        widgets::weak(ui, "CSV or NPZ with position, torque and, where measured, velocity and acceleration.");
-        let label = ui.label("Path of a file");
-        let edit = TextEdit::singleline(&mut desk.state.path).hint_text("path/to/log.csv").desired_width(f32::INFINITY);
-        let entered =
-            ui.add(edit).labelled_by(label.id).lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-        ui.horizontal(|ui| {
-            let path = desk.state.path.trim().to_owned();
-            let open = ui.add_enabled(!path.is_empty(), Button::new("Open this file"));
-            if !path.is_empty() && (open.clicked() || entered) {
-                desk.orders.push(Order::open(vec![path.into()]));
-            }
-            if ui.button("Choose files…").clicked() {
-                desk.orders.push(Order::OpenDialog);
-            }
-        });
-    });
-    if let Some(recording) = desk.session.recording.clone() {
-        widgets::card(ui, "Save the session", |ui| {
-            let label = ui.label("File to save into");
-            let hint = "path/to/mine.torquescope";
-            let edit = TextEdit::singleline(&mut desk.state.save_path).hint_text(hint).desired_width(f32::INFINITY);
-            ui.add(edit).labelled_by(label.id);
-            let path = desk.state.save_path.trim().to_owned();
-            if ui.add_enabled(!path.is_empty(), Button::new("Save into this file")).clicked() {
-                desk.orders.push(Order::Save(path.into()));
-            }
-        });
-        widgets::card(ui, "Model to start from", |ui| {
-            // Learned models take a training, which is not a choice of a moment.
-            let at_once = |preset: &Preset| !matches!(preset, Preset::Learned(_));
-            for preset in Preset::ALL.into_iter().filter(at_once) {
-                let possible = preset == Preset::RigidBody || recording.stated_arm.is_some();
-                let chosen = desk.session.preset == preset && desk.session.current().is_some();
-                let response = ui.add_enabled(possible, egui::RadioButton::new(chosen, preset.description()));
-                if response.on_disabled_hover_text("The recording states no arm.").clicked() && !chosen {
-                    desk.run(Command::ChoosePreset(preset));
+impl Data {
+    fn sources(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        widgets::card(ui, "Open a recording", |ui| {
+            widgets::weak(ui, "CSV or NPZ with position, torque and, where measured, velocity and acceleration.");
+            let label = ui.label("Path of a file");
+            let edit = TextEdit::singleline(&mut self.path).hint_text("path/to/log.csv").desired_width(f32::INFINITY);
+            let entered = ui.add(edit).labelled_by(label.id).lost_focus()
+                && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            ui.horizontal(|ui| {
+                let path = self.path.trim().to_owned();
+                let open = ui.add_enabled(!path.is_empty(), Button::new("Open this file"));
+                if !path.is_empty() && (open.clicked() || entered) {
+                    desk.orders.push(Order::open(vec![path.into()]));
                 }
-            }
+                if ui.button("Choose files…").clicked() {
+                    desk.orders.push(Order::OpenDialog);
+                }
+            });
+        });
+        if let Some(recording) = desk.session.recording.clone() {
+            widgets::card(ui, "Save the session", |ui| {
+                let label = ui.label("File to save into");
+                let hint = "path/to/mine.torquescope";
+                let edit = TextEdit::singleline(&mut self.save_path).hint_text(hint).desired_width(f32::INFINITY);
+                ui.add(edit).labelled_by(label.id);
+                let path = self.save_path.trim().to_owned();
+                if ui.add_enabled(!path.is_empty(), Button::new("Save into this file")).clicked() {
+                    desk.orders.push(Order::Save(path.into()));
+                }
+            });
+            widgets::card(ui, "Model to start from", |ui| {
+                // Learned models take a training, which is not a choice of a moment.
+                let at_once = |preset: &Preset| !matches!(preset, Preset::Learned(_));
+                for preset in Preset::ALL.into_iter().filter(at_once) {
+                    let possible = preset == Preset::RigidBody || recording.stated_arm.is_some();
+                    let chosen = desk.session.preset == preset && desk.session.current().is_some();
+                    let response = ui.add_enabled(possible, egui::RadioButton::new(chosen, preset.description()));
+                    if response.on_disabled_hover_text("The recording states no arm.").clicked() && !chosen {
+                        desk.run(Command::ChoosePreset(preset));
+                    }
+                }
+            });
+        }
+        widgets::card(ui, "Draw a mystery", |ui| {
+            widgets::weak(ui, "A three-joint arm with one hidden effect, drawn by a seed and sealed.");
+            ui.horizontal(|ui| {
+                let label = ui.label("Seed");
+                ui.add(DragValue::new(&mut self.simulator.seed).range(0..=999_999)).labelled_by(label.id);
+                if ui.button("Draw a mystery").clicked() {
+                    desk.orders.push(Order::DrawMystery);
+                }
+            });
         });
     }
-    widgets::card(ui, "Draw a mystery", |ui| {
-        widgets::weak(ui, "A three-joint arm with one hidden effect, drawn by a seed and sealed.");
-        ui.horizontal(|ui| {
-            let label = ui.label("Seed");
-            ui.add(DragValue::new(&mut desk.state.wish.seed).range(0..=999_999)).labelled_by(label.id);
-            if ui.button("Draw a mystery").clicked() {
-                desk.orders.push(Order::DrawMystery);
-            }
-        });
-    });
 }

@@ -2,26 +2,73 @@
 
 use egui::{Button, CollapsingHeader, ComboBox, DragValue, Grid, RichText, Slider, Ui};
 
-use crate::app::state::{Desk, Notice, Order, Tone, Wish};
+use super::{arm_editor, motion};
+use crate::app::desk::{Desk, Notice, Order, Tone};
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets;
-use crate::arm::{Link, MOST_JOINTS};
+use crate::arm::{Arm, Link, MOST_JOINTS};
 use crate::effect::{Scope, registry};
 use crate::session::Command;
-use crate::simulation::{Scenario, SimulationError};
+use crate::simulation::{Excitation, Scenario, SimulationError};
 
 /// A link that is added.
 const NEW_LINK: Link = Link { mass: 1.0, length: 0.3, com: 0.15, inertia: 0.0075 };
 
-pub fn show(ui: &mut Ui, desk: &mut Desk) {
-    widgets::card(ui, "Arm, motion and what is hidden", |ui| own(ui, desk));
+/// What to simulate, as set in the panel.
+pub struct Simulator {
+    pub seed: u64,
+    /// Index into the registry; `None` hides nothing.
+    effect: Option<usize>,
+    joints: Vec<bool>,
+    arm: Arm,
+    motion: Excitation,
+    /// Steps of the encoders in a turn; 0 for exact positions.
+    encoder_steps: u32,
+    strength_percent: f64,
+    noise_percent: f64,
 }
 
-fn own(ui: &mut Ui, desk: &mut Desk) {
-    let wish = &mut desk.state.wish;
-    super::arm_editor::show(ui, &mut wish.arm);
+impl Default for Simulator {
+    fn default() -> Self {
+        let Scenario { arm, motion, .. } = Scenario::embedded();
+        Simulator {
+            seed: 7,
+            effect: Some(1),
+            joints: vec![true, false, false],
+            arm,
+            motion,
+            encoder_steps: 0,
+            strength_percent: 10.0,
+            noise_percent: 2.0,
+        }
+    }
+}
+
+impl Simulator {
+    /// The panel.
+    pub fn show(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        widgets::card(ui, "Arm, motion and what is hidden", |ui| own(ui, desk, self));
+    }
+
+    /// Simulates an arm whose hidden effect is drawn by the seed; the next time it is another one.
+    pub fn draw_mystery(&mut self) -> Order {
+        let seed = self.seed;
+        self.seed += 1;
+        match Scenario::mystery(seed) {
+            Ok(scenario) => Order::run(Command::Simulate(Box::new(scenario))),
+            Err(error) => failed(&error, "Try another seed."),
+        }
+    }
+}
+
+fn failed(error: &SimulationError, remedy: &str) -> Order {
+    Order::Tell(Notice::new(Tone::Error, format!("Nothing was simulated: {error}."), remedy))
+}
+
+fn own(ui: &mut Ui, desk: &mut Desk, wish: &mut Simulator) {
+    arm_editor::show(ui, &mut wish.arm);
     arm(ui, wish);
-    super::motion::show(ui, &mut wish.motion);
+    motion::show(ui, &mut wish.motion);
     let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].name);
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Hidden effect");
@@ -59,17 +106,15 @@ fn own(ui: &mut Ui, desk: &mut Desk) {
         widgets::weak(ui, spec.description);
     }
     if ui.button("Simulate").clicked() {
-        match scenario(wish) {
-            Ok(scenario) => desk.orders.push(Order::run(Command::Simulate(Box::new(scenario)))),
-            Err(error) => {
-                desk.state.notices.push(Notice::new(Tone::Error, format!("Nothing was simulated: {error}."), ""));
-            }
-        }
+        desk.orders.push(match scenario(wish) {
+            Ok(scenario) => Order::run(Command::Simulate(Box::new(scenario))),
+            Err(error) => failed(&error, ""),
+        });
     }
 }
 
 /// Masses and lengths of the links, and how many there are.
-fn arm(ui: &mut Ui, wish: &mut Wish) {
+fn arm(ui: &mut Ui, wish: &mut Simulator) {
     let count = wish.arm.joint_count();
     let header = CollapsingHeader::new(format!("The arm: {count} link{}", if count == 1 { "" } else { "s" }));
     header.id_salt("arm editor").show(ui, |ui| {
@@ -112,7 +157,7 @@ fn arm(ui: &mut Ui, wish: &mut Wish) {
     wish.joints.resize(wish.arm.joint_count(), false);
 }
 
-fn scenario(wish: &Wish) -> Result<Scenario, SimulationError> {
+fn scenario(wish: &Simulator) -> Result<Scenario, SimulationError> {
     let encoder_resolution = (wish.encoder_steps > 0).then(|| std::f64::consts::TAU / f64::from(wish.encoder_steps));
     let bare = Scenario {
         name: "simulated arm".to_owned(),

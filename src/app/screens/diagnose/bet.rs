@@ -2,72 +2,92 @@
 
 use egui::{Align, Layout, RichText, Ui};
 
-use super::spec;
-use crate::app::screens::Screen;
-use crate::app::state::{Bet, Desk, Order};
+use crate::app::desk::{Desk, Order};
+use crate::app::screens::residuals;
 use crate::app::theme::{GAP, Palette};
 use crate::app::widgets;
 use crate::diagnosis::{Report, Verdict};
+use crate::effect::{Effect, registry};
 
-/// The choice to bet, before the diagnosis.
-pub fn offer(ui: &mut Ui, desk: &mut Desk) {
-    ui.with_layout(Layout::top_down(Align::Center), |ui| {
-        let text = "Bet first: the answer is hidden until you have guessed";
-        if ui.checkbox(&mut desk.state.bet.first, text).changed() {
-            desk.state.bet.guess = None;
-        }
-    });
+/// A guess before the answer is shown.
+#[derive(Debug, Default)]
+pub struct Bet {
+    /// Whether the answer is hidden until one has guessed.
+    pub first: bool,
+    /// What was guessed: the id of an effect, or [`NOTHING`] or [`UNKNOWN`].
+    pub guess: Option<String>,
 }
 
-/// The answers that one can bet on; "nothing" and "none of these" are among them.
-pub fn place(ui: &mut Ui, desk: &mut Desk, report: &Report) {
-    let sentence =
-        "The diagnosis has its answer. Look where the model fails, then choose yours; it can't be changed afterwards.";
-    widgets::headline(ui, "What is missing? Place your bet", sentence);
-    if ui.button(format!("Go to: {}", Screen::Residuals.title())).clicked() {
-        desk.orders.push(Order::Show(Screen::Residuals));
+/// "Nothing is missing".
+const NOTHING: &str = "nothing";
+/// "None of these".
+const UNKNOWN: &str = "unknown";
+
+impl Bet {
+    /// The choice to bet, before the diagnosis.
+    pub fn offer(&mut self, ui: &mut Ui) {
+        ui.with_layout(Layout::top_down(Align::Center), |ui| {
+            let text = "Bet first: the answer is hidden until you have guessed";
+            if ui.checkbox(&mut self.first, text).changed() {
+                self.guess = None;
+            }
+        });
     }
-    ui.add_space(GAP);
-    let mut choices = vec![
-        (Bet::NOTHING.to_owned(), "Nothing is missing".to_owned()),
-        (Bet::UNKNOWN.to_owned(), "None of these: something unknown".to_owned()),
-    ];
-    for candidate in &report.ranking {
-        if choices.iter().all(|(id, _)| *id != candidate.effect) {
-            let name = spec(&candidate.effect).map_or(candidate.effect.as_str(), |spec| spec.name);
-            choices.push((candidate.effect.clone(), widgets::sentence_case(name)));
+
+    /// The answers that one can bet on; "nothing" and "none of these" are among them.
+    pub fn place(&mut self, ui: &mut Ui, desk: &mut Desk, report: &Report) {
+        let sentence = "The diagnosis has its answer. Look where the model fails, then choose yours; it can't be changed afterwards.";
+        widgets::headline(ui, "What is missing? Place your bet", sentence);
+        if ui.button(format!("Go to: {}", residuals::ABOUT.title)).clicked() {
+            desk.orders.push(Order::Show(&residuals::ABOUT));
         }
-    }
-    // In the order of the ranking the list would tell the answer.
-    choices[2..].sort();
-    egui::ScrollArea::vertical().id_salt("bets").auto_shrink(false).show(ui, |ui| {
-        for (id, name) in choices {
-            let button = ui.add(egui::Button::new(&name).min_size(egui::vec2(320.0, 0.0)));
-            if button.clicked() {
-                desk.state.bet.guess = Some(id);
+        ui.add_space(GAP);
+        let mut choices = vec![
+            (NOTHING.to_owned(), "Nothing is missing".to_owned()),
+            (UNKNOWN.to_owned(), "None of these: something unknown".to_owned()),
+        ];
+        for candidate in &report.ranking {
+            if choices.iter().all(|(id, _)| *id != candidate.effect) {
+                let name = spec(&candidate.effect).map_or(candidate.effect.as_str(), |spec| spec.name);
+                choices.push((candidate.effect.clone(), widgets::sentence_case(name)));
             }
         }
-    });
+        // In the order of the ranking the list would tell the answer.
+        choices[2..].sort();
+        egui::ScrollArea::vertical().id_salt("bets").auto_shrink(false).show(ui, |ui| {
+            for (id, name) in choices {
+                let button = ui.add(egui::Button::new(&name).min_size(egui::vec2(320.0, 0.0)));
+                if button.clicked() {
+                    self.guess = Some(id);
+                }
+            }
+        });
+    }
+
+    /// What was guessed, beside the answer.
+    pub fn outcome(&self, ui: &mut Ui, report: &Report) {
+        let Some(guess) = self.guess.as_deref().filter(|_| self.first) else { return };
+        let palette = Palette::in_ui(ui);
+        let right = match guess {
+            NOTHING => report.verdict == Verdict::NothingMissing,
+            UNKNOWN => report.verdict == Verdict::UnknownEffect,
+            id => report.effects.iter().any(|effect| effect.effect == id),
+        };
+        let name = match guess {
+            NOTHING => "nothing is missing",
+            UNKNOWN => "something unknown",
+            id => spec(id).map_or(id, |spec| spec.name),
+        };
+        ui.horizontal_wrapped(|ui| {
+            ui.label(RichText::new(format!("Your bet: {name}.")).color(palette.text));
+            let (word, color) =
+                if right { ("right", palette.good) } else { ("not what the data say", palette.warning) };
+            widgets::chip(ui, word, color);
+        });
+        ui.add_space(GAP / 2.0);
+    }
 }
 
-/// What was guessed, beside the answer.
-pub fn outcome(ui: &mut Ui, desk: &Desk, report: &Report) {
-    let Some(guess) = desk.state.bet.guess.as_deref().filter(|_| desk.state.bet.first) else { return };
-    let palette = Palette::in_ui(ui);
-    let right = match guess {
-        Bet::NOTHING => report.verdict == Verdict::NothingMissing,
-        Bet::UNKNOWN => report.verdict == Verdict::UnknownEffect,
-        id => report.effects.iter().any(|effect| effect.effect == id),
-    };
-    let name = match guess {
-        Bet::NOTHING => "nothing is missing",
-        Bet::UNKNOWN => "something unknown",
-        id => spec(id).map_or(id, |spec| spec.name),
-    };
-    ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(format!("Your bet: {name}.")).color(palette.text));
-        let (word, color) = if right { ("right", palette.good) } else { ("not what the data say", palette.warning) };
-        widgets::chip(ui, word, color);
-    });
-    ui.add_space(GAP / 2.0);
+fn spec(id: &str) -> Option<&'static Effect> {
+    registry::find(id).ok()
 }

@@ -4,28 +4,97 @@ mod bet;
 
 use egui::{Align, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
-use super::Screen;
-use super::residuals::Quantity;
+use bet::Bet;
+
+use crate::app::desk::{About, Busy, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{Along, Chart, Decimator, Views, ticks};
-use crate::app::state::{Busy, Desk, Order};
+use crate::app::screen::{Next, NextStep, Screen};
+use crate::app::screens::residuals::table::Quantity;
+use crate::app::screens::{ladder, residuals};
+use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
 use crate::effect::{self, Effect, Scope, registry};
-use crate::model::Parameter;
 use crate::recording::{Recording, joints_text};
-use crate::session::Command;
+use crate::session::{Command, Session};
 
 /// How a sentence of the advice begins that tells what can't be judged.
 const NOT_KNOWN: &str = "Not known: ";
 
-const PANELS: Part =
-    Part::Beside(&[(2.1, Part::Panel("Evidence", evidence)), (1.0, Part::Panel("Candidates", ranking))]);
+/// The screen's names and place.
+pub static ABOUT: About = About {
+    id: "diagnose",
+    title: "What is missing",
+    purpose: "Which physical effect the model lacks",
+    needs: Needs::Model,
+    on_the_way: true,
+};
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
-    let Some(report) = desk.session.report.clone() else {
+const PANELS: Part<Diagnose> = Part::Beside(&[
+    (2.1, Part::Panel("Evidence", Diagnose::evidence)),
+    (1.0, Part::Panel("Candidates", |_, ui, desk| ranking(ui, desk))),
+]);
+
+/// The screen of the diagnosis.
+#[derive(Default)]
+pub struct Diagnose {
+    /// The effect of the report whose evidence is shown.
+    chosen: usize,
+    /// Whether evidence is shown with the effect in the model.
+    after: bool,
+    bet: Bet,
+}
+
+impl Screen for Diagnose {
+    fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(recording) = desk.session.recording.clone() else { return };
+        let Some(report) = desk.session.report.clone() else { return self.unasked(ui, desk) };
+        if self.withholds(desk.session) {
+            return self.bet.place(ui, desk, &report);
+        }
+        headline(ui, &report, &recording);
+        self.bet.outcome(ui, &report);
+        dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn is_done(&self, session: &Session) -> bool {
+        session.report.is_some() || session.ladder.len() > 1
+    }
+
+    fn next(&self, session: &Session) -> Next {
+        let Some(report) = &session.report else {
+            let why = "Lay every known effect beside the model";
+            return Next::Step(NextStep::run("Diagnose", why, Command::Diagnose));
+        };
+        let Some(effect) = report.effects.iter().find(|effect| is_addable(&effect.effect)) else {
+            return Next::OnTheWay;
+        };
+        let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |known| known.name);
+        let add = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+        Next::Step(NextStep::run(format!("Add {name}"), "Add it and identify all parameters anew", add))
+    }
+
+    fn withholds(&self, session: &Session) -> bool {
+        self.bet.first && self.bet.guess.is_none() && session.report.is_some()
+    }
+
+    fn answers(&self, command: &Command) -> bool {
+        matches!(command, Command::Diagnose)
+    }
+
+    fn follow(&mut self, _: &Session, _: &Session, by: Option<&Command>) {
+        self.chosen = 0;
+        if matches!(by, Some(Command::Diagnose)) {
+            self.bet.guess = None;
+        }
+    }
+}
+
+impl Diagnose {
+    /// What is shown before there is a report.
+    fn unasked(&mut self, ui: &mut Ui, desk: &mut Desk) {
         let sentence = if desk.session.current().is_some_and(|step| step.fitted.model.is_learned()) {
             "Every known effect is laid beside the rigid body that the network stands for, and judged on data that it has not \
              seen."
@@ -41,26 +110,21 @@ pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
             if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
                 desk.run(Command::Diagnose);
             }
-            bet::offer(ui, desk);
+            self.bet.offer(ui);
         }
-        return;
-    };
-    if desk.state.is_betting(desk.session) {
-        return bet::place(ui, desk, &report);
     }
-    headline(ui, &report, &recording);
-    bet::outcome(ui, desk, &report);
-    dock::show(ui, desk, "diagnose", &PANELS);
-}
 
-fn evidence(ui: &mut Ui, desk: &mut Desk) {
-    let (Some(recording), Some(report)) = (desk.session.recording.clone(), desk.session.report.clone()) else { return };
-    if report.effects.is_empty() {
-        return without_effect(ui, desk, &report, &recording);
+    fn evidence(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let (Some(recording), Some(report)) = (desk.session.recording.clone(), desk.session.report.clone()) else {
+            return;
+        };
+        if report.effects.is_empty() {
+            return without_effect(ui, desk, &report, &recording);
+        }
+        chooser(ui, &mut self.chosen, &report);
+        let chosen = self.chosen.min(report.effects.len() - 1);
+        effect(ui, desk, &mut self.after, &report.effects[chosen], &recording);
     }
-    chooser(ui, desk, &report);
-    let chosen = desk.state.chosen_effect.min(report.effects.len() - 1);
-    effect(ui, desk, &report.effects[chosen], &recording);
 }
 
 fn ranking(ui: &mut Ui, desk: &mut Desk) {
@@ -137,11 +201,16 @@ fn effect_text(effect: &MissingEffect, recording: &Recording) -> String {
     }
 }
 
+/// Whether there is something to add for an effect: not for a fault of the readings.
+fn is_addable(id: &str) -> bool {
+    spec(id).is_some_and(|effect| effect.check_addable().is_ok())
+}
+
 fn spec(id: &str) -> Option<&'static Effect> {
     registry::find(id).ok()
 }
 
-fn chooser(ui: &mut Ui, desk: &mut Desk, report: &Report) {
+fn chooser(ui: &mut Ui, chosen: &mut usize, report: &Report) {
     if report.effects.len() < 2 {
         return;
     }
@@ -149,13 +218,13 @@ fn chooser(ui: &mut Ui, desk: &mut Desk, report: &Report) {
         for (number, effect) in report.effects.iter().enumerate() {
             let name = spec(&effect.effect).map_or(effect.effect.as_str(), |spec| spec.name);
             let text = format!("{}. {name} · {:.0} %", number + 1, 100.0 * effect.confidence);
-            ui.selectable_value(&mut desk.state.chosen_effect, number, text);
+            ui.selectable_value(chosen, number, text);
         }
     });
     ui.add_space(4.0);
 }
 
-fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Recording) {
+fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, effect: &MissingEffect, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     let text = effect_text(effect, recording);
     widgets::card(ui, &text, |ui| {
@@ -174,6 +243,9 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
             } else {
                 ui.label(format!("held-out error falls up to {best:.*}×", usize::from(best < 10.0)));
             }
+            if !is_addable(&effect.effect) {
+                return;
+            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let name = spec(&effect.effect).map_or(effect.effect.as_str(), |spec| spec.name);
                 if widgets::primary(ui, desk.busy.is_none(), &format!("Add {name}")).clicked() {
@@ -189,16 +261,16 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
         }
         ui.horizontal_wrapped(|ui| {
             ui.label("Torque left");
-            ui.radio_value(&mut desk.state.evidence_after, false, "without it");
-            ui.radio_value(&mut desk.state.evidence_after, true, "with it");
+            ui.radio_value(after, false, "without it");
+            ui.radio_value(after, true, "with it");
         });
-        let after = desk.state.evidence_after;
+        let after = *after;
         let height = if effect.evidence.len() > 2 { 190.0 } else { 250.0 };
         let columns = effect.evidence.len().clamp(1, 2);
         for row in effect.evidence.chunks(columns) {
             ui.columns(columns, |columns| {
                 for (ui, evidence) in columns.iter_mut().zip(row) {
-                    evidence_plot(ui, evidence, after, recording, height, &mut desk.state.views);
+                    evidence_plot(ui, evidence, after, recording, height, &mut desk.focus.views);
                 }
             });
         }
@@ -206,8 +278,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, effect: &MissingEffect, recording: &Reco
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });
     widgets::card(ui, "Parameters, with 95 % intervals", |ui| {
-        let rows: Vec<Vec<WidgetText>> =
-            effect.parameters.iter().map(|parameter| parameter_row(parameter).to_vec()).collect();
+        let rows: Vec<Vec<WidgetText>> = effect.parameters.iter().map(parameter_row).collect();
         widgets::table(ui, "parameters", &["parameter", "joint", "value", "interval", "unit"], &rows);
     });
     widgets::card(ui, "Held-out error before and after", |ui| {
@@ -288,23 +359,6 @@ fn is_curve(values: &[f64]) -> bool {
     steps < 8.0 * (high - low)
 }
 
-/// Name, joint, value, interval and unit.
-pub(super) fn parameter_row(parameter: &Parameter) -> [WidgetText; 5] {
-    let interval = match parameter.interval {
-        Some([low, high]) => format!("{} … {}", ticks::number(low), ticks::number(high)),
-        None => "not shown by the data".to_owned(),
-    };
-    let name = parameter.name.replace('_', " ");
-    let name = if name == parameter.symbol { name } else { format!("{}  ({name})", parameter.symbol) };
-    [
-        name.into(),
-        parameter.joint.map_or("arm".to_owned(), |joint| (joint + 1).to_string()).into(),
-        ticks::number(parameter.value).into(),
-        interval.into(),
-        parameter.unit.clone().into(),
-    ]
-}
-
 /// The page for "nothing" and "unknown": answers too, not failures.
 fn without_effect(ui: &mut Ui, desk: &mut Desk, report: &Report, recording: &Recording) {
     let palette = Palette::in_ui(ui);
@@ -329,19 +383,19 @@ fn without_effect(ui: &mut Ui, desk: &mut Desk, report: &Report, recording: &Rec
             "What this means",
             "The model explains these measurements as well as their noise allows. That is no proof that it is complete: an \
              effect that this motion does not excite leaves no trace. Look at the ladder for what was gained so far.",
-            Screen::Ladder,
+            &ladder::ABOUT,
         )
     } else {
         (
             "What this means",
             "The residual has structure, but no effect of the catalogue explains it on data that it has not seen. Look where it \
              fails: the state over which it has a shape says what kind of effect it is.",
-            Screen::Residuals,
+            &residuals::ABOUT,
         )
     };
     widgets::card(ui, title, |ui| {
         ui.label(RichText::new(text).color(palette.text));
-        if ui.button(format!("Go to: {}", screen.title())).clicked() {
+        if ui.button(format!("Go to: {}", screen.title)).clicked() {
             desk.orders.push(Order::Show(screen));
         }
     });

@@ -1,22 +1,24 @@
 //! Experiments: data × models × seeds, their cells as they are done, the table as it fills, curves with bands.
 
-mod state;
+mod trials;
 
 use std::sync::Arc;
 
 use egui::{Checkbox, RichText, ScrollArea, TextEdit, Ui, WidgetText};
 
-pub use state::Shown;
-pub(in crate::app) use state::{Joined, Said, Trials};
+use trials::{Joined, Said, Trials};
 
+use crate::app::desk::{About, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
+use crate::app::plot::Window;
 use crate::app::plot::{Chart, Decimator, ticks};
-use crate::app::state::Desk;
+use crate::app::screen::Screen;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::experiment::catalogue;
 use crate::experiment::run::State;
 use crate::experiment::{Row, summary::Curve};
+use crate::session::Session;
 
 /// What the table can show: name in a row's data, name for people.
 const QUANTITIES: [(&str, &str); 5] = [
@@ -29,36 +31,79 @@ const QUANTITIES: [(&str, &str); 5] = [
 /// Height of the chart of a curve \[points\].
 const CURVE: f32 = 300.0;
 
-const PANELS: Part = Part::Beside(&[(2.9, Part::Panel("Results", outcome)), (1.0, Part::Panel("Choose", choices))]);
+/// The screen's names and place.
+pub static ABOUT: About = About {
+    id: "experiment",
+    title: "Experiments",
+    purpose: "Many models and seeds, held against the paper",
+    needs: Needs::Nothing,
+    on_the_way: false,
+};
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    desk.state.trials.look(ui.ctx());
-    let joined = desk.state.trials.joined.clone();
-    let sentence = joined.as_ref().map_or(String::new(), |joined| format!("{}.", joined.experiment.title));
-    widgets::headline(ui, "Experiments", &sentence);
-    dock::show(ui, desk, "experiment", &PANELS);
+const PANELS: Part<Experiments> = Part::Beside(&[
+    (2.9, Part::Panel("Results", |screen, ui, _| outcome(ui, &mut screen.trials))),
+    (1.0, Part::Panel("Choose", |screen, ui, _| choices(ui, &mut screen.trials))),
+]);
+
+/// The screen of experiments, which have data and models of their own.
+#[derive(Default)]
+pub struct Experiments {
+    trials: Trials,
 }
 
-fn outcome(ui: &mut Ui, desk: &mut Desk) {
-    run(ui, desk);
-    match desk.state.trials.joined.clone() {
-        Some(joined) => results(ui, desk, &joined),
-        None if desk.state.trials.is_busy() => drop(widgets::weak(ui, "Reading…")),
+impl Screen for Experiments {
+    fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        self.trials.look(ui.ctx());
+        let joined = self.trials.joined.as_ref();
+        let sentence = joined.map_or(String::new(), |joined| format!("{}.", joined.experiment.title));
+        widgets::headline(ui, "Experiments", &sentence);
+        dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn is_done(&self, _: &Session) -> bool {
+        false
+    }
+
+    fn hear(&mut self, order: &Order) -> Vec<Order> {
+        match order {
+            Order::Experiment(shown) => {
+                self.trials.shown = shown.clone();
+                return vec![Order::Show(&ABOUT)];
+            }
+            Order::FitAll => self.trials.window = Window::default(),
+            _ => (),
+        }
+        Vec::new()
+    }
+
+    fn poll(&mut self) {
+        self.trials.poll();
+    }
+
+    fn is_busy(&self) -> bool {
+        self.trials.is_busy()
+    }
+}
+
+fn outcome(ui: &mut Ui, trials: &mut Trials) {
+    run(ui, trials);
+    match trials.joined.clone() {
+        Some(joined) => results(ui, trials, &joined),
+        None if trials.is_busy() => drop(widgets::weak(ui, "Reading…")),
         None => (),
     }
 }
 
-fn choices(ui: &mut Ui, desk: &mut Desk) {
-    which(ui, desk);
-    if let Some(joined) = desk.state.trials.joined.clone() {
-        models(ui, desk, &joined);
+fn choices(ui: &mut Ui, trials: &mut Trials) {
+    which(ui, trials);
+    if let Some(joined) = trials.joined.clone() {
+        models(ui, trials, &joined);
     }
 }
 
 /// Progress and Stop while it runs; what became of it afterwards.
-fn run(ui: &mut Ui, desk: &mut Desk) {
+fn run(ui: &mut Ui, trials: &mut Trials) {
     let palette = Palette::in_ui(ui);
-    let trials = &mut desk.state.trials;
     let progress = trials.progress();
     widgets::card(ui, "", |ui| {
         ui.horizontal_wrapped(|ui| match &progress {
@@ -93,7 +138,7 @@ fn run(ui: &mut Ui, desk: &mut Desk) {
     });
 }
 
-fn results(ui: &mut Ui, desk: &mut Desk, joined: &Joined) {
+fn results(ui: &mut Ui, trials: &mut Trials, joined: &Joined) {
     if joined.cells.is_empty() {
         let text =
             "This experiment needs recordings that do not come with the program: give their folder at the right.";
@@ -101,8 +146,8 @@ fn results(ui: &mut Ui, desk: &mut Desk, joined: &Joined) {
         return;
     }
     cells(ui, joined);
-    table(ui, desk, joined);
-    curve(ui, desk, joined);
+    table(ui, trials, joined);
+    curve(ui, trials, joined);
 }
 
 /// Where each model stands at each seed.
@@ -139,9 +184,8 @@ fn cells(ui: &mut Ui, joined: &Joined) {
 }
 
 /// Models × test sets, with the paper's value and the ratio where it has one.
-fn table(ui: &mut Ui, desk: &mut Desk, joined: &Joined) {
+fn table(ui: &mut Ui, trials: &mut Trials, joined: &Joined) {
     let palette = Palette::in_ui(ui);
-    let trials = &mut desk.state.trials;
     let mut sets: Vec<&str> = Vec::new();
     for row in joined.rows.iter().filter(|row| row.point.is_none()) {
         if !sets.contains(&row.test_set.as_str()) {
@@ -208,9 +252,8 @@ struct Drawn<'a> {
 }
 
 /// The chosen curve of all models.
-fn curve(ui: &mut Ui, desk: &mut Desk, joined: &Joined) {
+fn curve(ui: &mut Ui, trials: &mut Trials, joined: &Joined) {
     let palette = Palette::in_ui(ui);
-    let trials = &mut desk.state.trials;
     let mut names: Vec<&str> = Vec::new();
     for curve in &joined.curves {
         if !names.contains(&curve.curve.as_str()) {
@@ -259,8 +302,7 @@ fn curve(ui: &mut Ui, desk: &mut Desk, joined: &Joined) {
 }
 
 /// Which experiment, how much of it, and where its files are.
-fn which(ui: &mut Ui, desk: &mut Desk) {
-    let trials = &mut desk.state.trials;
+fn which(ui: &mut Ui, trials: &mut Trials) {
     let idle = trials.progress().is_none();
     widgets::card(ui, "Which experiment", |ui| {
         ui.add_enabled_ui(idle, |ui| {
@@ -296,13 +338,13 @@ fn which(ui: &mut Ui, desk: &mut Desk) {
 }
 
 /// What it asks, and its models.
-fn models(ui: &mut Ui, desk: &mut Desk, joined: &Arc<Joined>) {
+fn models(ui: &mut Ui, trials: &mut Trials, joined: &Arc<Joined>) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "What it asks", |ui| {
         ui.label(RichText::new(joined.experiment.description.replace('\n', " ")).size(SMALL).color(palette.text));
     });
     widgets::card(ui, "Models", |ui| {
-        let left_out = &mut desk.state.trials.left_out;
+        let left_out = &mut trials.left_out;
         for model in &joined.experiment.models {
             let mut chosen = !left_out.contains(&model.name);
             let label = ui.checkbox(&mut chosen, &model.name).on_hover_text(&model.note);

@@ -4,11 +4,13 @@ mod diagram;
 
 use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichText, Ui, WidgetInfo, WidgetText};
 
-use super::Screen;
-use super::diagnose::parameter_row;
+use super::train;
+use crate::app::desk::{About, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
+use crate::app::memo::Question;
 use crate::app::plot::{export, ticks};
-use crate::app::state::{Desk, Order, Share};
+use crate::app::screen::Screen;
+use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::effect::{Effect, Scope, registry};
@@ -16,20 +18,77 @@ use crate::figure::{Axis, Ink, Mark, Panel};
 use crate::model::learned::LearnedTerm;
 use crate::model::{Parameter, Preset, RigidBody, Term};
 use crate::recording::{JointKind, Recording};
-use crate::session::{Command, Step, TermEdit};
+use crate::session::{Command, Session, Step, TermEdit};
 
 /// With more parameters than this, a card shows them only when asked.
 const MOST_PARAMETERS: usize = 6;
 
-const PANELS: Part =
-    Part::Beside(&[(2.9, Part::Panel("Terms", terms)), (1.0, Part::Panel("Change the model", change))]);
+/// The screen's names and place.
+pub static ABOUT: About = About {
+    id: "model",
+    title: "Model",
+    purpose: "What the model adds up, and with which parameters",
+    needs: Needs::Model,
+    on_the_way: true,
+};
 
-pub(super) fn show(ui: &mut Ui, desk: &mut Desk) {
-    let Some(step) = desk.session.current().cloned() else { return };
-    let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
-    let sentence = format!("The torque is the sum of {}: {}.", terms_text(terms.len()), terms.join(" + "));
-    widgets::headline(ui, "The model", &sentence);
-    dock::show(ui, desk, "model", &PANELS);
+const PANELS: Part<Terms> = Part::Beside(&[
+    (2.9, Part::Panel("Terms", |_, ui, desk| terms(ui, desk))),
+    (1.0, Part::Panel("Change the model", Terms::change)),
+]);
+
+/// The screen of the model: which effect is to be added, as set in its panel.
+#[derive(Default)]
+pub struct Terms {
+    /// Index into what can be added.
+    effect: usize,
+    joints: Vec<bool>,
+}
+
+impl Screen for Terms {
+    fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(step) = desk.session.current().cloned() else { return };
+        let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+        let sentence = format!("The torque is the sum of {}: {}.", terms_text(terms.len()), terms.join(" + "));
+        widgets::headline(ui, "The model", &sentence);
+        dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn is_done(&self, session: &Session) -> bool {
+        session.current().is_some()
+    }
+}
+
+/// How much of the torque a term carries on one joint.
+#[derive(Debug, Clone, Copy)]
+struct Share {
+    /// Its root mean square \[N m\].
+    rms: f64,
+    /// The same as a part of that of the measured torque.
+    part: f64,
+}
+
+/// How much each term carries on each joint, over all of the recording: `shares[term][joint]`.
+#[derive(Clone, PartialEq)]
+struct Shares;
+
+impl Question for Shares {
+    type Answer = Vec<Vec<Share>>;
+
+    fn answer(&self, session: &Session) -> Result<Vec<Vec<Share>>, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let step = session.current().ok_or("there is no model")?;
+        let square = |torque: &[f64]| torque.iter().map(|value| value * value).sum::<f64>();
+        let samples = recording.sample_count().max(1) as f64;
+        let share = |term: usize, joint: usize| {
+            let of_term = step.evaluation.predictions.iter().map(|run| square(&run.terms[term][joint])).sum::<f64>();
+            let measured = recording.trajectories.iter().map(|run| square(&run.tau[joint])).sum::<f64>();
+            Share { rms: (of_term / samples).sqrt(), part: (of_term / measured).sqrt() }
+        };
+        let joints = recording.joint_count();
+        let terms = 0..step.fitted.model.terms.len();
+        Ok(terms.map(|term| (0..joints).map(|joint| share(term, joint)).collect()).collect())
+    }
 }
 
 fn terms(ui: &mut Ui, desk: &mut Desk) {
@@ -37,7 +96,7 @@ fn terms(ui: &mut Ui, desk: &mut Desk) {
         return;
     };
     widgets::card(ui, "How it is wired", |ui| diagram::show(ui, &step.fitted.model, recording.joint_count()));
-    let shares = desk.state.shares(desk.session);
+    let shares = desk.memo.later(ui.ctx(), desk.session, Shares).and_then(Result::ok);
     if let Some(shares) = &shares {
         export::add(ui, || shares_panel(&recording, &step, shares));
     }
@@ -64,12 +123,6 @@ fn shares_panel(recording: &Recording, step: &Step, shares: &[Vec<Share>]) -> Pa
         panel.marks.push(Mark::Bars { name: info.name.clone(), bars, width: 0.9 * width, ink: Ink::Series(joint) });
     }
     panel
-}
-
-fn change(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else { return };
-    add(ui, desk, &recording);
-    presets(ui, desk, &recording);
 }
 
 fn terms_text(count: usize) -> String {
@@ -130,7 +183,7 @@ fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place:
 }
 
 fn parameters(ui: &mut Ui, place: usize, own: &[&Parameter]) {
-    let rows: Vec<Vec<WidgetText>> = own.iter().map(|parameter| parameter_row(parameter).to_vec()).collect();
+    let rows: Vec<Vec<WidgetText>> = own.iter().map(|parameter| parameter_row(parameter)).collect();
     let header = ["parameter", "joint", "value", "95 % interval", "unit"];
     widgets::table(ui, &format!("parameters of term {place}"), &header, &rows);
 }
@@ -198,41 +251,48 @@ fn set_aside(ui: &mut Ui, orders: &mut Vec<Order>, idle: bool, place: usize, ter
     });
 }
 
-/// Any effect can be added by hand, whatever the diagnosis says.
-fn add(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
-    widgets::card(ui, "Add a term", |ui| {
-        let addition = &mut desk.state.addition;
-        let effects: Vec<&Effect> = registry::addable().collect();
-        addition.effect = addition.effect.min(effects.len() - 1);
-        addition.joints.resize(recording.joint_count(), true);
-        let name = |index: usize| effects[index].name;
-        let label = ui.label("Effect");
-        let chooser = ComboBox::from_id_salt("effect to add").selected_text(name(addition.effect)).width(200.0);
-        let chooser = chooser.show_ui(ui, |ui| {
-            for index in 0..effects.len() {
-                ui.selectable_value(&mut addition.effect, index, name(index));
-            }
-        });
-        chooser.response.labelled_by(label.id);
-        let spec = effects[addition.effect];
-        // The later joint of a pair names it.
-        let first = usize::from(spec.scope == Scope::Pair);
-        if spec.scope != Scope::Arm {
-            ui.horizontal_wrapped(|ui| {
-                for (on, joint) in addition.joints.iter_mut().zip(&recording.joints).skip(first) {
-                    ui.checkbox(on, &joint.name);
+impl Terms {
+    fn change(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(recording) = desk.session.recording.clone() else { return };
+        self.add(ui, desk, &recording);
+        presets(ui, desk, &recording);
+    }
+
+    /// Any effect that is a term can be added by hand, whatever the diagnosis says.
+    fn add(&mut self, ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+        widgets::card(ui, "Add a term", |ui| {
+            let effects: Vec<&Effect> = registry::addable().collect();
+            self.effect = self.effect.min(effects.len() - 1);
+            self.joints.resize(recording.joint_count(), true);
+            let name = |index: usize| effects[index].name;
+            let label = ui.label("Effect");
+            let chooser = ComboBox::from_id_salt("effect to add").selected_text(name(self.effect)).width(200.0);
+            let chooser = chooser.show_ui(ui, |ui| {
+                for index in 0..effects.len() {
+                    ui.selectable_value(&mut self.effect, index, name(index));
                 }
             });
-        }
-        let joints: Vec<usize> = (first..addition.joints.len()).filter(|joint| addition.joints[*joint]).collect();
-        let possible = desk.busy.is_none() && (spec.scope == Scope::Arm || !joints.is_empty());
-        ui.label(RichText::new(widgets::formula(spec.formula)).monospace().color(Palette::in_ui(ui).accent));
-        widgets::weak(ui, spec.description);
-        let button = ui.add_enabled(possible, Button::new("Add this term"));
-        if button.on_disabled_hover_text("Choose a joint").clicked() {
-            desk.run(Command::AddEffect { effect: spec.id.to_owned(), joints });
-        }
-    });
+            chooser.response.labelled_by(label.id);
+            let spec = effects[self.effect];
+            // The later joint of a pair names it.
+            let first = usize::from(spec.scope == Scope::Pair);
+            if spec.scope != Scope::Arm {
+                ui.horizontal_wrapped(|ui| {
+                    for (on, joint) in self.joints.iter_mut().zip(&recording.joints).skip(first) {
+                        ui.checkbox(on, &joint.name);
+                    }
+                });
+            }
+            let joints: Vec<usize> = (first..self.joints.len()).filter(|joint| self.joints[*joint]).collect();
+            let possible = desk.busy.is_none() && (spec.scope == Scope::Arm || !joints.is_empty());
+            ui.label(RichText::new(widgets::formula(spec.formula)).monospace().color(Palette::in_ui(ui).accent));
+            widgets::weak(ui, spec.description);
+            let button = ui.add_enabled(possible, Button::new("Add this term"));
+            if button.on_disabled_hover_text("Choose a joint").clicked() {
+                desk.run(Command::AddEffect { effect: spec.id.to_owned(), joints });
+            }
+        });
+    }
 }
 
 fn presets(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
@@ -246,8 +306,7 @@ fn presets(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             if radio.clicked() && !chosen {
                 match preset {
                     Preset::Learned(_) => {
-                        desk.state.training.preset = preset;
-                        desk.orders.push(Order::Show(Screen::Train));
+                        desk.orders.extend([Order::PlanTraining(preset), Order::Show(&train::ABOUT)]);
                     }
                     _ => desk.run(Command::ChoosePreset(preset)),
                 }

@@ -2,10 +2,10 @@
 
 use egui::{RichText, Ui, WidgetInfo};
 
-use super::{Quantity, Table, table::Place};
+use super::table::{Place, Quantity, Table};
+use crate::app::desk::{Desk, Order};
 use crate::app::plot::{chart, ticks};
-use crate::app::screens::Screen;
-use crate::app::state::{Desk, Order};
+use crate::app::screens::compare;
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets;
 use crate::recording::Recording;
@@ -16,7 +16,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk, recording: &Recording, table: &Table, 
         let text = "A click puts the time cursor there, in every screen.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
         if ui.button("See it in Compare").clicked() {
-            desk.orders.push(Order::Show(Screen::Compare));
+            desk.orders.push(Order::Show(&compare::ABOUT));
         }
         let current = row_at_cursor(desk, table);
         for (number, row) in table.worst().iter().enumerate() {
@@ -42,14 +42,14 @@ pub fn jump(desk: &mut Desk, table: &Table, row: usize) {
     else {
         return;
     };
-    desk.state.show_trajectory(place.trajectory);
-    desk.state.cursor = run.time.get(place.sample).copied();
+    desk.focus.show_trajectory(place.trajectory);
+    desk.focus.cursor = run.time.get(place.sample).copied();
 }
 
 /// The row under the shared cursor; `None` if its trajectory is not in the table.
 pub fn row_at_cursor(desk: &Desk, table: &Table) -> Option<usize> {
-    let trajectory = desk.state.trajectory;
+    let trajectory = desk.focus.trajectory;
     let run = desk.session.recording.as_ref()?.trajectories.get(trajectory)?;
-    let sample = desk.state.cursor.map_or(0, |at| chart::nearest(&run.time, at));
+    let sample = desk.focus.cursor.map_or(0, |at| chart::nearest(&run.time, at));
     table.row(Place { trajectory, sample })
 }

@@ -1,8 +1,9 @@
 //! The residual of one joint beside every state, as one table of samples; every view is drawn from it.
 
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::Arc;
 
+use crate::app::memo::Question;
 use crate::app::plot::{Along, Cells, Region};
 use crate::effect::Axis;
 use crate::recording::spectrum;
@@ -121,29 +122,125 @@ pub struct Spectra {
     pub correlation: Vec<[f64; 2]>,
 }
 
+/// Which samples: of one joint, in the training or the held-out part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Samples {
+    /// Counted from 0.
+    pub joint: usize,
+    pub held_out: bool,
+}
+
+impl Question for Samples {
+    type Answer = Table;
+
+    fn answer(&self, session: &Session) -> Result<Table, String> {
+        Ok(Table::new(session, *self))
+    }
+}
+
+/// The rows of a table that a brush lights.
+#[derive(Clone, PartialEq)]
+pub struct Lit {
+    pub table: Arc<Table>,
+    pub brush: Brush,
+}
+
+impl Question for Lit {
+    type Answer = Vec<usize>;
+    const KEPT: usize = 1;
+
+    fn answer(&self, _: &Session) -> Result<Vec<usize>, String> {
+        Ok(self.table.lit(&self.brush))
+    }
+}
+
+/// Frequencies and past of all samples of a table.
+#[derive(Clone, PartialEq)]
+pub struct AllSpectra {
+    pub table: Arc<Table>,
+}
+
+impl Question for AllSpectra {
+    type Answer = Spectra;
+
+    fn answer(&self, _: &Session) -> Result<Spectra, String> {
+        Ok(self.table.spectra_of_pieces(&self.table.pieces))
+    }
+}
+
+/// Frequencies and past of a marked region.
+#[derive(Clone, PartialEq)]
+pub struct MarkedSpectra {
+    pub table: Arc<Table>,
+    pub brush: Brush,
+}
+
+impl Question for MarkedSpectra {
+    type Answer = Spectra;
+    const KEPT: usize = 1;
+
+    fn answer(&self, _: &Session) -> Result<Spectra, String> {
+        Ok(self.table.spectra_of(&self.table.lit(&self.brush)))
+    }
+}
+
+/// The mean residual over two states.
+#[derive(Clone, PartialEq)]
+pub struct MeanMap {
+    pub table: Arc<Table>,
+    pub states: [Quantity; 2],
+}
+
+impl Question for MeanMap {
+    type Answer = Cells;
+
+    fn answer(&self, _: &Session) -> Result<Cells, String> {
+        let [x, y] = self.states;
+        Ok(self.table.map(x, y))
+    }
+}
+
 /// All finite samples of one joint in the training or the held-out part.
 pub struct Table {
+    of: Samples,
     columns: [Vec<f64>; 6],
     places: Vec<Place>,
     /// Samples that follow each other in time.
     pieces: Vec<Range<usize>>,
     step: f64,
-    scatters: [OnceLock<Scatter>; 5],
-    spectra: OnceLock<Spectra>,
-    worst: OnceLock<Vec<usize>>,
+    /// Over each of the states.
+    scatters: Vec<Scatter>,
+    worst: Vec<usize>,
+}
+
+/// Of one session, tables of the same samples are the same.
+impl PartialEq for Table {
+    fn eq(&self, other: &Self) -> bool {
+        self.of == other.of
+    }
 }
 
 impl Table {
-    pub fn new(session: &Session, joint: usize, held_out: bool) -> Self {
+    fn new(session: &Session, of: Samples) -> Self {
+        let mut table = Table::gathered(session, of);
+        let states = [Quantity::Time, Quantity::Position, Quantity::Velocity, Quantity::Acceleration, Quantity::Load];
+        table.scatters = states.map(|state| table.scattered(state)).into();
+        table.worst = table.ranked();
+        table
+    }
+
+    /// The samples alone.
+    fn gathered(session: &Session, of: Samples) -> Self {
+        let Samples { joint, held_out } = of;
         let segments = if held_out { &session.split.held_out } else { &session.split.train };
         let mut table = Table {
+            of,
             columns: Default::default(),
             places: Vec::new(),
             pieces: Vec::new(),
             step: 0.0,
-            scatters: Default::default(),
-            spectra: OnceLock::new(),
-            worst: OnceLock::new(),
+            scatters: Vec::new(),
+            worst: Vec::new(),
         };
         let (Some(recording), Some(step)) = (session.recording.as_deref(), session.current()) else { return table };
         let mut elapsed = 0.0;
@@ -207,40 +304,43 @@ impl Table {
     }
 
     /// Every n-th row, so that a plot of them is not too full.
-    pub fn thinned(&self) -> impl Iterator<Item = usize> {
+    fn thinned(&self) -> impl Iterator<Item = usize> {
         (0..self.len()).step_by(self.len().div_ceil(MOST_POINTS).max(1))
     }
 
-    pub fn scatter(&self, x: Quantity) -> &Scatter {
-        self.scatters[x as usize].get_or_init(|| {
-            let (x, residual) = (self.column(x), self.column(Quantity::Residual));
-            let extent = extent(x);
-            let width = (extent[1] - extent[0]) / COLUMNS as f64;
-            let mut sums = vec![[0.0; 3]; COLUMNS];
-            for (x, residual) in x.iter().zip(residual) {
-                let sum = &mut sums[(((x - extent[0]) / width.max(1e-300)) as usize).min(COLUMNS - 1)];
-                *sum = [sum[0] + 1.0, sum[1] + residual, sum[2] + residual * residual];
-            }
-            let mut scatter = Scatter {
-                points: self.thinned().map(|row| [x[row], residual[row]]).collect(),
-                extent,
-                mean_at: Vec::new(),
-                mean: Vec::new(),
-                band: Vec::new(),
-            };
-            for (column, [count, sum, squares]) in sums.into_iter().enumerate().filter(|(_, sum)| sum[0] >= FEWEST) {
-                let (x, mean) = (extent[0] + (column as f64 + 0.5) * width, sum / count);
-                let spread = (squares / count - mean * mean).max(0.0).sqrt();
-                scatter.mean_at.push(x);
-                scatter.mean.push(mean);
-                scatter.band.push([x, mean - spread, mean + spread]);
-            }
-            scatter
-        })
+    /// The residual over a state.
+    pub fn scatter(&self, state: Quantity) -> &Scatter {
+        &self.scatters[state as usize]
+    }
+
+    fn scattered(&self, state: Quantity) -> Scatter {
+        let (x, residual) = (self.column(state), self.column(Quantity::Residual));
+        let extent = extent(x);
+        let width = (extent[1] - extent[0]) / COLUMNS as f64;
+        let mut sums = vec![[0.0; 3]; COLUMNS];
+        for (x, residual) in x.iter().zip(residual) {
+            let sum = &mut sums[(((x - extent[0]) / width.max(1e-300)) as usize).min(COLUMNS - 1)];
+            *sum = [sum[0] + 1.0, sum[1] + residual, sum[2] + residual * residual];
+        }
+        let mut scatter = Scatter {
+            points: self.thinned().map(|row| [x[row], residual[row]]).collect(),
+            extent,
+            mean_at: Vec::new(),
+            mean: Vec::new(),
+            band: Vec::new(),
+        };
+        for (column, [count, sum, squares]) in sums.into_iter().enumerate().filter(|(_, sum)| sum[0] >= FEWEST) {
+            let (x, mean) = (extent[0] + (column as f64 + 0.5) * width, sum / count);
+            let spread = (squares / count - mean * mean).max(0.0).sqrt();
+            scatter.mean_at.push(x);
+            scatter.mean.push(mean);
+            scatter.band.push([x, mean - spread, mean + spread]);
+        }
+        scatter
     }
 
     /// Mean residual over two states.
-    pub fn map(&self, x: Quantity, y: Quantity) -> Cells {
+    fn map(&self, x: Quantity, y: Quantity) -> Cells {
         let [x, y] = [x, y].map(|quantity| self.column(quantity));
         let ends = [extent(x), extent(y)];
         let mut sums = vec![[0.0; 2]; MAP[0] * MAP[1]];
@@ -256,13 +356,8 @@ impl Table {
         Cells { size: MAP, extent: ends, values: sums.into_iter().map(mean).collect(), signed: true }
     }
 
-    /// Frequencies and the past of all samples.
-    pub fn spectra(&self) -> &Spectra {
-        self.spectra.get_or_init(|| self.spectra_of_pieces(&self.pieces))
-    }
-
-    /// The same of some rows, in ascending order: of every stretch of rows that follow each other.
-    pub fn spectra_of(&self, rows: &[usize]) -> Spectra {
+    /// Frequencies and the past of some rows, in ascending order: of every stretch of rows that follow each other.
+    fn spectra_of(&self, rows: &[usize]) -> Spectra {
         let mut pieces: Vec<Range<usize>> = Vec::new();
         for row in rows {
             let begins = self.pieces.binary_search_by_key(row, |piece| piece.start).is_ok();
@@ -299,30 +394,32 @@ impl Table {
 
     /// Rows of the largest residuals, each some time from the others, worst first.
     pub fn worst(&self) -> &[usize] {
-        self.worst.get_or_init(|| {
-            let (time, residual) = (self.column(Quantity::Time), self.column(Quantity::Residual));
-            let size = |row: &usize| residual[*row].abs();
-            let mut rows: Vec<usize> = (0..self.len()).collect();
-            // Only the largest have to be sorted; each may keep its neighbours of a quarter of a second out.
-            let near = (2.0 * APART / self.step.max(1e-9)) as usize + 1;
-            let most = (WORST * near).min(rows.len());
-            if most < rows.len() {
-                rows.select_nth_unstable_by(most, |one, other| size(other).total_cmp(&size(one)));
-                rows.truncate(most);
+        &self.worst
+    }
+
+    fn ranked(&self) -> Vec<usize> {
+        let (time, residual) = (self.column(Quantity::Time), self.column(Quantity::Residual));
+        let size = |row: &usize| residual[*row].abs();
+        let mut rows: Vec<usize> = (0..self.len()).collect();
+        // Only the largest have to be sorted; each may keep its neighbours of a quarter of a second out.
+        let near = (2.0 * APART / self.step.max(1e-9)) as usize + 1;
+        let most = (WORST * near).min(rows.len());
+        if most < rows.len() {
+            rows.select_nth_unstable_by(most, |one, other| size(other).total_cmp(&size(one)));
+            rows.truncate(most);
+        }
+        rows.sort_by(|one, other| size(other).total_cmp(&size(one)));
+        let mut worst: Vec<usize> = Vec::new();
+        for row in rows {
+            if worst.len() < WORST && worst.iter().all(|other| (time[row] - time[*other]).abs() > APART) {
+                worst.push(row);
             }
-            rows.sort_by(|one, other| size(other).total_cmp(&size(one)));
-            let mut worst: Vec<usize> = Vec::new();
-            for row in rows {
-                if worst.len() < WORST && worst.iter().all(|other| (time[row] - time[*other]).abs() > APART) {
-                    worst.push(row);
-                }
-            }
-            worst
-        })
+        }
+        worst
     }
 
     /// The rows inside a marked region.
-    pub fn lit(&self, brush: &Brush) -> Vec<usize> {
+    fn lit(&self, brush: &Brush) -> Vec<usize> {
         let [x, y] = [brush.x, brush.y].map(|quantity| self.column(quantity));
         let inside = |value: f64, [low, high]: [f64; 2]| (low..=high).contains(&value);
         let [across, along] = brush.region;

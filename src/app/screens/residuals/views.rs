@@ -1,11 +1,13 @@
 //! The views: each draws the table in one way, and says in a sentence what it would show for which effect.
 
+use std::sync::Arc;
+
 use egui::{ComboBox, RichText, Ui};
 
-use super::table::{Brush, Quantity, Spectra, Table};
-use super::{fleeting, moments};
-use crate::app::plot::{Along, Chart, Region};
-use crate::app::state::Desk;
+use super::moments;
+use super::table::{Brush, MeanMap, Quantity, Spectra, Table};
+use crate::app::desk::Desk;
+use crate::app::plot::{Along, Chart, Decimator, Region};
 use crate::app::theme::{PREDICTED_DASH, Palette, SMALL};
 use crate::app::widgets;
 use crate::effect::{Effect, registry};
@@ -46,25 +48,41 @@ pub const ALL: [View; 10] = [
     View::Over(Quantity::Time),
 ];
 
+/// What is marked, and of what the map is.
+#[derive(Debug)]
+pub struct Looking {
+    pub brush: Option<Brush>,
+    /// The states of the map.
+    pub map: [Quantity; 2],
+}
+
+impl Default for Looking {
+    fn default() -> Self {
+        Looking { brush: None, map: [Quantity::Position, Quantity::Velocity] }
+    }
+}
+
 /// What every view is drawn from.
 pub struct Shown<'a> {
-    pub table: &'a Table,
+    pub table: &'a Arc<Table>,
     /// Rows of the table that are marked.
     pub lit: &'a [usize],
+    /// Frequencies and past of all rows; `None` while they are computed.
+    pub spectra: Option<&'a Spectra>,
     /// Frequencies and past of the marked rows; `None` if nothing is marked, or while they are computed.
     pub marked: Option<&'a Spectra>,
     /// Units of q, q̇, q̈ and τ.
     pub unit: [&'static str; 4],
 }
 
-pub fn show(ui: &mut Ui, desk: &mut Desk, view: View, shown: &Shown, height: f32) {
+pub fn show(ui: &mut Ui, desk: &mut Desk, looking: &mut Looking, view: View, shown: &Shown, height: f32) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "", |ui| {
         let height = (height - 100.0).max(140.0);
         match view {
-            View::Over(x) => over(ui, desk, x, shown, height),
-            View::Map => map(ui, desk, shown, height),
-            View::Loop => circle(ui, desk, shown, height),
+            View::Over(x) => over(ui, desk, looking, x, shown, height),
+            View::Map => map(ui, desk, looking, shown, height),
+            View::Loop => circle(ui, desk, looking, shown, height),
             View::Power => {
                 let title = "residual power by frequency";
                 let axis = (Along::Frequency, "frequency", "Hz");
@@ -138,25 +156,25 @@ fn look(fingerprint: &str) -> &str {
 }
 
 /// The region of this view, if the brush is in it; and the brush after the view changed the region.
-fn with_brush(desk: &mut Desk, x: Quantity, y: Quantity, draw: impl FnOnce(&mut Desk, &mut Option<Region>)) {
-    let own = desk.state.looking.brush.filter(|brush| brush.x == x && brush.y == y);
+fn with_brush(looking: &mut Looking, x: Quantity, y: Quantity, draw: impl FnOnce(&mut Option<Region>)) {
+    let own = looking.brush.filter(|brush| brush.x == x && brush.y == y);
     let before = own.map(|brush| brush.region);
     let mut region = before;
-    draw(desk, &mut region);
+    draw(&mut region);
     if region != before {
-        desk.state.looking.brush = region.map(|region| Brush { x, y, region });
+        looking.brush = region.map(|region| Brush { x, y, region });
     }
 }
 
-fn over(ui: &mut Ui, desk: &mut Desk, x: Quantity, shown: &Shown, height: f32) {
+fn over(ui: &mut Ui, desk: &mut Desk, looking: &mut Looking, x: Quantity, shown: &Shown, height: f32) {
     let palette = Palette::in_ui(ui);
     let Shown { table, lit, unit, .. } = *shown;
     let (name, label, x_unit) = x.text(unit);
     let scatter = table.scatter(x);
     let lit = points(table, lit, x, Quantity::Residual);
-    with_brush(desk, x, Quantity::Residual, |desk, region| {
+    with_brush(looking, x, Quantity::Residual, |region| {
         let color = palette.residual;
-        let view = desk.state.views.of(x.along(desk.state.joint));
+        let view = desk.focus.views.of(x.along(desk.focus.joint));
         Chart::new(format!("residual against {name}"), unit[3], scatter.extent)
             .x_axis(label, x_unit)
             .height(height)
@@ -165,7 +183,7 @@ fn over(ui: &mut Ui, desk: &mut Desk, x: Quantity, shown: &Shown, height: f32) {
             .points(&lit, palette.accent, 1.6)
             .strong_line("mean", &scatter.mean_at, &scatter.mean, (palette.text, &[]))
             .brush(region)
-            .show(ui, view, &mut desk.state.decimator);
+            .show(ui, view, &mut desk.memo.decimator);
     });
 }
 
@@ -175,10 +193,10 @@ fn points(table: &Table, lit: &[usize], x: Quantity, y: Quantity) -> Vec<[f64; 2
     lit.iter().step_by(lit.len().div_ceil(3000).max(1)).map(|row| [x[*row], y[*row]]).collect()
 }
 
-fn map(ui: &mut Ui, desk: &mut Desk, shown: &Shown, height: f32) {
+fn map(ui: &mut Ui, desk: &mut Desk, looking: &mut Looking, shown: &Shown, height: f32) {
     let palette = Palette::in_ui(ui);
     let Shown { table, lit, unit, .. } = *shown;
-    let mut states = desk.state.looking.map;
+    let mut states = looking.map;
     ui.horizontal_wrapped(|ui| {
         for (state, name) in states.iter_mut().zip(["→", "↑"]) {
             let label = ui.label(name);
@@ -191,26 +209,27 @@ fn map(ui: &mut Ui, desk: &mut Desk, shown: &Shown, height: f32) {
             chooser.response.labelled_by(label.id);
         }
     });
-    desk.state.looking.map = states;
+    looking.map = states;
     let [x, y] = states;
-    let cells = desk.state.map(table, x, y);
+    let question = MeanMap { table: Arc::clone(table), states };
+    let Some(Ok(cells)) = desk.memo.later(ui.ctx(), desk.session, question) else { return };
     let (_, label, x_unit) = x.text(unit);
     let (_, _, y_unit) = y.text(unit);
     let lit = points(table, lit, x, y);
-    with_brush(desk, x, y, |desk, region| {
-        let view = desk.state.views.of(x.along(desk.state.joint));
+    with_brush(looking, x, y, |region| {
+        let view = desk.focus.views.of(x.along(desk.focus.joint));
         Chart::new(format!("mean residual, ↑ {}", y.text(unit).0), y_unit, [0.0, 1.0])
             .x_axis(label, x_unit)
             .height(height - 30.0)
             .cells(&cells)
             .points(&lit, palette.accent, 1.2)
             .brush(region)
-            .show(ui, view, &mut fleeting());
+            .show(ui, view, &mut Decimator::default());
     });
 }
 
 /// The residual against velocity, in the order of time, around the cursor.
-fn circle(ui: &mut Ui, desk: &mut Desk, shown: &Shown, height: f32) {
+fn circle(ui: &mut Ui, desk: &mut Desk, looking: &mut Looking, shown: &Shown, height: f32) {
     let palette = Palette::in_ui(ui);
     let Shown { table, lit, unit, .. } = *shown;
     let row = moments::row_at_cursor(desk, table).unwrap_or(0);
@@ -224,8 +243,8 @@ fn circle(ui: &mut Ui, desk: &mut Desk, shown: &Shown, height: f32) {
     let here = [[x[row], y[row]]];
     let lit: Vec<usize> = lit.iter().copied().filter(|row| rows.contains(row)).collect();
     let lit = points(table, &lit, Quantity::Velocity, Quantity::Residual);
-    with_brush(desk, Quantity::Velocity, Quantity::Residual, |desk, region| {
-        let view = desk.state.views.of(Along::Velocity(desk.state.joint));
+    with_brush(looking, Quantity::Velocity, Quantity::Residual, |region| {
+        let view = desk.focus.views.of(Along::Velocity(desk.focus.joint));
         Chart::new("residual–velocity loop around the cursor", unit[3], extent)
             .x_axis(label, x_unit)
             .height(height)
@@ -233,7 +252,7 @@ fn circle(ui: &mut Ui, desk: &mut Desk, shown: &Shown, height: f32) {
             .points(&lit, palette.accent, 1.6)
             .points(&here, palette.cursor, 4.0)
             .brush(region)
-            .show(ui, view, &mut fleeting());
+            .show(ui, view, &mut Decimator::default());
     });
 }
 
@@ -249,7 +268,7 @@ fn curve(
     height: f32,
 ) {
     let palette = Palette::in_ui(ui);
-    let all = of(shown.table.spectra());
+    let Some(all) = shown.spectra.map(&of) else { return };
     if all.is_empty() {
         let text = format!("{}: the data are too short, or the joint hardly moves.", widgets::sentence_case(title));
         widgets::weak(ui, text);
@@ -272,5 +291,5 @@ fn curve(
     if let Some((x, y)) = &marked {
         chart = chart.curve("marked", x, y, (palette.residual, PREDICTED_DASH));
     }
-    chart.show(ui, desk.state.views.of(along), &mut fleeting());
+    chart.show(ui, desk.focus.views.of(along), &mut Decimator::default());
 }

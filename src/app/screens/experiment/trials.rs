@@ -1,51 +1,16 @@
 //! What the screen of experiments knows: which one is shown, what its folder holds, and the run that is at work.
 
 use std::collections::HashSet;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::app::desk::Shown;
 use crate::app::plot::Window;
 use crate::experiment::run::{State, state};
 use crate::experiment::summary::{Curve, curves};
-use crate::experiment::{Experiment, ExperimentError, Report, Row, Shard, Store, catalogue, plan, run, summarise};
+use crate::experiment::{Experiment, ExperimentError, Report, Row, Shard, plan, run, summarise};
 use crate::progress::{Monitor, Progress};
 use crate::work::{Job, Outcome};
-
-/// Which experiment is shown, and where its results are.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Shown {
-    /// Name of a built-in experiment, or a TOML file.
-    pub experiment: String,
-    /// The small version.
-    pub quick: bool,
-    /// Folder of the results, as for the command line.
-    pub results: String,
-    /// Folder of the recordings, for experiments that need some.
-    pub data: String,
-}
-
-impl Default for Shown {
-    fn default() -> Self {
-        let (experiment, results) = (catalogue::ALL[0].0.to_owned(), "experiments".to_owned());
-        Shown { experiment, quick: true, results, data: String::new() }
-    }
-}
-
-impl Shown {
-    fn open(&self) -> Result<Experiment, ExperimentError> {
-        let whole = catalogue::open(&self.experiment)?;
-        Ok(if self.quick { whole.quick() } else { whole })
-    }
-
-    fn store(&self) -> Store {
-        Store::new(self.results.trim())
-    }
-
-    fn data(&self) -> Option<PathBuf> {
-        Some(self.data.trim()).filter(|path| !path.is_empty()).map(PathBuf::from)
-    }
-}
 
 /// What the folder holds of an experiment.
 pub struct Joined {

@@ -1,0 +1,67 @@
+//! Where one looks, on all screens alike.
+
+use crate::app::plot::{Along, Views};
+use crate::recording::{Recording, Trajectory};
+use crate::session::Session;
+
+/// Which trajectory, joint and time all screens show.
+#[derive(Debug)]
+pub struct Focus {
+    /// Index of the trajectory.
+    pub trajectory: usize,
+    /// Counted from 0.
+    pub joint: usize,
+    /// The time cursor \[s\].
+    pub cursor: Option<f64>,
+    /// Which part of each quantity the charts show.
+    pub views: Views,
+    /// Whether time goes on by itself.
+    pub is_playing: bool,
+    /// Whether the view moves with the time cursor.
+    pub follows: bool,
+}
+
+impl Default for Focus {
+    fn default() -> Self {
+        Focus { trajectory: 0, joint: 0, cursor: None, views: Views::default(), is_playing: false, follows: true }
+    }
+}
+
+impl Focus {
+    /// Follows the session: of another recording one looks at the first trajectory of which something is held out, since the
+    /// error is measured there.
+    pub fn follow(&mut self, before: &Session, after: &Session) {
+        self.views.fit(Along::Epoch);
+        if !before.has_recording_of(after) {
+            (self.trajectory, self.joint) = (after.split.held_out.first().map_or(0, |segment| segment.trajectory), 0);
+            self.views.fit_all();
+            self.cursor = None;
+        }
+    }
+
+    /// Looks at another trajectory, at all of its time.
+    pub fn show_trajectory(&mut self, trajectory: usize) {
+        if self.trajectory != trajectory {
+            self.trajectory = trajectory;
+            self.views.fit(Along::Time);
+            self.cursor = None;
+        }
+    }
+
+    /// Shows a part of a trajectory, from 0 to 1, or all of it, with the cursor at a part of it.
+    pub fn look_at(&mut self, run: &Trajectory, part: Option<[f64; 2]>, cursor: f64) {
+        let (from, to) = (run.time.first().copied().unwrap_or(0.0), run.time.last().copied().unwrap_or(1.0));
+        let at = |share: f64| from + share * (to - from);
+        let range = part.map(|part| part.map(at));
+        for along in [Along::Time, Along::WholeTime] {
+            self.views.of(along).range = range;
+        }
+        self.cursor = Some(at(cursor));
+    }
+
+    /// The shown joint, one that the recording has.
+    pub fn joint_of(&mut self, recording: &Recording) -> usize {
+        self.joint = self.joint.min(recording.joint_count().saturating_sub(1));
+        self.joint
+    }
+}

@@ -1,0 +1,67 @@
+//! What every screen works with: it reads the session, looks where the others look, asks for what is derived, and gives
+//! orders. Nothing here knows a screen.
+
+mod about;
+mod focus;
+mod notice;
+mod order;
+mod panels;
+mod shown;
+mod time;
+
+use std::sync::Arc;
+
+pub use about::{About, Needs};
+pub use focus::Focus;
+pub use notice::{Messages, Notice, Toast, Tone};
+pub use order::{Drawing, Order};
+pub use panels::{Change, Layouts, Panels, Side};
+pub use shown::Shown;
+pub use time::{held_out_times, is_held_out, time_extent};
+
+use super::memo::Memo;
+use crate::progress::Progress;
+use crate::session::{Command, Session, Step};
+use crate::training::Epoch;
+use crate::training::fit::Plan;
+
+/// The running job, as this frame shows it.
+pub struct Busy {
+    /// What it does.
+    pub name: String,
+    /// The newest report.
+    pub progress: Progress,
+    /// Whether it waits.
+    pub paused: bool,
+    /// Whether it was asked to end with what it has.
+    pub finishing: bool,
+    /// The epochs so far, if networks are trained.
+    pub epochs: Option<Vec<Epoch>>,
+    /// By which plan they are trained.
+    pub plan: Option<Plan>,
+}
+
+/// What a screen works with.
+pub struct Desk<'a> {
+    /// The document.
+    pub session: &'a Session,
+    /// Where one looks.
+    pub focus: &'a mut Focus,
+    /// What is derived from the session.
+    pub memo: &'a mut Memo,
+    /// Where the panels are.
+    pub panels: &'a mut Panels,
+    /// What the screen asks for.
+    pub orders: &'a mut Vec<Order>,
+    /// What is at work.
+    pub busy: Option<&'a Busy>,
+    /// Every model that this recording was given, oldest first.
+    pub models: &'a [Arc<Step>],
+}
+
+impl Desk<'_> {
+    /// Gives an order to change the session.
+    pub fn run(&mut self, command: Command) {
+        self.orders.push(Order::run(command));
+    }
+}

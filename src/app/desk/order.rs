@@ -1,0 +1,103 @@
+//! What a click asks for; carried out before the next frame.
+
+use std::path::PathBuf;
+
+use super::about::About;
+use super::notice::Notice;
+use super::panels::Change;
+use super::shown::Shown;
+use crate::figure::{Figure, Format, Style};
+use crate::model::Preset;
+use crate::recording::read::ReadOptions;
+use crate::session::{Command, file};
+
+/// What a click asks for; carried out before the next frame.
+#[derive(Debug, Clone)]
+pub enum Order {
+    /// Change the session.
+    Run(Box<Command>),
+    /// Show a screen.
+    Show(&'static About),
+    /// Take back the last change.
+    Undo,
+    /// Do it again.
+    Redo,
+    /// Stop the running job; nothing of it is kept.
+    Stop,
+    /// Let the running job end with what it has.
+    Finish,
+    /// Let the running job wait, or go on.
+    Pause(bool),
+    /// Between light and dark.
+    ToggleTheme,
+    /// Simulate an arm whose hidden effect is drawn by the next seed.
+    DrawMystery,
+    /// Choose what is to be trained.
+    PlanTraining(Preset),
+    /// Save the session into this file.
+    Save(PathBuf),
+    /// Let the user choose where to save.
+    SaveDialog,
+    /// Open the copy that another run left behind, or leave it.
+    Recover(bool),
+    /// Let the user choose files.
+    OpenDialog,
+    /// More contrast, or as usual.
+    HighContrast(bool),
+    /// Between high and usual contrast.
+    ToggleContrast,
+    /// Size of text and everything else, 0.8 to 2.
+    TextScale(f32),
+    /// Open or close the command palette.
+    Palette(bool),
+    /// Open or close the list of shortcuts.
+    KeyList(bool),
+    /// Look at the results of an experiment.
+    Experiment(Shown),
+    /// Ask how to export the plots of the screen, or the one of this title.
+    Export(Option<String>),
+    /// Let the user choose where to export.
+    ExportDialog,
+    /// Write plots into a file.
+    Draw(Box<Drawing>),
+    /// Show, hide or move a panel of the screen.
+    Panel(String, Change),
+    /// The focus goes to the next panel.
+    NextPanel,
+    /// Put the panels of the screen back where they stood at first.
+    ResetPanels,
+    /// All charts show everything.
+    FitAll,
+    /// Say something.
+    Tell(Notice),
+    /// Remove a message.
+    Dismiss(usize),
+}
+
+/// Plots, and the file that shows them.
+#[derive(Debug, Clone)]
+pub struct Drawing {
+    /// What is drawn.
+    pub figure: Figure,
+    /// As what.
+    pub format: Format,
+    /// How.
+    pub style: Style,
+    /// Where.
+    pub path: PathBuf,
+}
+
+impl Order {
+    /// Change the session.
+    pub fn run(command: Command) -> Self {
+        Order::Run(Box::new(command))
+    }
+
+    /// Open these files as one recording, or a saved session.
+    pub fn open(mut paths: Vec<PathBuf>) -> Self {
+        if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == file::ENDING) {
+            return Order::run(Command::Restore { path: paths.remove(0) });
+        }
+        Order::run(Command::Open { paths, options: ReadOptions::default(), held_out: Vec::new() })
+    }
+}

@@ -1,0 +1,34 @@
+//! The way through the screens: the one step that comes next.
+//!
+//! Whoever does nothing but take the next step arrives at a repaired model, whatever the recording holds.
+
+use crate::app::desk::Order;
+use crate::app::screen::{Next, NextStep};
+use crate::app::screens::Screens;
+use crate::model::Preset;
+use crate::session::{Command, Session};
+use crate::simulation::Scenario;
+
+/// The next step from the screen that is shown; `None` at the end of the way, and while it would tell an answer that a screen
+/// keeps back. `exported` says whether something of this recording was exported, which is that end.
+pub fn next(session: &Session, screens: &Screens, exported: bool) -> Option<NextStep> {
+    if screens.withhold(session) {
+        return None;
+    }
+    if session.recording.is_none() {
+        let demonstration = Command::Simulate(Box::new(Scenario::embedded()));
+        return Some(NextStep::run("Demonstration arm", "Simulate an arm with a hidden effect", demonstration));
+    }
+    if session.current().is_none() {
+        let why = "Identify the arm's base parameters from the data";
+        return Some(NextStep::run("Fit a rigid body", why, Command::ChoosePreset(Preset::RigidBody)));
+    }
+    match screens.current().next(session) {
+        Next::OnTheWay => Some(NextStep::show(screens.next_on_the_way())),
+        Next::Step(step) => Some(step),
+        Next::Export => {
+            let why = "Take the plots of any screen with you";
+            (!exported).then(|| NextStep { label: "Export".to_owned(), why, order: Order::Export(None) })
+        }
+    }
+}

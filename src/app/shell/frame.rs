@@ -1,0 +1,31 @@
+//! What the bars around the screens work with.
+
+use super::flow;
+use crate::app::desk::{Desk, Messages};
+use crate::app::screen::NextStep;
+use crate::app::screens::Screens;
+
+/// The desk with what only the bars see.
+pub struct Shell<'a> {
+    /// What the screens work with.
+    pub desk: Desk<'a>,
+    /// The screens.
+    pub screens: &'a mut Screens,
+    /// What is said at the moment.
+    pub messages: &'a mut Messages,
+    /// Whether something of this recording was exported.
+    pub exported: bool,
+    /// What undo would take back.
+    pub undo: Option<&'a str>,
+    /// What redo would do again.
+    pub redo: Option<&'a str>,
+    /// Whether a copy of another run's session waits for a decision.
+    pub left_behind: bool,
+}
+
+impl Shell<'_> {
+    /// The next step on the way.
+    pub fn next(&self) -> Option<NextStep> {
+        flow::next(self.desk.session, self.screens, self.exported)
+    }
+}

@@ -1,0 +1,52 @@
+//! Tables that several screens have: parameters with their intervals, and errors by joint.
+
+use egui::{RichText, Ui, WidgetText};
+
+use super::plot::ticks;
+use super::theme::{Palette, SMALL};
+use super::widgets;
+use crate::model::Parameter;
+use crate::recording::Recording;
+use crate::session::Step;
+
+/// Name, joint, value, interval and unit.
+pub fn parameter_row(parameter: &Parameter) -> Vec<WidgetText> {
+    let interval = match parameter.interval {
+        Some([low, high]) => format!("{} … {}", ticks::number(low), ticks::number(high)),
+        None => "not shown by the data".to_owned(),
+    };
+    let name = parameter.name.replace('_', " ");
+    let name = if name == parameter.symbol { name } else { format!("{}  ({name})", parameter.symbol) };
+    vec![
+        name.into(),
+        parameter.joint.map_or("arm".to_owned(), |joint| (joint + 1).to_string()).into(),
+        ticks::number(parameter.value).into(),
+        interval.into(),
+        parameter.unit.clone().into(),
+    ]
+}
+
+/// The error of each joint.
+pub fn errors(ui: &mut Ui, recording: &Recording, step: &Step) {
+    widgets::card(ui, "Error on held-out data", |ui| {
+        let rows: Vec<Vec<WidgetText>> = step
+            .evaluation
+            .held_out
+            .iter()
+            .zip(&step.evaluation.train)
+            .enumerate()
+            .map(|(joint, (held_out, train))| {
+                vec![
+                    recording.joints[joint].name.clone().into(),
+                    ticks::percent(held_out.nmse).into(),
+                    ticks::percent(train.nmse).into(),
+                    ticks::number(held_out.mse.sqrt()).into(),
+                ]
+            })
+            .collect();
+        let [.., unit] = recording.units();
+        widgets::table(ui, "errors", &["", "nMSE", "on train", &format!("RMS [{unit}]")], &rows);
+        let text = "nMSE: squared error over squared torque; 0 % is perfect.";
+        ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
+    });
+}
