@@ -1,8 +1,10 @@
 //! What a signal's frequencies and its own past say: power spectrum, orders over position, autocorrelation.
 
-use realfft::RealFftPlanner;
-
 use std::f64::consts::TAU;
+
+use rustfft::algorithm::Radix4;
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftDirection};
 
 /// Longest segment of the power spectrum \[samples\].
 const LONGEST_SEGMENT: usize = 4096;
@@ -28,23 +30,26 @@ pub fn power(pieces: &[&[f64]], step: f64) -> Vec<[f64; 2]> {
     let length = 1 << wanted.ilog2();
     let window: Vec<f64> = (0..length).map(|n| 0.5 - 0.5 * (TAU * n as f64 / length as f64).cos()).collect();
     let energy: f64 = window.iter().map(|weight| weight * weight).sum();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-    let (mut input, mut output) = (transform.make_input_vec(), transform.make_output_vec());
-    let mut sums = vec![0.0; output.len()];
+    let transform = Radix4::new(length, FftDirection::Forward);
+    let mut spectrum = vec![Complex::default(); length];
+    // The upper half of a real signal's spectrum mirrors the lower one.
+    let mut sums = vec![0.0; length / 2 + 1];
     let mut count = 0.0;
     for piece in pieces {
         for start in (0..=piece.len().saturating_sub(length)).step_by(length / 2) {
             let Some(segment) = piece.get(start..start + length) else { continue };
             let mean = segment.iter().sum::<f64>() / length as f64;
-            for ((input, value), weight) in input.iter_mut().zip(segment).zip(&window) {
-                *input = (value - mean) * weight;
+            if !mean.is_finite() {
+                continue;
             }
-            if input.iter().all(|value| value.is_finite()) && transform.process(&mut input, &mut output).is_ok() {
-                for (sum, value) in sums.iter_mut().zip(&output) {
-                    *sum += value.norm_sqr();
-                }
-                count += 1.0;
+            for ((bin, value), weight) in spectrum.iter_mut().zip(segment).zip(&window) {
+                *bin = Complex::new((value - mean) * weight, 0.0);
             }
+            transform.process(&mut spectrum);
+            for (sum, value) in sums.iter_mut().zip(&spectrum) {
+                *sum += value.norm_sqr();
+            }
+            count += 1.0;
         }
     }
     let scale = 2.0 * step / (energy * f64::max(count, 1.0));
