@@ -149,7 +149,7 @@ fn a_network_is_trained_saved_measured_and_taken_apart() {
     let report = json(&["diagnose", "x.npz", "--model", "structured-delan", "--epochs", "1", "--json"], at);
     assert_eq!(report["effects"][0]["effect"], "viscous-friction", "{report}");
     assert_eq!(report["effects"][0]["joints"], serde_json::json!([1]));
-    let message = fails(&["train", "x.npz", "--model", "ff-nn", "--learning-rate", "1e6", "--batch", "64"], at, 1);
+    let message = fails(&["train", "x.npz", "--model", "ff-nn", "--learning-rate", "1e6", "--batch", "64"], at, 2);
     assert!(message.contains("learning rate"), "{message}");
     let message = fails(&["train", "x.npz", "--model", "ff-nn", "--batch", "100000"], at, 1);
     assert!(message.contains("fewer than a batch"), "{message}");
@@ -178,16 +178,16 @@ fn a_killed_training_is_resumed() {
     let bytes = |name| std::fs::read(at.join(name)).unwrap();
     assert!(bytes("whole.model") == bytes("resumed.model"));
 
-    let resume = |more: &[&str]| fails(&[&["train", "x.npz", "--resume", "run.npz"], more].concat(), at, 1);
+    let resume = |more: &[&str]| fails(&[&["train", "x.npz", "--resume", "run.npz"], more].concat(), at, 2);
     let message = resume(&["--model", "ff-nn"]);
     assert!(message.contains("another model") && message.contains("feed-forward"), "{message}");
     let message = resume(&["--learning-rate", "0.5"]);
     assert!(message.contains("another rate"), "{message}");
     std::fs::write(at.join("run.npz"), &bytes("run.npz")[..1000]).unwrap();
     assert!(resume(&[]).contains("not a trained model or checkpoint"));
-    let message = fails(&["train", "x.npz", "--resume", "whole.model"], at, 1);
+    let message = fails(&["train", "x.npz", "--resume", "whole.model"], at, 2);
     assert!(message.contains("a trained model, but the checkpoint of a training is needed"), "{message}");
-    let message = fails(&["train", "x.npz", "--resume", "none.npz"], at, 1);
+    let message = fails(&["train", "x.npz", "--resume", "none.npz"], at, 2);
     assert!(message.contains("none.npz"), "{message}");
     let message = fails(&[train.as_slice(), &["--checkpoint", "no/such/folder"]].concat(), at, 1);
     assert!(message.contains("can't write the checkpoint no/such/folder"), "{message}");
@@ -203,18 +203,18 @@ fn bad_settings_of_training_are_explained() {
     let train = |more: &[&'static str]| {
         [["train", "x.npz", "--model", "black-box-delan", "--batch", "64", "--epochs", "40"].as_slice(), more].concat()
     };
-    let cases: [(&[&str], i32, &str); 8] = [
-        (&["--learning-rate", "0"], 1, "the learning rate is 0"),
-        (&["--learning-rate", "1e6"], 1, "the learning rate is 1000000"),
-        (&["--hidden", "0"], 1, "a hidden layer of 0 neurons"),
-        (&["--hidden", "64,x"], 2, "invalid value 'x'"),
-        (&["--activation", "relu"], 2, "expected one of `tanh`"),
-        (&["--schedule", "linear"], 2, "choose constant, cosine, one-cycle"),
-        (&["--precision", "f16"], 2, "expected `f32` or `f64`"),
-        (&["--threads", "0"], 1, "the number of threads is 0"),
+    let cases: [(&[&str], &str); 8] = [
+        (&["--learning-rate", "0"], "the learning rate is 0"),
+        (&["--learning-rate", "1e6"], "the learning rate is 1000000"),
+        (&["--hidden", "0"], "0 is not in 1..=4096"),
+        (&["--hidden", "64,x"], "invalid value 'x'"),
+        (&["--activation", "relu"], "possible values: tanh, sigmoid, softplus, silu"),
+        (&["--schedule", "linear"], "possible values: constant, cosine, one-cycle"),
+        (&["--precision", "f16"], "possible values: f32, f64"),
+        (&["--threads", "0"], "the number of threads is 0"),
     ];
-    for (options, code, words) in cases {
-        let message = fails(&train(options), at, code);
+    for (options, words) in cases {
+        let message = fails(&train(options), at, 2);
         assert!(message.contains(words), "{options:?}: {message}");
     }
     let wild = ["--learning-rate", "3", "--hidden", "16", "-o", "best.model"];
@@ -268,24 +268,18 @@ fn the_same_seed_gives_the_same_bytes() {
 }
 
 #[test]
-fn wrong_usage_ends_with_2() {
-    let folder = tempfile::tempdir().unwrap();
-    for arguments in
-        [&["diagnose"][..], &["simulate", "--nonsense", "-o", "x.npz"], &["train", "x.csv", "--zero", "left"]]
-    {
-        assert!(fails(arguments, folder.path(), 2).contains("Usage") || arguments[0] == "train");
-    }
-}
-
-#[test]
 fn every_command_has_help() {
     let folder = tempfile::tempdir().unwrap();
-    for command in ["simulate", "inspect", "train", "evaluate", "diagnose", "demo", "screenshot", "bench"] {
+    for command in ["simulate", "inspect", "train", "evaluate", "diagnose", "demo", "screenshot", "bench", "effects"] {
         let help = succeeds(&[command, "--help"], folder.path());
         assert!(help.contains("Usage: torquescope") && help.len() > 200, "{command}: {help}");
     }
+    let help = succeeds(&["screenshot", "--help"], folder.path());
+    assert!(help.contains("- residuals:") && help.contains("Examples:"), "{help}");
+    assert!(succeeds(&["train", "-h"], folder.path()).contains("[possible values: ours, thorough, paper]"));
 }
 
+/// What is wrong with a recording, or goes wrong at work.
 #[test]
 fn bad_input_ends_with_1_and_says_what_where_and_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
@@ -296,22 +290,14 @@ fn bad_input_ends_with_1_and_says_what_where_and_what_to_do() {
     write("picture.csv", "\u{89}PNG\r\n");
     std::fs::write(at.join("picture.npz"), b"\x89PNG\r\n\x1a\n0000").unwrap();
     write("columns.csv", "time,a,b\n0,1,2\n0.01,1,2\n0.02,1,2\n");
-    write("negative.json", r#"{"links": [{"mass": -1, "length": 1, "com": 0.5, "inertia": 0.1}]}"#);
-    write("none.json", r#"{"links": []}"#);
-    write("typo.json", r#"{"links": [{"mas": 1, "length": 1, "com": 0.5, "inertia": 0.1}]}"#);
-    let cases: [(&[&str], &[&str]); 12] = [
+    let cases: [(&[&str], &[&str]); 7] = [
         (&["inspect", "missing.csv"], &["missing.csv"]),
+        (&["missing.csv"], &["missing.csv"]),
         (&["inspect", "empty.csv"], &["empty.csv", "empty"]),
         (&["inspect", "text.csv"], &["text.csv", "line 3", "q1"]),
         (&["inspect", "picture.npz"], &["picture.npz", "PNG"]),
         (&["inspect", "columns.csv"], &["columns.csv", "a", "b", "q="]),
-        (&["simulate", "--joints", "0", "-o", "x.npz"], &["1 to 7"]),
-        (&["simulate", "--arm", "negative.json", "-o", "x.npz"], &["negative.json", "link 1", "mass", "-1"]),
-        (&["simulate", "--arm", "none.json", "-o", "x.npz"], &["none.json", "1 to 7"]),
-        (&["simulate", "--arm", "typo.json", "-o", "x.npz"], &["typo.json", "mas"]),
-        (&["simulate", "--effect", "magic@1", "-o", "x.npz"], &["magic", "coulomb-friction"]),
-        (&["simulate", "--effect", "coulomb-friction@4", "-o", "x.npz"], &["joint 4", "1 to 3"]),
-        (&["simulate", "--effect", "coulomb-friction@1=-2", "-o", "x.npz"], &["coulomb_torque", "-2"]),
+        (&["inspect", "columns.csv", "--map", "emps"], &["columns.csv"]),
     ];
     for (arguments, words) in cases {
         let message = fails(arguments, at, 1);
@@ -319,11 +305,171 @@ fn bad_input_ends_with_1_and_says_what_where_and_what_to_do() {
             assert!(message.contains(word), "{arguments:?} does not say `{word}`: {message}");
         }
     }
-    assert!(!at.join("x.npz").exists(), "a failed simulation left a file");
+}
+
+/// What is wrong with the command line, or with a file that one of its options names.
+#[test]
+fn wrong_usage_ends_with_2_and_says_what_is_possible() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
     hidden_friction(at);
-    assert!(fails(&["diagnose", "x.npz", "--model", "black-magic"], at, 1).contains("rigid-body"));
+    let write = |name: &str, text: &str| std::fs::write(at.join(name), text).unwrap();
+    write("negative.json", r#"{"links": [{"mass": -1, "length": 1, "com": 0.5, "inertia": 0.1}]}"#);
+    write("none.json", r#"{"links": []}"#);
+    write("typo.json", r#"{"links": [{"mas": 1, "length": 1, "com": 0.5, "inertia": 0.1}]}"#);
     write("broken.json", "{\"torquescope_model\": 1, \"fitted\": {}}");
-    assert!(fails(&["evaluate", "x.npz", "--model", "broken.json"], at, 1).contains("broken.json"));
+    let cases: [(&[&str], &[&str]); 22] = [
+        (&["diagnose"], &["Usage"]),
+        (&["diagnoze"], &["unrecognized subcommand 'diagnoze'", "diagnose"]),
+        (&["diagnoze", "x.npz"], &["unrecognized subcommand 'diagnoze'", "diagnose"]),
+        (&["simulate", "--nonsense", "-o", "y.npz"], &["Usage"]),
+        (&["inspect", "x.npz", "--zero", "left"], &["down", "right", "up"]),
+        (&["simulate", "--joints", "0", "-o", "y.npz"], &["1..=7"]),
+        (&["simulate", "--arm", "missing.json", "-o", "y.npz"], &["missing.json"]),
+        (&["simulate", "--arm", "negative.json", "-o", "y.npz"], &["negative.json", "link 1", "mass", "-1"]),
+        (&["simulate", "--arm", "none.json", "-o", "y.npz"], &["none.json", "1 to 7"]),
+        (&["simulate", "--arm", "typo.json", "-o", "y.npz"], &["typo.json", "mas"]),
+        (&["simulate", "--scenario", "missing.json", "-o", "y.npz"], &["missing.json"]),
+        (&["simulate", "--effect", "magic@1", "-o", "y.npz"], &["magic", "coulomb-friction"]),
+        (&["simulate", "--effect", "coulomb-friction@0", "-o", "y.npz"], &["counted from 1"]),
+        (&["simulate", "--effect", "coulomb-friction@4", "-o", "y.npz"], &["joint 4", "1 to 3"]),
+        (&["simulate", "--effect", "coulomb-friction@1=-2", "-o", "y.npz"], &["coulomb_torque", "-2"]),
+        (&["diagnose", "x.npz", "--model", "black-magic"], &["black-magic", "rigid-body"]),
+        (&["evaluate", "x.npz", "--model", "broken.json"], &["broken.json"]),
+        (&["evaluate", "x.npz", "--add", "magic"], &["magic", "coulomb-friction"]),
+        (&["evaluate", "x.npz", "--add", "viscous-friction@4"], &["joint 4", "1 to 3"]),
+        (&["inspect", "x.npz", "--map", "panda"], &["panda", "emps, kuka-kr300, sarcos, tx40, ur10"]),
+        (&["effects", "magic"], &["magic", "coulomb-friction"]),
+        (&["experiment", "run", "magic"], &["magic", "table-2"]),
+    ];
+    for (arguments, words) in cases {
+        let message = fails(arguments, at, 2);
+        for word in words {
+            assert!(message.contains(word), "{arguments:?} does not say `{word}`: {message}");
+        }
+        assert!(message.matches("there is no effect").count() <= 1, "told twice: {message}");
+    }
+    assert!(!at.join("y.npz").exists(), "a failed simulation left a file");
+}
+
+/// Programs that read the results are told in their language why there are none.
+#[test]
+fn a_failure_is_told_as_json_too() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, code, word) in [
+        (["inspect", "missing.csv", "--json"], 1, "missing.csv"),
+        (["effects", "magic", "--json"], 2, "magic"),
+        (["inspect", "--nonsense", "--json"], 2, "--nonsense"),
+    ] {
+        let output = torquescope(&arguments, folder.path());
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}");
+        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(told["code"], code);
+        let reason = told["reason"].as_str().unwrap();
+        assert!(reason.contains(word) && !reason.contains("Usage"), "{reason}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains(word));
+    }
+}
+
+#[test]
+fn folders_of_results_are_named_first_unless_asked_to_be_quiet() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let experiment = r#"
+        title = "small"
+        description = "one link"
+        seeds = 1
+        [data.simulation]
+        arm = { links = [{ mass = 1.0, length = 1.0, com = 0.5, inertia = 0.1 }] }
+        motion = { kind = "paper-point-to-point", trajectories = 3, duration = 4.0, samples = 50, range = 3.0 }
+        [[model]]
+        name = "rigid-body"
+        preset = "rigid-body"
+        [[test]]
+        name = "iid"
+    "#;
+    std::fs::write(at.join("small.toml"), experiment).unwrap();
+    let commands: [(&[&str], &str); 3] = [
+        (&["demo", "--no-pictures"], "torquescope-demo"),
+        (&["experiment", "run", "small.toml"], "experiments"),
+        (&["experiment", "figures", "small.toml", "--figure", "errors"], "figures"),
+    ];
+    for (arguments, output) in commands {
+        let told = torquescope(arguments, at);
+        let remarks = String::from_utf8(told.stderr).unwrap();
+        assert!(told.status.success(), "{arguments:?}: {remarks}");
+        let path = at.canonicalize().unwrap().join(output);
+        assert!(remarks.lines().next().unwrap().contains(&path.display().to_string()), "{arguments:?}: {remarks}");
+        assert!(path.is_dir());
+        let quiet = torquescope(&[arguments, &["--quiet"]].concat(), at);
+        assert!(quiet.status.success() && quiet.stderr.is_empty());
+    }
+    let saved = torquescope(&["simulate", "-o", "x.npz", "--quiet"], at);
+    assert!(saved.status.success() && saved.stdout.is_empty() && saved.stderr.is_empty());
+}
+
+#[test]
+fn the_catalogue_of_effects_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = json(&["effects", "--json"], folder.path());
+    let list = succeeds(&["effects"], folder.path());
+    assert_eq!(all.as_array().unwrap().len(), torquescope::effect::registry::ALL.len());
+    for effect in all.as_array().unwrap() {
+        assert!(list.contains(effect["id"].as_str().unwrap()) && list.contains(effect["formula"].as_str().unwrap()));
+        assert!(!effect["source"].as_str().unwrap().is_empty() && !effect["parameters"].as_array().unwrap().is_empty());
+    }
+    let one = json(&["effects", "stribeck-friction", "--json"], folder.path());
+    assert!(all.as_array().unwrap().contains(&one));
+    let velocity = &one["parameters"][2];
+    assert_eq!((&velocity["unit"], &velocity["unit_prismatic"]), (&"rad/s".into(), &"m/s".into()));
+    assert_eq!((&velocity["role"], velocity["max"].as_f64()), (&"shape".into(), Some(10.0)));
+    assert!(one["parameters"][0]["max"].is_null(), "a friction torque has no upper bound");
+    let text = succeeds(&["effects", "stribeck-friction"], folder.path());
+    for word in
+        ["exp(-(qd / v_s)^2)", "Bittencourt", "stribeck_velocity", "v_s", "sought from", "Contains coulomb-friction"]
+    {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}
+
+/// A session is drawn as it was saved: with the model that its user had made.
+#[test]
+fn a_saved_session_is_drawn() {
+    use torquescope::progress::Monitor;
+    use torquescope::session::{Command, Session, file};
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    hidden_friction(at);
+    let run = |command: Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
+    let open = Command::open(vec![at.join("x.npz")], Default::default(), Vec::new());
+    let add = Command::AddEffect { effect: "coulomb-friction".into(), joints: vec![0] };
+    let session = run(add, &run(open, &Session::default()));
+    std::fs::write(at.join("mine.torquescope"), file::to_bytes(&session).unwrap()).unwrap();
+    succeeds(&["screenshot", "mine.torquescope", "--screen", "ladder", "-o", "ladder.png"], at);
+    assert!(std::fs::read(at.join("ladder.png")).unwrap().starts_with(b"\x89PNG"));
+    succeeds(&["figure", "ladder", "mine.torquescope", "-o", "ladder.csv"], at);
+    let table = std::fs::read_to_string(at.join("ladder.csv")).unwrap();
+    assert!(table.contains("Coulomb friction on joint 1"), "{table}");
+    assert!(!table.contains("joints 1, 2"), "what its user had not added was added: {table}");
+    let message = fails(&["figure", "ladder", "mine.torquescope", "--zero", "down", "-o", "x.csv"], at, 2);
+    assert!(message.contains("leave out"), "{message}");
+}
+
+#[test]
+fn shells_and_manuals_know_all_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    for shell in ["bash", "zsh", "fish"] {
+        let script = succeeds(&["completions", shell], folder.path());
+        for word in ["diagnose", "residuals", "thorough"] {
+            assert!(script.contains(word), "{shell} does not know {word}");
+        }
+    }
+    assert!(succeeds(&["man"], folder.path()).contains(".TH torquescope 1"));
+    succeeds(&["man", "-o", "man1"], folder.path());
+    for page in ["torquescope.1", "torquescope-train.1", "torquescope-experiment-run.1"] {
+        let text = std::fs::read_to_string(folder.path().join("man1").join(page)).unwrap();
+        assert!(text.contains(".TH") && text.contains("Examples"), "{page}");
+    }
 }
 
 /// As in `… | head`, which reads no further.

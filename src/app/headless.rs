@@ -16,8 +16,8 @@ use crate::session::{Command, Session};
 
 /// Frames that are drawn at least, since egui measures in one what it uses in the next.
 const FEWEST_FRAMES: usize = 4;
-/// Longest wait for jobs.
-const PATIENCE: Duration = Duration::from_secs(120);
+/// Longest wait for jobs: a guard against those that never end, out of reach of a machine that is merely busy.
+const PATIENCE: Duration = Duration::from_secs(1800);
 /// Largest side of a picture \[pixels\].
 const LARGEST_SIDE: f32 = 16384.0;
 

@@ -10,6 +10,7 @@ pub mod desk;
 mod dock;
 mod fonts;
 pub mod headless;
+mod icon;
 mod keeper;
 mod memo;
 pub mod plot;
@@ -96,6 +97,7 @@ struct Running {
 /// What the system says if it gives no window.
 pub fn run_window(session: Session, first: Option<Command>) -> anyhow::Result<()> {
     let viewport = egui::ViewportBuilder::default()
+        .with_icon(icon::icon().unwrap_or_default())
         .with_title("Torquescope")
         .with_app_id("torquescope")
         .with_inner_size([1440.0, 900.0])

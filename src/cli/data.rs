@@ -1,18 +1,23 @@
 //! Arguments that name data and a model, shared by the commands.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow};
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use serde::de::DeserializeOwned;
 
+use super::choice::{Choice, one_of};
+use super::failure::OrUsage;
 use super::progress;
 use crate::arm::{Arm, Posture};
-use crate::effect::registry;
-use crate::model::learned::{Features, Layers};
+use crate::effect::place::Place;
+use crate::model::learned::{Features, Layers, MOST_NEURONS};
 use crate::model::{Fitted, Model, Preset, Term};
 use crate::network::Activation;
+use crate::recording::catalogue;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::ReadOptions;
 use crate::session::{Command, Session, runs};
@@ -40,8 +45,9 @@ pub struct Reading {
     #[arg(long, value_name = "FILE|NAME", num_args = 1..)]
     held_out: Vec<PathBuf>,
     /// Which column is which channel, such as `q=pos_filt*,qd=vel_filt*,tau=tau_meas*,time=time` (`*` is the joint); or a
-    /// mapping file, which can state factors, matrices and axes too, such as `assets/mappings/emps.toml`.
-    #[arg(long, value_name = "MAP|FILE.toml", value_parser = parse_mapping)]
+    /// mapping file, which can state factors, matrices and axes too; or one that comes with the program: emps, kuka-kr300,
+    /// sarcos, tx40, ur10.
+    #[arg(long, value_name = "MAP|FILE.toml|NAME", value_parser = parse_mapping)]
     map: Option<MappingSpec>,
     /// Where the arm points at q = 0, if the file does not say it.
     #[arg(long)]
@@ -55,6 +61,14 @@ pub struct Reading {
     /// Cut-off of the filter for velocity and acceleration that are derived [Hz].
     #[arg(long, value_name = "HZ")]
     low_pass: Option<f64>,
+}
+
+impl Reading {
+    /// Whether nothing was given.
+    fn is_empty(&self) -> bool {
+        let Reading { held_out, map, zero, arm, rate, low_pass } = self;
+        held_out.is_empty() && map.is_none() && zero.is_none() && arm.is_none() && rate.is_none() && low_pass.is_none()
+    }
 }
 
 /// Files to read, and how.
@@ -71,19 +85,23 @@ pub struct Files {
 /// Files that need not be given: without, the embedded recording is taken.
 #[derive(Args, Debug, Clone)]
 pub struct OptionalData {
-    /// Recordings (CSV, NPZ, .mat, .db3); several files are trajectories of one arm. Without any: an embedded arm with a hidden effect.
+    /// Recordings (CSV, NPZ, .mat, .db3), several of which are trajectories of one arm; or a saved session (.torquescope).
+    /// Without any: an embedded arm with a hidden effect.
     files: Vec<PathBuf>,
     #[command(flatten)]
     reading: Reading,
 }
 
-/// How networks are trained; not used by models without networks.
+/// The heading under which help shows them.
+pub const TRAINING: &str = "Training of networks";
+
+/// How networks are trained; not used by models without networks. Whatever stands behind these in a command's struct comes
+/// under their heading, so they stand last.
 #[derive(Args, Debug, Clone)]
-#[command(next_help_heading = "Training of networks")]
+#[command(next_help_heading = TRAINING)]
 pub struct Training {
-    /// Settings to start from: `ours` (the default) converges quickest, `thorough` is ours for five times as long, `paper` is
-    /// table 1 of the paper.
-    #[arg(long, value_parser = named::<Recipe>)]
+    /// Settings to start from; without it: ours.
+    #[arg(long, value_parser = one_of(RECIPES))]
     recipe: Option<Recipe>,
     /// How often every sample is seen.
     #[arg(long)]
@@ -94,23 +112,23 @@ pub struct Training {
     /// Highest learning rate.
     #[arg(long)]
     learning_rate: Option<f64>,
-    /// Course of the learning rate: constant, cosine (with warm-up) or one-cycle.
-    #[arg(long, value_parser = parse_schedule)]
+    /// Course of the learning rate.
+    #[arg(long, value_parser = one_of(SCHEDULES))]
     schedule: Option<Schedule>,
-    /// How weights follow from gradients: adamw or soap.
-    #[arg(long, value_parser = parse_optimiser)]
+    /// How weights follow from gradients.
+    #[arg(long, value_parser = one_of(OPTIMISERS))]
     optimiser: Option<Optimiser>,
     /// Weight decay, per unit of learning rate.
     #[arg(long)]
     weight_decay: Option<f64>,
     /// Widths of the hidden layers, such as `64,64`.
-    #[arg(long, value_name = "WIDTHS", value_delimiter = ',')]
+    #[arg(long, value_name = "WIDTHS", value_delimiter = ',', value_parser = RangedU64ValueParser::<usize>::new().range(WIDTHS))]
     hidden: Option<Vec<usize>>,
-    /// Their activation: tanh, sigmoid, softplus or silu.
-    #[arg(long, value_parser = named::<Activation>)]
+    /// Their activation.
+    #[arg(long, value_parser = one_of(ACTIVATIONS))]
     activation: Option<Activation>,
-    /// How positions enter the networks: cos-sin, link-angles or raw.
-    #[arg(long, value_parser = named::<Features>)]
+    /// How positions enter the networks.
+    #[arg(long, value_parser = one_of(FEATURES))]
     features: Option<Features>,
     /// Divides velocities and accelerations that enter networks; with more than 1 these bend less where they were not trained.
     #[arg(long)]
@@ -118,8 +136,8 @@ pub struct Training {
     /// Whether quantities are scaled to the data: true, or false as in the paper.
     #[arg(long, value_name = "BOOL")]
     normalise: Option<bool>,
-    /// What is calculated with: f32 or f64.
-    #[arg(long, value_parser = named::<Precision>)]
+    /// What is calculated with.
+    #[arg(long, value_parser = one_of(PRECISIONS))]
     precision: Option<Precision>,
     /// Ends as soon as the held-out nMSE is this low.
     #[arg(long, value_name = "NMSE")]
@@ -134,8 +152,10 @@ pub struct Training {
 
 impl Training {
     /// The plan that these options make.
-    pub fn plan(&self) -> Plan {
-        self.changing(Plan::of(self.recipe.unwrap_or_default()))
+    pub fn plan(&self) -> anyhow::Result<Plan> {
+        let plan = self.changing(Plan::of(self.recipe.unwrap_or_default()));
+        plan.options.check().or_usage()?;
+        Ok(plan)
     }
 
     /// This plan with the options that were given.
@@ -176,33 +196,86 @@ impl Training {
     }
 }
 
-/// A setting by its name in files.
-fn named<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    serde_json::from_value(text.into()).map_err(|error| error.to_string())
-}
+/// Neurons that a layer may have.
+const WIDTHS: RangeInclusive<u64> = 1..=MOST_NEURONS as u64;
 
-fn parse_schedule(text: &str) -> Result<Schedule, String> {
-    let known = [("constant", Schedule::Constant), ("cosine", Schedule::COSINE), ("one-cycle", Schedule::ONE_CYCLE)];
-    chosen(text, &known)
-}
+const RECIPES: [Choice<Recipe>; 3] = [
+    ("ours", "converges quickest", Recipe::Ours),
+    ("thorough", "ours for five times as long", Recipe::Thorough),
+    ("paper", "table 1 of the paper: Adam at a constant rate for 2,500 epochs", Recipe::Paper),
+];
 
-fn parse_optimiser(text: &str) -> Result<Optimiser, String> {
-    chosen(text, &[("adamw", Optimiser::ADAM_W), ("soap", Optimiser::SOAP)])
-}
+const SCHEDULES: [Choice<Schedule>; 3] = [
+    ("constant", "the same all the time", Schedule::Constant),
+    ("cosine", "a warm-up, then half a cosine down", Schedule::COSINE),
+    ("one-cycle", "up and down once", Schedule::ONE_CYCLE),
+];
 
-fn chosen<T: Copy>(text: &str, known: &[(&str, T)]) -> Result<T, String> {
-    let found = known.iter().find(|(name, _)| *name == text).map(|(_, value)| *value);
-    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-    found.ok_or_else(|| format!("choose {}", names.join(", ")))
-}
+const OPTIMISERS: [Choice<Optimiser>; 2] = [
+    ("adamw", "Adam with decoupled weight decay", Optimiser::ADAM_W),
+    ("soap", "Adam in the eigenbasis of Shampoo's preconditioner", Optimiser::SOAP),
+];
 
-/// A mapping as text, or from a file.
+const ACTIVATIONS: [Choice<Activation>; 4] = [
+    ("tanh", "tanh x", Activation::Tanh),
+    ("sigmoid", "1 / (1 + exp(-x))", Activation::Sigmoid),
+    ("softplus", "ln(1 + exp(x))", Activation::Softplus),
+    ("silu", "x / (1 + exp(-x))", Activation::Silu),
+];
+
+const FEATURES: [Choice<Features>; 3] = [
+    ("cos-sin", "cos q and sin q of each joint", Features::CosSin),
+    ("link-angles", "cos and sin of every sum of neighbouring joint angles", Features::LinkAngles),
+    ("raw", "q itself", Features::Raw),
+];
+
+const PRECISIONS: [Choice<Precision>; 2] =
+    [("f32", "single precision", Precision::F32), ("f64", "double precision", Precision::F64)];
+
+/// A mapping as text, from a file, or by the name under which it comes with the program.
 fn parse_mapping(text: &str) -> Result<MappingSpec, String> {
-    if !text.ends_with(".toml") {
+    if text.contains('=') {
         return text.parse().map_err(|error: MappingError| error.to_string());
+    }
+    if !text.ends_with(".toml") {
+        let known = catalogue::mapping(text);
+        return known.map_err(|unknown| format!("{unknown}; or give a file .toml, or columns such as q=pos*,tau=tau*"));
     }
     let content = std::fs::read_to_string(text).map_err(|error| format!("can't read {text}: {error}"))?;
     MappingSpec::from_toml(&content).map_err(|error| error.to_string())
+}
+
+/// What a model starts from.
+#[derive(Debug, Clone)]
+enum Start {
+    Preset(Preset),
+    File(PathBuf),
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Start::Preset(Preset::default())
+    }
+}
+
+impl FromStr for Start {
+    type Err = String;
+
+    /// Presets have no ending.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let path = Path::new(text);
+        if path.is_file() {
+            return Ok(Start::File(path.to_owned()));
+        }
+        let preset = Preset::ALL.into_iter().find(|preset| preset.id() == text);
+        preset.map(Start::Preset).ok_or_else(|| {
+            let known: Vec<&str> = Preset::ALL.iter().map(|preset| preset.id()).collect();
+            format!(
+                "there is no model and no file `{text}`; known models: {}, or a file saved by `train`",
+                known.join(", ")
+            )
+        })
+    }
 }
 
 /// Files and the model to use on them.
@@ -212,13 +285,14 @@ pub struct Data {
     files: Files,
     /// The model: a preset (rigid-body, stated-arm, ff-nn, black-box-delan, structured-delan, delan-friction, delan-ffnn), or
     /// a file saved by `train`. Without it: rigid-body.
-    #[arg(long)]
-    model: Option<String>,
+    #[arg(long, value_name = "PRESET|FILE")]
+    model: Option<Start>,
+    /// Add an effect to the model: its id (see `torquescope effects`), and its joints if not all, such as
+    /// `coulomb-friction@1,2`. May be repeated.
+    #[arg(long, value_name = "EFFECT[@JOINTS]")]
+    add: Vec<Place>,
     #[command(flatten)]
     pub training: Training,
-    /// Add an effect to the model: its id, and its joints if not all, such as `coulomb-friction@1,2`. May be repeated.
-    #[arg(long, value_name = "EFFECT[@JOINTS]")]
-    add: Vec<String>,
 }
 
 impl Files {
@@ -229,12 +303,22 @@ impl Files {
 }
 
 impl OptionalData {
-    /// What opens the files, or simulates the embedded recording.
+    /// The files that were named.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    /// What opens the files or a saved session, or simulates the embedded recording.
     pub fn command(&self) -> anyhow::Result<Command> {
         if self.files.is_empty() {
             return Ok(Command::Simulate(Box::new(Scenario::embedded())));
         }
-        open_command(&self.files, &self.reading)
+        let command = open_command(&self.files, &self.reading)?;
+        if matches!(command, Command::Restore { .. }) && !self.reading.is_empty() {
+            return Err(anyhow!("a saved session says itself how it was read: leave out --map, --zero and the like"))
+                .or_usage();
+        }
+        Ok(command)
     }
 
     /// A session with the files, or with the embedded recording.
@@ -249,10 +333,12 @@ impl Data {
         self.files.session()
     }
 
-    /// The saved model, if one was named: presets have no ending.
-    pub fn model_file(&self) -> Option<PathBuf> {
-        let path = Path::new(self.model.as_deref()?);
-        (path.extension().is_some() || path.exists()).then(|| path.to_owned())
+    /// The saved model, if one was named.
+    pub fn model_file(&self) -> Option<&Path> {
+        match self.model.as_ref()? {
+            Start::File(path) => Some(path),
+            Start::Preset(_) => None,
+        }
     }
 
     /// A session with the recording and the model, identified from the training part, with all effects that were asked for.
@@ -262,7 +348,7 @@ impl Data {
         let session = self.session_keeping(None)?;
         for step in &session.ladder {
             if let Some(reason) = step.early_end() {
-                eprintln!("warning: training ended early: {reason}");
+                progress::remark(format_args!("warning: training ended early: {reason}"));
             }
         }
         Ok(session)
@@ -270,100 +356,83 @@ impl Data {
 
     /// The same without the warning; training saves itself in the given file while it runs.
     pub fn session_keeping(&self, checkpoint_file: Option<PathBuf>) -> anyhow::Result<Session> {
-        let opened = Session { plan: self.training.plan(), checkpoint_file, ..self.session()? };
-        let mut session = match self.model_file() {
-            Some(path) => {
-                let title = path.display().to_string();
-                let model = self.training.model(&read_model(&path)?.model);
-                progress::run(Command::UseModel { model, title }, &opened)?
-            }
-            None => self.with_preset(opened)?,
+        let plan = self.training.plan()?;
+        let start = match self.model.clone().unwrap_or_default() {
+            Start::File(path) => Command::UseModel {
+                model: self.training.model(&read_model(&path)?.model),
+                title: path.display().to_string(),
+            },
+            Start::Preset(preset) => Command::ChoosePreset(preset),
+        };
+        let opened = Session { plan, checkpoint_file, ..self.session()? };
+        let is_there = |preset| opened.current().is_some() && opened.preset == preset;
+        let mut session = match start {
+            Command::ChoosePreset(preset) if is_there(preset) => opened,
+            start => progress::run(start, &opened)?,
         };
         let joints = session.recording.as_ref().map_or(0, |recording| recording.joint_count());
-        for text in &self.add {
-            let (effect, joints) = parse_place(text, joints)?;
-            session = progress::run(Command::AddEffect { effect, joints }, &session)?;
+        for place in &self.add {
+            let add =
+                Command::AddEffect { effect: place.effect.id.to_owned(), joints: place.joints(joints).or_usage()? };
+            session = progress::run(add, &session)?;
         }
         Ok(session)
     }
 
     /// A session that goes on with the training in this file. The model and the settings that were given must be its own.
     pub fn session_resuming(&self, run: &Path, checkpoint_file: Option<PathBuf>) -> anyhow::Result<Session> {
+        let saved = runs::load(run).or_usage()?;
         let session = Session { checkpoint_file, ..self.session()? };
-        let saved = runs::load(run)?;
         if self.model.is_some() || !self.add.is_empty() {
             let asked = self.asked_model(&session, &saved.plan)?;
             if asked != saved.model {
                 let labels = |model: &Model| model.terms.iter().map(Term::label).collect::<Vec<_>>().join(" + ");
-                bail!(
-                    "{} is the checkpoint of another model: it has {}, asked for is {}. Leave out --model and --add, or train anew",
-                    run.display(),
-                    labels(&saved.model),
-                    labels(&asked)
-                );
+                let (saved, asked) = (labels(&saved.model), labels(&asked));
+                return Err(anyhow!(
+                    "{} is the checkpoint of another model: it has {saved}, asked for is {asked}. Leave out --model and --add, or \
+                     train anew",
+                    run.display()
+                ))
+                .or_usage();
             }
         }
         let plan = self.training.changing(saved.plan.clone());
-        let saved = saved.with_plan(plan).with_context(|| run.display().to_string())?;
+        let saved = saved.with_plan(plan).with_context(|| run.display().to_string()).or_usage()?;
         progress::run(Command::Resume(Arc::new(saved)), &session)
     }
 
     /// The model that the options name, before anything is estimated.
     fn asked_model(&self, session: &Session, plan: &Plan) -> anyhow::Result<Model> {
         let recording = session.recording.as_deref().context("no recording was read")?;
-        let mut model = match self.model_file() {
-            Some(path) => read_model(&path)?.model,
-            None => self.preset()?.model(recording)?.with_layers(&plan.layers),
+        let mut model = match self.model.clone().unwrap_or_default() {
+            Start::File(path) => read_model(&path)?.model,
+            Start::Preset(preset) => preset.model(recording)?.with_layers(&plan.layers),
         };
-        for text in &self.add {
-            let (effect, joints) = parse_place(text, recording.joint_count())?;
-            model = model.with_effect(registry::find(&effect)?, &joints)?;
+        for place in &self.add {
+            model = model.with_effect(place.effect, &place.joints(recording.joint_count()).or_usage()?)?;
         }
         Ok(model)
-    }
-
-    fn preset(&self) -> anyhow::Result<Preset> {
-        let name = self.model.as_deref().unwrap_or(Preset::default().id());
-        Preset::ALL.into_iter().find(|preset| preset.id() == name).with_context(|| {
-            let known: Vec<&str> = Preset::ALL.iter().map(|preset| preset.id()).collect();
-            format!("there is no model `{name}`; known: {}, or a file saved by `train`", known.join(", "))
-        })
-    }
-
-    fn with_preset(&self, session: Session) -> anyhow::Result<Session> {
-        let preset = self.preset()?;
-        if session.current().is_some() && session.preset == preset {
-            return Ok(session);
-        }
-        progress::run(Command::ChoosePreset(preset), &session)
     }
 }
 
 /// Reads a model that `train` saved.
 pub fn read_model(path: &Path) -> anyhow::Result<Fitted> {
-    let bytes = std::fs::read(path).with_context(|| format!("can't read {}", path.display()))?;
-    training::fit::from_bytes(&bytes).with_context(|| format!("{}", path.display()))
-}
-
-/// `coulomb-friction@1,3` → the effect and its joints counted from 0; all joints if none are named.
-pub fn parse_place(text: &str, joints: usize) -> anyhow::Result<(String, Vec<usize>)> {
-    let Some((effect, list)) = text.split_once('@') else { return Ok((text.to_owned(), (0..joints).collect())) };
-    let parse = |number: &str| -> anyhow::Result<usize> {
-        let joint: usize =
-            number.trim().parse().with_context(|| format!("`{number}` in `{text}` is not a joint number"))?;
-        joint.checked_sub(1).with_context(|| format!("joints are counted from 1, `{text}` names joint 0"))
-    };
-    Ok((effect.to_owned(), list.split(',').map(parse).collect::<anyhow::Result<_>>()?))
+    let bytes = std::fs::read(path).with_context(|| format!("can't read {}", path.display())).or_usage()?;
+    training::fit::from_bytes(&bytes).with_context(|| format!("{}", path.display())).or_usage()
 }
 
 /// Reads an arm file.
 pub fn read_arm(path: &Path) -> anyhow::Result<Arm> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("can't read the arm file {}", path.display()))?;
-    let arm: Arm = serde_json::from_str(&text).with_context(|| {
-        format!("{} is not an arm file (JSON with `links`, each with mass, length, com, inertia)", path.display())
-    })?;
-    arm.check().with_context(|| format!("{}", path.display()))?;
-    Ok(arm)
+    let read = || {
+        let text =
+            std::fs::read_to_string(path).with_context(|| format!("can't read the arm file {}", path.display()))?;
+        let arm: Arm = serde_json::from_str(&text).with_context(|| {
+            format!("{} is not an arm file (JSON with `links`, each with mass, length, com, inertia)", path.display())
+        })?;
+        arm.check().with_context(|| format!("{}", path.display()))?;
+        anyhow::Ok(arm)
+    };
+    read().or_usage()
 }
 
 fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command> {
@@ -394,18 +463,41 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
             held_out.push(path.to_string_lossy().into_owned());
         }
     }
-    Ok(Command::Open { paths, options, held_out })
+    Ok(Command::open(paths, options, held_out))
 }
 
 #[cfg(test)]
 mod tests {
+    use serde::Serialize;
+
     use super::*;
 
+    /// A setting has one name, on the command line and in files.
     #[test]
-    fn places_are_counted_from_one() {
-        assert_eq!(parse_place("coulomb-friction@1,3", 3).unwrap(), ("coulomb-friction".into(), vec![0, 2]));
-        assert_eq!(parse_place("tip-payload", 2).unwrap(), ("tip-payload".into(), vec![0, 1]));
-        assert!(parse_place("viscous-friction@0", 2).is_err());
-        assert!(parse_place("viscous-friction@x", 2).unwrap_err().to_string().contains("not a joint"));
+    fn choices_are_named_as_in_files() {
+        fn check<T: Serialize>(choices: &[Choice<T>]) {
+            for (name, _, value) in choices {
+                assert_eq!(serde_json::to_value(value).unwrap(), *name);
+            }
+        }
+        check(&RECIPES);
+        check(&ACTIVATIONS);
+        check(&FEATURES);
+        check(&PRECISIONS);
+    }
+
+    #[test]
+    fn help_tells_every_mapping_and_every_preset() {
+        let command = Data::augment_args(clap::Command::new("data"));
+        let help = |id: &str| {
+            let argument = command.get_arguments().find(|argument| argument.get_id() == id).unwrap();
+            argument.get_help().unwrap().to_string()
+        };
+        for (name, _) in catalogue::ALL {
+            assert!(help("map").contains(name), "{name}");
+        }
+        for preset in Preset::ALL {
+            assert!(help("model").contains(preset.id()), "{}", preset.id());
+        }
     }
 }

@@ -5,7 +5,7 @@ use clap::Args;
 
 use super::diagnose::text;
 use super::table::{numbers, table};
-use super::{progress, write_file};
+use super::{output_folder, progress, write_file};
 use crate::app::screens::{self, ladder};
 use crate::app::{self, ScreenshotOptions};
 use crate::recording::{joints_text, write};
@@ -14,6 +14,10 @@ use crate::simulation::Scenario;
 
 /// The whole story without a window: simulate an arm with a hidden effect, fit, diagnose, add, report, draw.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope demo
+  torquescope demo --seed 7 --no-pictures
+  torquescope demo -o story")]
 pub struct Demo {
     /// Where the recording and the pictures go.
     #[arg(short, long, default_value = "torquescope-demo")]
@@ -33,8 +37,7 @@ impl Demo {
             Some(seed) => Scenario::mystery(seed)?,
             None => Scenario::embedded(),
         };
-        std::fs::create_dir_all(&self.output)
-            .with_context(|| format!("can't make the folder {}", self.output.display()))?;
+        output_folder(&self.output)?;
         let mut session = progress::run(Command::Simulate(Box::new(scenario)), &Session::default())?;
         let recording = session.recording.clone().context("nothing was simulated")?;
         println!(
@@ -72,7 +75,7 @@ impl Demo {
                 write_file(&self.output.join(format!("{}.png", screen.id)), &picture)?;
             }
         }
-        println!("\nThe recording and the pictures are in {}.", self.output.display());
+        progress::told(format_args!("\nThe recording and the pictures are in {}.", self.output.display()));
         Ok(())
     }
 }

@@ -13,12 +13,17 @@ const MOST_REFUSED: usize = 20;
 
 /// Say which physical effect the model is missing.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope diagnose arm.npz
+  torquescope diagnose log.csv --zero down --json
+  torquescope diagnose DATA_EMPS.mat --map emps
+  torquescope diagnose arm.npz --model structured-delan")]
 pub struct Diagnose {
-    #[command(flatten)]
-    data: Data,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    data: Data,
 }
 
 impl Diagnose {

@@ -18,9 +18,10 @@ use crate::training::components;
 /// With `--model FILE.json` the saved model is measured on all samples. With a preset, the preset is identified on the
 /// training part and measured on the held-out part.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope evaluate arm.npz --add coulomb-friction
+  torquescope evaluate arm.npz --model delan-friction --open-seal")]
 pub struct Evaluate {
-    #[command(flatten)]
-    data: Data,
     /// Open the seal of a simulated recording, and compare inertial, Coriolis and gravity torque and the parameters of effects
     /// with the truth as well.
     #[arg(long)]
@@ -28,6 +29,8 @@ pub struct Evaluate {
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    data: Data,
 }
 
 /// How large the torque of one term is.
@@ -67,8 +70,8 @@ impl Evaluate {
     pub fn run(&self) -> anyhow::Result<()> {
         let (data, session, fitted, evaluation) = match self.data.model_file() {
             Some(path) => {
-                let (session, fitted) = (self.data.session()?, read_model(&path)?);
-                let evaluation = evaluate_all(&session, &fitted, &path)?;
+                let (fitted, session) = (read_model(path)?, self.data.session()?);
+                let evaluation = evaluate_all(&session, &fitted, path)?;
                 ("all samples", session, fitted, evaluation)
             }
             None => {

@@ -1,12 +1,14 @@
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::{Args, Subcommand};
 use serde_json::json;
 
+use super::choice::{Choice, one_of};
+use super::failure::OrUsage;
 use super::figure::FigureLook;
 use super::table::{number, numbers, table};
-use super::{progress, write_file};
+use super::{output_folder, progress, write_file};
 use crate::experiment::figures::{NamedFigure, figures};
 use crate::experiment::run::{State, duration_text, state, training_record};
 use crate::experiment::summary::above_paper;
@@ -44,6 +46,10 @@ struct Which {
 
 /// Run what is not done yet. A stopped run goes on where it was; several may work on one folder.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope experiment run table-2 --quick
+  torquescope experiment run dfki --data LOGS --only rigid-body
+  torquescope experiment run table-2 --shard 1/4")]
 pub struct Run {
     #[command(flatten)]
     which: Which,
@@ -57,6 +63,8 @@ pub struct Run {
 
 /// Tell what is done, what is being done and what failed.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope experiment status table-2 --quick")]
 pub struct Status {
     #[command(flatten)]
     which: Which,
@@ -67,6 +75,8 @@ pub struct Status {
 
 /// Join the results that are there.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope experiment collect table-2 --csv table.csv")]
 pub struct Collect {
     #[command(flatten)]
     which: Which,
@@ -80,14 +90,16 @@ pub struct Collect {
 
 /// Draw what was run: trajectories, torques and their parts, curves, motions, errors.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope experiment figures velocity --format svg pdf -o figures")]
 pub struct Figures {
     #[command(flatten)]
     which: Which,
     /// Only figures whose name contains this: trajectories, torques, curve, motions, errors.
     #[arg(long, value_name = "NAME")]
     figure: Option<String>,
-    /// Kinds of files: svg, pdf, png, csv.
-    #[arg(long, value_name = "KIND", value_parser = parse_format, num_args = 1.., default_values = ["svg", "csv"])]
+    /// Kinds of files.
+    #[arg(long, value_name = "KIND", value_parser = one_of(FORMATS), num_args = 1.., default_values = ["svg", "csv"])]
     format: Vec<Format>,
     #[command(flatten)]
     look: FigureLook,
@@ -96,9 +108,12 @@ pub struct Figures {
     output: PathBuf,
 }
 
-fn parse_format(text: &str) -> Result<Format, String> {
-    Format::of(&Path::new("figure").with_extension(text)).map_err(|_| format!("`{text}` is none of svg, pdf, png, csv"))
-}
+const FORMATS: [Choice<Format>; 4] = [
+    ("svg", "vectors for the web", Format::Svg),
+    ("pdf", "vectors for print", Format::Pdf),
+    ("png", "pixels", Format::Png),
+    ("csv", "the numbers", Format::Csv),
+];
 
 /// List the built-in experiments.
 #[derive(Args)]
@@ -119,7 +134,7 @@ impl ExperimentCommand {
 
 impl Which {
     fn experiment(&self) -> anyhow::Result<Experiment> {
-        let experiment = catalogue::open(&self.experiment)?.only(&self.only)?;
+        let experiment = catalogue::open(&self.experiment).or_usage()?.only(&self.only).or_usage()?;
         Ok(if self.quick { experiment.quick() } else { experiment })
     }
 
@@ -133,11 +148,16 @@ impl Which {
 impl Run {
     fn run(&self) -> anyhow::Result<()> {
         let (experiment, cells, store) = self.which.cells()?;
+        output_folder(&self.which.out)?;
         let (data, shard) = (self.which.data.clone(), self.shard);
         let work = (experiment.clone(), store.clone());
         let report = progress::watch("experiment", move |monitor| {
             run(&work.0, &work.1, data.as_deref(), shard, monitor, &mut |_| {})
         })?;
+        if self.json {
+            // One object on standard output: either the results, or why some are missing.
+            tell(&report)?;
+        }
         print(&experiment, &cells, &store, self.json)?;
         tell(&report)
     }
@@ -146,10 +166,10 @@ impl Run {
 /// What is not in the table.
 fn tell(report: &Report) -> anyhow::Result<()> {
     if report.elsewhere > 0 {
-        eprintln!(
+        progress::remark(format_args!(
             "{} cells are being done elsewhere: `experiment collect` joins them when they are there",
             report.elsewhere
-        );
+        ));
     }
     if report.failed.is_empty() {
         return Ok(());
@@ -219,15 +239,14 @@ impl Figures {
                 self.which.experiment
             );
         }
-        std::fs::create_dir_all(&self.output)
-            .with_context(|| format!("can't make the folder {}", self.output.display()))?;
+        output_folder(&self.output)?;
         let style = self.look.style();
         let stem = Path::new(&experiment.name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         for NamedFigure { name, figure } in &all {
             for format in &self.format {
                 let path = self.output.join(format!("{stem}-{name}.{}", format.ending()));
                 write_file(&path, &render(figure, *format, &style)?)?;
-                println!("{}", path.display());
+                progress::told(path.display());
             }
         }
         Ok(())

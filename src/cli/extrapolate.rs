@@ -10,15 +10,18 @@ use crate::simulation::extrapolation::{Basis, Stretch};
 ///
 /// A simulated recording is travelled anew, with the exact torque of its sealed arm; a measured one is sorted by speed.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope extrapolate arm.npz
+  torquescope extrapolate arm.npz --add coulomb-friction@1,2 --stretch load")]
 pub struct Extrapolate {
-    #[command(flatten)]
-    data: Data,
     /// Faster, wider about the middle of each path, or with a heavier last link.
     #[arg(long, default_value = "speed")]
     stretch: Way,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    data: Data,
 }
 
 /// In which way.

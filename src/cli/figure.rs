@@ -3,10 +3,11 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 
+use super::choice::{Choice, one_of};
 use super::data::OptionalData;
-use super::screenshot::prepared;
+use super::screenshot::{prepared, screen_choices};
 use super::write_file;
-use crate::app::{self, About, screens};
+use crate::app::{self, About};
 use crate::figure::{self, Figure, Format, Size, Style, Theme};
 
 /// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV.
@@ -14,9 +15,13 @@ use crate::figure::{self, Figure, Format, Size, Style, Theme};
 /// They hold what the window shows at first: all samples of the first trajectory. What a screen is about is done first, as for
 /// `screenshot`.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope figure compare --only torque --size one-column -o torque.pdf
+  torquescope figure model --only structure -o network.svg
+  torquescope figure ladder mine.torquescope -o ladder.csv")]
 pub struct FigureCommand {
     /// Which screen.
-    #[arg(value_parser = screens::find)]
+    #[arg(value_parser = one_of(screen_choices()))]
     screen: &'static About,
     #[command(flatten)]
     data: OptionalData,
@@ -33,16 +38,28 @@ pub struct FigureCommand {
 /// How figures are drawn.
 #[derive(Args)]
 pub struct FigureLook {
-    /// one-column (85 mm), two-column (175 mm) or slide.
-    #[arg(long, default_value = "two-column")]
+    /// How large a figure is.
+    #[arg(long, default_value = "two-column", value_parser = one_of(SIZES))]
     size: Size,
     /// Pixels per inch of a PNG.
     #[arg(long, default_value_t = 300.0)]
     dpi: f64,
-    /// print, light or dark.
-    #[arg(long, default_value = "print")]
+    /// Its colours.
+    #[arg(long, default_value = "print", value_parser = one_of(THEMES))]
     theme: Theme,
 }
+
+const SIZES: [Choice<Size>; 3] = [
+    ("one-column", "85 mm wide", Size::OneColumn),
+    ("two-column", "175 mm wide", Size::TwoColumn),
+    ("slide", "254 x 143 mm", Size::Slide),
+];
+
+const THEMES: [Choice<Theme>; 3] = [
+    ("print", "dark on white, told apart without colours too", Theme::Print),
+    ("light", "as the light window", Theme::Light),
+    ("dark", "as the dark window", Theme::Dark),
+];
 
 impl FigureLook {
     /// The style that was asked for.

@@ -10,6 +10,10 @@ use crate::signals::Signals;
 
 /// Show what a recording holds, and what is odd about it.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope inspect arm.npz
+  torquescope inspect log.csv --map q=pos_filt*,qd=vel_filt*,tau=tau_meas*,time=time --zero down
+  torquescope inspect DATA_EMPS.mat --map emps")]
 pub struct Inspect {
     #[command(flatten)]
     files: Files,

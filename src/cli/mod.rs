@@ -1,17 +1,23 @@
 //! The command line: the same commands as in the window, without a window. One file per command.
 //!
-//! Results go to standard output, as text or with `--json` as JSON; progress goes to standard error if it is a terminal.
-//! Exit codes: 0 done, 1 failed, 2 wrong usage.
+//! Results go to standard output, as text or with `--json` as JSON; progress and remarks go to standard error. Exit codes: 0
+//! done, 1 failed, 2 wrong usage. With `--json` a failure is an object with its `reason` and `code`.
 
 mod bench;
+mod choice;
+mod completions;
 mod data;
 mod demo;
 mod diagnose;
+mod effects;
 mod evaluate;
 mod experiment;
 mod extrapolate;
+mod failure;
 mod figure;
 mod inspect;
+mod man;
+mod open;
 mod predict;
 mod progress;
 mod screenshot;
@@ -26,79 +32,95 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::app;
-use crate::session::Session;
-
 /// Finds the physical effect that a robot arm's dynamics model is missing.
 ///
-/// Without a command the window opens, on the given files or on an embedded arm with a hidden effect.
+/// Without a command the window opens, on the given files, on a saved session, or on an embedded arm with a hidden effect.
 #[derive(Parser)]
-#[command(name = "torquescope", version, args_conflicts_with_subcommands = true)]
+#[command(name = "torquescope", version, args_conflicts_with_subcommands = true, after_help = AFTER_HELP)]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
+    /// Print results and errors only: no progress, no remarks.
+    #[arg(long, short, global = true)]
+    quiet: bool,
     #[command(flatten)]
-    data: data::OptionalData,
+    window: open::Open,
 }
+
+const AFTER_HELP: &str = "Examples:
+  torquescope
+  torquescope my-log.csv --zero down
+  torquescope mine.torquescope
+  torquescope demo
+
+Exit codes: 0 done, 1 failed, 2 wrong usage (of commands, options, their values, and the files that options name).
+With --json a failure is told as an object with its reason and code.";
 
 #[derive(Subcommand)]
 enum Command {
+    Open(open::Open),
+    Demo(demo::Demo),
     Simulate(simulate::Simulate),
     Inspect(inspect::Inspect),
+    Diagnose(diagnose::Diagnose),
     Train(train::Train),
     Evaluate(evaluate::Evaluate),
     Extrapolate(extrapolate::Extrapolate),
     Predict(predict::Predict),
-    Diagnose(diagnose::Diagnose),
+    Effects(effects::Effects),
     #[command(subcommand)]
     Experiment(experiment::ExperimentCommand),
-    Demo(demo::Demo),
-    Screenshot(screenshot::Screenshot),
     Figure(figure::FigureCommand),
+    Screenshot(screenshot::Screenshot),
     #[command(subcommand)]
     Bench(bench::Bench),
+    Completions(completions::Completions),
+    Man(man::Man),
 }
 
 /// Runs what the arguments ask for.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let words: Vec<OsString> = arguments.into_iter().collect();
+    let as_json = words.iter().any(|word| word == "--json");
+    let arguments = match Arguments::try_parse_from(&words).and_then(open::refuse_mistyped_command) {
         Ok(arguments) => arguments,
-        Err(error) => {
-            // Help and version are no failures; clap knows which code is due. A closed pipe is not worth a message.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
-        }
+        Err(error) => return failure::tell_parsing(&error, as_json),
     };
-    if arguments.command.is_some() {
-        // As other commands do, it ends when nobody reads on: `… | head`. The window must not, by whatever it talks to.
-        sigpipe::reset();
+    if arguments.quiet {
+        progress::be_quiet();
     }
-    let result = match arguments.command {
-        None => open_window(&arguments.data),
-        Some(Command::Simulate(command)) => command.run(),
-        Some(Command::Inspect(command)) => command.run(),
-        Some(Command::Train(command)) => command.run(),
-        Some(Command::Evaluate(command)) => command.run(),
-        Some(Command::Extrapolate(command)) => command.run(),
-        Some(Command::Predict(command)) => command.run(),
-        Some(Command::Diagnose(command)) => command.run(),
-        Some(Command::Experiment(command)) => command.run(),
-        Some(Command::Demo(command)) => command.run(),
-        Some(Command::Screenshot(command)) => command.run(),
-        Some(Command::Figure(command)) => command.run(),
-        Some(Command::Bench(command)) => command.run(),
-    };
-    match result {
+    match arguments.run() {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
+        Err(error) => failure::tell(&error, as_json),
     }
 }
 
-fn open_window(data: &data::OptionalData) -> anyhow::Result<()> {
-    app::run_window(Session::default(), Some(data.command()?))
+impl Arguments {
+    fn run(&self) -> anyhow::Result<()> {
+        if !matches!(self.command, None | Some(Command::Open(_))) {
+            // As other commands do, it ends when nobody reads on: `… | head`. The window must not, by whatever it talks to.
+            sigpipe::reset();
+        }
+        match &self.command {
+            None => self.window.run(),
+            Some(Command::Open(command)) => command.run(),
+            Some(Command::Demo(command)) => command.run(),
+            Some(Command::Simulate(command)) => command.run(),
+            Some(Command::Inspect(command)) => command.run(),
+            Some(Command::Diagnose(command)) => command.run(),
+            Some(Command::Train(command)) => command.run(),
+            Some(Command::Evaluate(command)) => command.run(),
+            Some(Command::Extrapolate(command)) => command.run(),
+            Some(Command::Predict(command)) => command.run(),
+            Some(Command::Effects(command)) => command.run(),
+            Some(Command::Experiment(command)) => command.run(),
+            Some(Command::Figure(command)) => command.run(),
+            Some(Command::Screenshot(command)) => command.run(),
+            Some(Command::Bench(command)) => command.run(),
+            Some(Command::Completions(command)) => command.run(),
+            Some(Command::Man(command)) => command.run(),
+        }
+    }
 }
 
 /// Where a result is written; standard output if not given.
@@ -106,4 +128,91 @@ fn write_file(path: &PathBuf, bytes: &[u8]) -> anyhow::Result<()> {
     use anyhow::Context;
     std::fs::write(path, bytes)
         .with_context(|| format!("can't write {}: check the folder and its permissions", path.display()))
+}
+
+/// A folder that results go to, made if it is not there; it is named before anything is written into it.
+fn output_folder(path: &PathBuf) -> anyhow::Result<()> {
+    use anyhow::Context;
+    let full = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+    progress::remark(format_args!("the results go into the folder {}", full.display()));
+    std::fs::create_dir_all(path).with_context(|| format!("can't make the folder {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Command, CommandFactory};
+
+    use super::*;
+
+    /// All commands that do something, by their full names.
+    fn leaves() -> Vec<(String, Command)> {
+        fn collect(name: &str, command: &Command, leaves: &mut Vec<(String, Command)>) {
+            if !command.has_subcommands() {
+                leaves.push((name.to_owned(), command.clone()));
+            }
+            for inner in command.get_subcommands() {
+                collect(&format!("{name} {}", inner.get_name()), inner, leaves);
+            }
+        }
+        let mut leaves = Vec::new();
+        collect("torquescope", &Arguments::command(), &mut leaves);
+        leaves
+    }
+
+    #[test]
+    fn the_arguments_fit_each_other() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_has_examples_that_can_be_parsed() {
+        let top = ("torquescope".to_owned(), Arguments::command());
+        for (name, command) in leaves().into_iter().chain([top]) {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let examples: Vec<&str> = help.lines().filter_map(|line| line.strip_prefix("  ")).collect();
+            assert!(!examples.is_empty() || name.ends_with(" list"), "{name} has no example");
+            for example in examples {
+                let words = example.split('#').next().unwrap_or_default().split_whitespace();
+                assert!(example.starts_with(&name), "{name}: {example}");
+                let parsed = Arguments::try_parse_from(words);
+                assert!(
+                    parsed.is_ok(),
+                    "{example}: {}",
+                    parsed.err().map(|error| error.to_string()).unwrap_or_default()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn only_options_of_training_stand_under_its_heading() {
+        let training: Vec<String> = <data::Training as clap::Args>::augment_args(Command::new("training"))
+            .get_arguments()
+            .map(|argument| argument.get_id().to_string())
+            .collect();
+        for (name, command) in leaves() {
+            for argument in command.get_arguments() {
+                let is_training = training.contains(&argument.get_id().to_string());
+                let is_there = argument.get_help_heading() == Some(data::TRAINING);
+                assert!(is_training || !is_there, "{name}: {}", argument.get_id());
+            }
+        }
+    }
+
+    /// What is written without being told where is not offered to be committed.
+    #[test]
+    fn folders_of_results_are_ignored() {
+        let ignored = include_str!("../../.gitignore");
+        let mut folders = Vec::new();
+        for (_, command) in leaves() {
+            let outputs =
+                command.get_arguments().filter(|argument| ["out", "output"].contains(&argument.get_id().as_str()));
+            folders.extend(outputs.flat_map(|output| output.get_default_values().to_vec()));
+        }
+        assert!(folders.len() >= 3, "{folders:?}");
+        for folder in folders {
+            let line = format!("/{}", folder.to_string_lossy());
+            assert!(ignored.lines().any(|other| other == line), ".gitignore lacks {line}");
+        }
+    }
 }

@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 
 use super::data::{Data, read_model};
-use super::write_file;
+use super::{progress, write_file};
 use crate::model::{Fitted, Term};
 use crate::recording::Recording;
 use crate::recording::table::Table;
@@ -16,19 +16,25 @@ use crate::training::components;
 /// and predicted torque, one torque per term, power and, where the model has them, inertial, Coriolis and gravity torque, the mass
 /// matrix (row after row) with its eigenvalues, and energies.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope predict arm.npz --add coulomb-friction -o torques.csv
+  torquescope predict arm.npz --model structured-delan -o torques.npz")]
 pub struct Predict {
-    #[command(flatten)]
-    data: Data,
     /// Where to save: NPZ, or CSV by its ending.
     #[arg(short, long, value_name = "TORQUES.npz|csv")]
     output: PathBuf,
+    #[command(flatten)]
+    data: Data,
 }
 
 impl Predict {
     /// Reads, predicts, saves.
     pub fn run(&self) -> anyhow::Result<()> {
         let (session, fitted) = match self.data.model_file() {
-            Some(path) => (self.data.session()?, read_model(&path)?),
+            Some(path) => {
+                let fitted = read_model(path)?;
+                (self.data.session()?, fitted)
+            }
             None => {
                 let session = self.data.session_with_model()?;
                 let fitted = session.current().context("no model was fitted")?.fitted.clone();
@@ -47,12 +53,12 @@ impl Predict {
         let is_csv = self.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
         let bytes = if is_csv { table.to_csv_bytes() } else { table.to_npz_bytes()? };
         write_file(&self.output, &bytes)?;
-        println!(
+        progress::told(format_args!(
             "saved {}: {} samples, {} columns",
             self.output.display(),
             recording.sample_count(),
             table.names().len()
-        );
+        ));
         Ok(())
     }
 }

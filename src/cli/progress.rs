@@ -1,9 +1,11 @@
-//! Work with a progress bar on standard error, if that is a terminal.
+//! Work with a progress bar on standard error, if that is a terminal; and remarks beside the result.
 
+use std::fmt::Display;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::bail;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::progress::Monitor;
 use crate::session::{Command, Session};
@@ -11,6 +13,32 @@ use crate::work::{Job, Outcome};
 
 /// How often the bar is drawn.
 const TICK: Duration = Duration::from_millis(20);
+
+/// Whether the user asked for results and errors only: a matter of the whole process.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From here on there are no progress bars and no remarks.
+pub fn be_quiet() {
+    QUIET.store(true, Ordering::Relaxed);
+}
+
+fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Says something beside the result, on standard error.
+pub fn remark(text: impl Display) {
+    if !is_quiet() {
+        eprintln!("{text}");
+    }
+}
+
+/// Says what was written, on standard output.
+pub fn told(text: impl Display) {
+    if !is_quiet() {
+        println!("{text}");
+    }
+}
 
 /// Runs `work` as a job and shows its progress until it ends.
 pub fn watch<T: Send + 'static, E: std::fmt::Display>(
@@ -21,6 +49,9 @@ pub fn watch<T: Send + 'static, E: std::fmt::Display>(
     let bar = ProgressBar::new(1000).with_style(
         ProgressStyle::with_template("{bar:30} {percent:>3} % {msg}").unwrap_or_else(|_| ProgressStyle::default_bar()),
     );
+    if is_quiet() {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
     let caller = std::thread::current();
     let mut job = Job::spawn(name, move || caller.unpark(), work);
     let outcome = loop {

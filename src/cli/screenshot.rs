@@ -1,10 +1,10 @@
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::Args;
 
+use super::choice::{Choice, one_of};
 use super::data::OptionalData;
-use super::{progress, write_file};
+use super::{output_folder, progress, write_file};
 use crate::app::headless::Look;
 use crate::app::screens::{self, diagnose, extrapolation, ladder, model, train};
 use crate::app::{self, About, ScreenshotOptions, Shown};
@@ -18,23 +18,22 @@ use crate::training::fit::Plan;
 /// For the screen `train` a structured DeLaN is trained first; for `diagnose` the diagnosis is run, for `model`, `ladder` and
 /// `extrapolation` what it names is added too.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope screenshot --screen compare --theme light --size 1600x1000 -o compare.png
+  torquescope screenshot --all -o screenshots
+  torquescope screenshot mine.torquescope --screen ladder -o ladder.png
+  torquescope screenshot --screen experiment --experiment table-2 experiments -o table.png")]
 pub struct Screenshot {
     #[command(flatten)]
     data: OptionalData,
     /// Which screen.
-    #[arg(
-        long,
-        value_name = "SCREEN",
-        required_unless_present = "all",
-        conflicts_with = "all",
-        value_parser = screens::find
-    )]
+    #[arg(long, value_parser = one_of(screen_choices()), required_unless_present = "all", conflicts_with = "all")]
     screen: Option<&'static About>,
     /// All screens; the output is then a folder.
     #[arg(long)]
     all: bool,
     /// Light or dark.
-    #[arg(long, default_value = "dark")]
+    #[arg(long, default_value = "dark", value_parser = one_of(LOOKS))]
     theme: Look,
     /// Width and height of the window.
     #[arg(long, default_value = "1600x1000", value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
@@ -58,8 +57,7 @@ impl Screenshot {
     pub fn run(&self) -> anyhow::Result<()> {
         let start = self.data.session_or_embedded()?;
         let Some(screen) = self.screen else {
-            std::fs::create_dir_all(&self.output)
-                .with_context(|| format!("can't make the folder {}", self.output.display()))?;
+            output_folder(&self.output)?;
             for screen in screens::all() {
                 let name = format!("{}.png", screen.id);
                 write_file(&self.output.join(name), &self.draw(screen, &start)?)?;
@@ -88,15 +86,25 @@ impl Screenshot {
     }
 }
 
-/// The session in the state that the screen is about.
+/// All screens of the window, for options.
+pub fn screen_choices() -> impl Iterator<Item = Choice<&'static About>> {
+    screens::all().map(|about| (about.id, about.purpose, about))
+}
+
+const LOOKS: [Choice<Look>; 2] =
+    [("light", "dark text on light ground", Look::Light), ("dark", "light text on dark ground", Look::Dark)];
+
+/// The session in the state that the screen is about: what a saved session has already is not done again.
 pub fn prepared(screen: &About, start: &Session) -> anyhow::Result<Session> {
     let mut session = start.clone();
-    if *screen == train::ABOUT && session.recording.is_some() {
+    let is_trained = session.current().is_some_and(|step| step.fitted.model.is_learned());
+    if *screen == train::ABOUT && session.recording.is_some() && !is_trained {
         let preset = LearnedPreset::StructuredDelan;
         session = progress::run(Command::TrainPreset { preset, plan: Box::new(Plan::default()) }, &session)?;
     }
-    let repaired = [&model::ABOUT, &ladder::ABOUT, &extrapolation::ABOUT].contains(&screen);
-    if (repaired || *screen == diagnose::ABOUT) && session.current().is_some() {
+    let is_of_repair = [&model::ABOUT, &ladder::ABOUT, &extrapolation::ABOUT].contains(&screen);
+    let repaired = is_of_repair && session.ladder.len() < 2;
+    if (repaired || *screen == diagnose::ABOUT) && session.current().is_some() && session.report.is_none() {
         session = progress::run(Command::Diagnose, &session)?;
     }
     if repaired {
@@ -105,7 +113,7 @@ pub fn prepared(screen: &About, start: &Session) -> anyhow::Result<Session> {
             session = progress::run(command, &session)?;
         }
     }
-    if *screen == extrapolation::ABOUT && session.current().is_some() {
+    if *screen == extrapolation::ABOUT && session.current().is_some() && session.sweep.is_none() {
         let command = Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed };
         session = progress::run(command, &session)?;
     }

@@ -1,18 +1,26 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::data::{parse_place, read_arm};
+use super::data::read_arm;
+use super::failure::OrUsage;
 use super::{progress, write_file};
-use crate::arm::Arm;
+use crate::arm::{Arm, MOST_JOINTS};
+use crate::effect::place::{Place, PlaceError};
 use crate::recording::seal::HiddenEffect;
 use crate::recording::write;
 use crate::simulation::{self, Excitation, Scenario};
 
 /// Simulate a recording, with hidden effects whose truth is sealed in the file.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope simulate --effect stribeck-friction@2 --strength 0.1 -o arm.npz
+  torquescope simulate --mystery --seed 5 -o mystery.npz
+  torquescope simulate --joints 3 --motion paper --trajectories 200 --effect viscous-friction=0.5 -o paper.npz")]
 pub struct Simulate {
     /// Where to save the recording (NPZ).
     #[arg(short, long, value_name = "RECORDING.npz")]
@@ -27,7 +35,7 @@ pub struct Simulate {
     #[arg(long, value_name = "ARM.json", conflicts_with = "joints")]
     arm: Option<PathBuf>,
     /// An arm of so many uniform rods of 1 m and 1 kg, instead of the embedded three-joint arm.
-    #[arg(long)]
+    #[arg(long, value_parser = RangedU64ValueParser::<usize>::new().range(1..=MOST_JOINTS as u64))]
     joints: Option<usize>,
     /// How the arm is moved.
     #[arg(long, default_value = "multi-sine")]
@@ -47,10 +55,10 @@ pub struct Simulate {
     /// Largest start and end angle of the paper's motion [rad].
     #[arg(long, default_value_t = 3.0)]
     range: f64,
-    /// Hide an effect: id, joints, and its parameters if not drawn, such as `coulomb-friction@1,2` or
+    /// Hide an effect: its id (see `torquescope effects`), joints, and its parameters if not drawn, such as `coulomb-friction@1,2` or
     /// `stribeck-friction@2=1.5,0.8,0.1`. May be repeated.
     #[arg(long, value_name = "EFFECT[@JOINTS][=VALUES]")]
-    effect: Vec<String>,
+    effect: Vec<Hiding>,
     /// RMS of the torque of effects without values, as a fraction of the joint's torque.
     #[arg(long, default_value_t = 0.1)]
     strength: f64,
@@ -69,6 +77,29 @@ pub struct Simulate {
     /// Print a summary as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// An effect to hide, with its parameters where they are not drawn.
+#[derive(Debug, Clone)]
+struct Hiding {
+    place: Place,
+    parameters: Option<Vec<f64>>,
+}
+
+impl FromStr for Hiding {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (place, values) = text.split_once('=').map_or((text, None), |(place, values)| (place, Some(values)));
+        let place: Place = place.parse().map_err(|error: PlaceError| error.to_string())?;
+        let number = |value: &str| value.trim().parse().map_err(|_| format!("`{value}` in `{text}` is not a number"));
+        let parameters =
+            values.map(|values| values.split(',').map(number).collect::<Result<Vec<f64>, _>>()).transpose()?;
+        if let Some(parameters) = &parameters {
+            place.effect.check_parameters(parameters).map_err(|error| error.to_string())?;
+        }
+        Ok(Hiding { place, parameters })
+    }
 }
 
 /// Motions to choose from.
@@ -105,19 +136,17 @@ impl Simulate {
         if self.json {
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
-            println!(
+            progress::told(format_args!(
                 "saved {}: {} joints, {} trajectories, {} samples; the truth is sealed in it",
                 answer.file, answer.joints, answer.trajectories, answer.samples
-            );
+            ));
         }
         Ok(())
     }
 
     fn build_scenario(&self) -> anyhow::Result<Scenario> {
         if let Some(path) = &self.scenario {
-            let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
-            let mut scenario: Scenario =
-                serde_json::from_str(&text).with_context(|| format!("{} is not a scenario", path.display()))?;
+            let mut scenario = read_scenario(path).or_usage()?;
             scenario.seed = self.seed.unwrap_or(scenario.seed);
             return Ok(scenario);
         }
@@ -144,8 +173,8 @@ impl Simulate {
             stated: !self.unstated,
         };
         scenario.check()?;
-        for text in &self.effect {
-            let hidden = self.hidden_effects(text, &scenario)?;
+        for hiding in &self.effect {
+            let hidden = self.hidden_effects(hiding, &scenario)?;
             scenario.effects.extend(hidden);
         }
         Ok(scenario)
@@ -169,28 +198,19 @@ impl Simulate {
         }
     }
 
-    fn hidden_effects(&self, text: &str, scenario: &Scenario) -> anyhow::Result<Vec<HiddenEffect>> {
-        let (place, values) = match text.split_once('=') {
-            Some((place, values)) => (place, Some(values)),
-            None => (text, None),
+    fn hidden_effects(&self, hiding: &Hiding, scenario: &Scenario) -> anyhow::Result<Vec<HiddenEffect>> {
+        let Place { effect, .. } = hiding.place;
+        let joints = hiding.place.joints(scenario.arm.joint_count()).or_usage()?;
+        let Some(parameters) = &hiding.parameters else {
+            return Ok(scenario.hide_by_strength(effect.id, &joints, self.strength)?);
         };
-        let (effect, joints) = parse_place(place, scenario.arm.joint_count())?;
-        let Some(values) = values else { return Ok(scenario.hide_by_strength(&effect, &joints, self.strength)?) };
-        let parse =
-            |value: &str| value.trim().parse::<f64>().with_context(|| format!("`{value}` in `{text}` is not a number"));
-        let parameters = values.split(',').map(parse).collect::<anyhow::Result<Vec<f64>>>()?;
-        let spec = crate::effect::registry::find(&effect)?;
-        if spec.parameters.len() != parameters.len() {
-            let names: Vec<&str> = spec.parameters.iter().map(|parameter| parameter.name).collect();
-            bail!(
-                "{effect} has {} parameters ({}), `{text}` gives {}",
-                names.len(),
-                names.join(", "),
-                parameters.len()
-            );
-        }
-        let places = spec.places(joints);
-        let hidden = |joint| HiddenEffect { effect: effect.clone(), joint, parameters: parameters.clone() };
+        let places = effect.places(joints);
+        let hidden = |joint| HiddenEffect { effect: effect.id.to_owned(), joint, parameters: parameters.clone() };
         Ok(places.into_iter().map(hidden).collect())
     }
+}
+
+fn read_scenario(path: &Path) -> anyhow::Result<Scenario> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
+    serde_json::from_str(&text).with_context(|| format!("{} is not a scenario", path.display()))
 }

@@ -6,15 +6,18 @@ use serde::Serialize;
 
 use super::data::Data;
 use super::table::{number, table};
-use super::{evaluate, write_file};
+use super::{evaluate, progress, write_file};
 use crate::model::{JointError, Parameter};
 use crate::training::{self, Epoch};
 
 /// Identify a model from recordings and save it.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope train arm.npz --add stribeck-friction@2 -o model.json
+  torquescope train arm.npz --model structured-delan -o delan.model
+  torquescope train arm.npz --model delan-friction --recipe thorough --hidden 64,64 --checkpoint run.npz
+  torquescope train arm.npz --resume run.npz -o friction.model")]
 pub struct Train {
-    #[command(flatten)]
-    data: Data,
     /// Where to save the model: JSON, or an archive of JSON and weights if it has networks.
     #[arg(short, long, value_name = "MODEL")]
     output: Option<PathBuf>,
@@ -28,6 +31,8 @@ pub struct Train {
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    data: Data,
 }
 
 #[derive(Serialize)]
@@ -104,7 +109,7 @@ impl Train {
         println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train));
         println!("held-out data:\n{}", evaluate::error_table(recording, &evaluation.held_out));
         if let Some(path) = &self.output {
-            println!("\nsaved as {}", path.display());
+            progress::told(format_args!("\nsaved as {}", path.display()));
         }
         Ok(())
     }

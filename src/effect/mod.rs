@@ -14,6 +14,7 @@
 //! the columns φ; whoever fits it solves for θ by least squares and searches the shape. A column is computed along a whole
 //! trajectory, so effects with an inner state (hysteresis, lag) can simulate it.
 
+pub mod place;
 pub mod registry;
 
 mod column;

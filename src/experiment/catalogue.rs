@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use super::{Experiment, ExperimentError, store};
-use crate::recording::mapping::MappingSpec;
 
 /// Name and text of each, in the order in which lists show them.
 pub const ALL: &[(&str, &str)] = &[
@@ -45,23 +44,6 @@ pub fn open(name_or_file: &str) -> Result<Experiment, ExperimentError> {
         problem: format!("{problem}: save it as UTF-8"),
     })?;
     Experiment::parse(name_or_file, &text)
-}
-
-/// Mappings of logs that experiments use by name.
-const MAPPINGS: &[(&str, &str)] = &[
-    ("emps", include_str!("../../assets/mappings/emps.toml")),
-    ("kuka-kr300", include_str!("../../assets/mappings/kuka-kr300.toml")),
-    ("tx40", include_str!("../../assets/mappings/tx40.toml")),
-];
-
-/// The mapping of this name, or what there is instead.
-pub(super) fn mapping(name: &str) -> Result<MappingSpec, String> {
-    let known = || MAPPINGS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    let (_, text) = MAPPINGS
-        .iter()
-        .find(|(other, _)| *other == name)
-        .ok_or_else(|| format!("there is no mapping `{name}`; there are: {}", known()))?;
-    MappingSpec::from_toml(text).map_err(|problem| problem.to_string())
 }
 
 #[cfg(test)]

@@ -1,15 +1,17 @@
 //! What an experiment is, as its file says it. Keys that nobody knows and values that can't be are errors with their line.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::{Spanned, Table, Value};
 
-use super::{ExperimentError, catalogue};
-use crate::effect::registry;
+use super::ExperimentError;
+use crate::effect::place::Place;
 use crate::model::learned::Features;
 use crate::model::{Preset, Term};
 use crate::network::Activation;
+use crate::recording::catalogue;
 use crate::recording::read::ReadOptions;
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
@@ -268,7 +270,7 @@ impl Experiment {
         if self.data.read.mapping.is_some() {
             return Err(place + "`mapping` and `read.mapping` both say how columns are mapped: keep one");
         }
-        let spec = catalogue::mapping(name.get_ref()).map_err(|problem| place + &problem)?;
+        let spec = catalogue::mapping(name.get_ref()).map_err(|problem| place + &problem.to_string())?;
         self.data.read.mapping = Some(spec);
         Ok(())
     }
@@ -301,9 +303,8 @@ impl Experiment {
             }
             if let Effects::Named(names) = &model.effects {
                 for name in names {
-                    let id = name.split('@').next().unwrap_or_default();
                     let wrong = |problem: String| format!("{place}model `{}`: {problem}", model.name);
-                    let effect = registry::find(id).map_err(|problem| wrong(problem.to_string()))?;
+                    let effect = Place::from_str(name).map_err(|problem| wrong(problem.to_string()))?.effect;
                     effect.check_addable().map_err(|problem| wrong(problem.to_string()))?;
                 }
             }
@@ -685,6 +686,14 @@ simulation = { motion = { trajectories = 5 } }
             (
                 ("[\"coulomb-friction@1\"]", "[\"friction@1\"]"),
                 vec!["line 16", "no effect `friction`; known effects: viscous"],
+            ),
+            (("[\"coulomb-friction@1\"]", "[\"coulomb-friction@0\"]"), vec!["line 16", "joints are counted from 1"]),
+            (
+                (
+                    "speed_scale\"",
+                    "speed_scale\"\nmixture = [{ effects = [{ effect = \"viscous-friction\", joint = 0, parameters = [1.0] }] }]",
+                ),
+                vec!["line 26", "write `effect = \"viscous-friction@1\"` instead"],
             ),
             (("[\"coulomb-friction@1\"]", "\"all\""), vec!["line 18", "either \"diagnosed\" or a list"]),
             (("name = \"far\"", "name = \"iid\""), vec!["two test sets are named `iid`"]),

@@ -15,6 +15,7 @@ pub mod summary;
 
 use std::path::PathBuf;
 
+use crate::effect::place::PlaceError;
 use crate::effect::registry::UnknownEffect;
 use crate::model::ModelError;
 use crate::progress::Stopped;
@@ -99,12 +100,15 @@ pub enum ExperimentError {
     /// A scenario can't be simulated.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    /// A model does not fit the data.
-    #[error(transparent)]
-    Model(#[from] ModelError),
     /// There is no such effect.
     #[error(transparent)]
     UnknownEffect(#[from] UnknownEffect),
+    /// An effect of a model is to act where it can't.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// A model does not fit the data.
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// A network can't be trained.
     #[error(transparent)]
     Train(#[from] TrainError),

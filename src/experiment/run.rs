@@ -14,6 +14,7 @@ use super::store::{Claim, Owner, Store};
 use super::{Experiment, ExperimentError, cell};
 use crate::arm::Arm;
 use crate::diagnosis::diagnose;
+use crate::effect::place::Place;
 use crate::effect::registry;
 use crate::model::learned::LearnedTerm;
 use crate::model::{self, Fitted, Model, Preset, Term};
@@ -22,7 +23,7 @@ use crate::recording::read::read;
 use crate::recording::split::{Segment, Split};
 use crate::recording::{Recording, Trajectory};
 use crate::simulation::simulate;
-use crate::training::{self, Ending, TrainError};
+use crate::training::{self, Ending};
 
 /// First weights of the members of an ensemble: those of one seed must not be those of another.
 const SEEDS_OF_A_MEMBER: u64 = 1_000;
@@ -321,8 +322,8 @@ fn model_of(
     match &cell.inputs.effects {
         Effects::Named(names) => {
             for name in names {
-                let (effect, joints) = place(name, joints)?;
-                model = model.with_effect(registry::find(effect)?, &joints)?;
+                let place: Place = name.parse()?;
+                model = model.with_effect(place.effect, &place.joints(joints)?)?;
             }
             Ok((model, Vec::new(), None))
         }
@@ -340,18 +341,6 @@ fn model_of(
             Ok((model, named, Some(format!("{:?}", report.verdict))))
         }
     }
-}
-
-/// `coulomb-friction@1,3` → the effect and its joints counted from 0; all joints if none are named.
-fn place(text: &str, joints: usize) -> Result<(&str, Vec<usize>), TrainError> {
-    let Some((effect, list)) = text.split_once('@') else { return Ok((text, (0..joints).collect())) };
-    let joint = |number: &str| {
-        let parsed = number.trim().parse::<usize>().ok().and_then(|number| number.checked_sub(1));
-        parsed
-            .filter(|joint| *joint < joints)
-            .ok_or_else(|| TrainError::Model(format!("`{number}` in `{text}` is not a joint: choose 1 to {joints}")))
-    };
-    Ok((effect, list.split(',').map(joint).collect::<Result<_, _>>()?))
 }
 
 fn everything(recording: &Recording) -> Vec<Segment> {

@@ -5,6 +5,7 @@
 //!
 //! SI units everywhere: rad (m for prismatic joints), s, N m (N).
 
+pub mod catalogue;
 pub mod check;
 pub mod differentiate;
 pub mod fault;

@@ -194,6 +194,14 @@ pub enum SessionError {
 }
 
 impl Command {
+    /// Opens these files as one recording, or a saved session if that is what they are.
+    pub fn open(mut paths: Vec<PathBuf>, options: ReadOptions, held_out: Vec<String>) -> Self {
+        if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == file::ENDING) {
+            return Command::Restore { path: paths.remove(0) };
+        }
+        Command::Open { paths, options, held_out }
+    }
+
     /// The session after this command. The old one is untouched, also if it fails.
     ///
     /// # Errors

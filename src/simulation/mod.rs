@@ -13,6 +13,7 @@ mod excitation;
 pub mod extrapolation;
 mod hidden;
 mod sensor;
+mod written;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -44,8 +45,9 @@ pub struct Scenario {
     /// How many times as fast the same paths are travelled; 1 is as the motion states.
     #[serde(default = "unchanged")]
     pub speed_scale: f64,
-    /// What the torque holds besides the arm's.
-    #[serde(default)]
+    /// What the torque holds besides the arm's; in files with joints counted from 1, such as
+    /// `{ effect = "viscous-friction@1,2", parameters = [0.8] }`.
+    #[serde(default, with = "written")]
     pub effects: Vec<HiddenEffect>,
     /// Standard deviation of the Gaussian torque noise, as a fraction of each joint's torque RMS: 0.02 is 2 %.
     #[serde(default)]
@@ -121,7 +123,7 @@ pub enum SimulationError {
         joints: usize,
     },
     /// An effect of one joint has none.
-    #[error("{0} acts on one joint: say on which joint")]
+    #[error("{0} acts on one joint: say on which joint, such as `@1`")]
     JointMissing(&'static str),
     /// An effect of the whole arm has a joint.
     #[error("{0} acts on the whole arm: leave out the joint")]

@@ -58,16 +58,24 @@ pub fn window(session: Session, screen: &'static About, theme: egui::Theme) -> W
     window
 }
 
+/// A guard against jobs that never end, out of reach of a machine that is merely busy.
+const PATIENCE: Duration = Duration::from_secs(1800);
+
 /// Steps until no job is at work.
 pub fn settle(window: &mut Window) {
-    let begin = Instant::now();
     window.run_steps(3);
-    while window.state().is_busy() {
-        assert!(begin.elapsed() < Duration::from_secs(60), "a job does not end");
+    step_until(window, "every job ended", |window| !window.state().is_busy());
+    window.run_steps(3);
+}
+
+/// Steps until something is so.
+pub fn step_until(window: &mut Window, what: &str, is_so: impl Fn(&Window) -> bool) {
+    let begin = Instant::now();
+    while !is_so(window) {
+        assert!(begin.elapsed() < PATIENCE, "waited in vain until {what}");
         std::thread::sleep(Duration::from_millis(5));
         window.step();
     }
-    window.run_steps(3);
 }
 
 /// The demonstration arm with its first model; made once.
@@ -151,7 +159,7 @@ arm = { links = [
     { mass = 1.0, length = 1.0, com = 0.5, inertia = 0.1 },
     { mass = 1.0, length = 1.0, com = 0.5, inertia = 0.1 },
 ] }
-effects = [{ effect = "viscous-friction", joint = 0, parameters = [0.8] }]
+effects = [{ effect = "viscous-friction@1", parameters = [0.8] }]
 torque_noise = 0.01
 motion = { kind = "paper-point-to-point", trajectories = 10, duration = 4.0, samples = 100, range = 3.0 }
 

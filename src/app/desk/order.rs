@@ -9,7 +9,7 @@ use super::shown::Shown;
 use crate::figure::{Figure, Format, Style};
 use crate::model::Preset;
 use crate::recording::read::ReadOptions;
-use crate::session::{Command, file};
+use crate::session::Command;
 
 /// What a click asks for; carried out before the next frame.
 #[derive(Debug, Clone)]
@@ -94,10 +94,7 @@ impl Order {
     }
 
     /// Open these files as one recording, or a saved session.
-    pub fn open(mut paths: Vec<PathBuf>) -> Self {
-        if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == file::ENDING) {
-            return Order::run(Command::Restore { path: paths.remove(0) });
-        }
-        Order::run(Command::Open { paths, options: ReadOptions::default(), held_out: Vec::new() })
+    pub fn open(paths: Vec<PathBuf>) -> Self {
+        Order::run(Command::open(paths, ReadOptions::default(), Vec::new()))
     }
 }

@@ -35,6 +35,10 @@ const TURNS: [usize; 8] = [0, 1, 2, 0, 1, 2, 3, 1];
 /// one in its place by what a name needs: 1.5 ln(samples) for each parameter. Rates are about draws where it does; those about
 /// all draws are beside them.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope bench diagnosis --draws 40
+  torquescope bench diagnosis --draws 200 --seed 110000 --figures figures
+  torquescope bench diagnosis --draws 80 --unknown --list")]
 pub struct Diagnosis {
     /// How many recordings.
     #[arg(long, default_value_t = 40)]

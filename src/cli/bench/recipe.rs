@@ -25,15 +25,17 @@ const FIRST_TEST_SEED: u64 = 1_000_000;
 /// Uniform rods are moved by 20 runs of multi-sines; the error is that of the exact torque on 20 runs more. Beside it stands the
 /// error of the rigid body of the true form, whose parameters are solved for: what the noise leaves to be known.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope bench recipe --seeds 2")]
 pub struct RecipeBench {
-    #[command(flatten)]
-    training: Training,
     /// How many seeds, each with motion, noise and first weights of its own.
     #[arg(long, default_value_t = 3)]
     seeds: u64,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    training: Training,
 }
 
 /// What is learned, and from what.
@@ -82,7 +84,7 @@ struct Row {
 impl RecipeBench {
     /// Trains, measures, prints.
     pub fn run(&self) -> anyhow::Result<()> {
-        let (plan, seeds) = (self.training.plan(), self.seeds.max(1));
+        let (plan, seeds) = (self.training.plan()?, self.seeds.max(1));
         let rows = progress::watch("bench recipe", move |monitor| {
             let row = |(index, case): (usize, &Case)| {
                 monitor.report(index as f32 / CASES.len() as f32, case.name).map_err(SessionError::from)?;

@@ -9,6 +9,9 @@ use crate::network::team::default_threads;
 ///
 /// Batches of the paper's size on data of its simulated arm. Speeds are of the best epoch, since other programs disturb.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope bench train
+  torquescope bench train --threads 1 --json")]
 pub struct Train {
     /// Threads.
     #[arg(long)]

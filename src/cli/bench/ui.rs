@@ -15,6 +15,8 @@ use crate::training::fit::Plan;
 /// Every screen is drawn at 1600x1000 for 240 frames: at rest, while zooming in, while moving the view and the cursor. What
 /// counts is the CPU time of the window's own thread, from input to triangles, without the picture.
 #[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope bench ui")]
 pub struct Ui {
     /// Samples of each joint.
     #[arg(long, default_value_t = 532_000)]
