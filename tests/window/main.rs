@@ -4,7 +4,7 @@
 
 mod looks;
 mod readable;
-#[path = "../support/mod.rs"]
+mod snapshots;
 mod support;
 mod undo;
 mod units;

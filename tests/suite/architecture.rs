@@ -1,7 +1,5 @@
 //! Keeps the house's rules by reading the sources: who may import whom, and who may do what.
 
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
-
 use std::fs;
 use std::path::{Path, PathBuf};
 

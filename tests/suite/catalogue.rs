@@ -1,8 +1,6 @@
 //! The whole journey for every effect of the catalogue: hidden in a sealed recording, named, added, until the held-out error
 //! is down at the noise, at higher speed too; then the seal is opened.
 
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
-
 use std::collections::BTreeSet;
 
 use torquescope::diagnosis::{Report, Verdict};

@@ -1,7 +1,5 @@
 //! The program as a user calls it: arguments in, text, JSON, files and exit codes out.
 
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
-
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 

@@ -1,19 +1,18 @@
 //! Pictures of every screen, light and dark, beside those that somebody has looked at.
 //!
-//! `UPDATE_SNAPSHOTS=1 cargo test --test snapshots` draws them anew: look at what changed before you commit it.
-
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
-
-mod support;
+//! `UPDATE_SNAPSHOTS=1 cargo test --test window snapshots` draws them anew: look at what changed before you commit it.
 
 use egui::Theme;
 use egui_kittest::{SnapshotOptions, SnapshotResults, try_image_snapshot_options};
-use support::{SIZE, demonstration, diagnosed, experiment, extrapolated, repaired, run, settle, trained, window};
 use torquescope::app::Order;
 use torquescope::app::screens::{
     self, compare, data, diagnose, experiment, extrapolation, ladder, model, residuals, train,
 };
 use torquescope::session::{Command, Session};
+
+use crate::support::{
+    self, SIZE, demonstration, diagnosed, experiment, extrapolated, repaired, run, settle, trained, window,
+};
 
 /// Pixels that may differ. Everything is drawn on the CPU in the same way, but `sin` and `cos` of the system may differ in
 /// the last bit, and the fitted model with them: a point may move to the next pixel. A control that moves, or a line of

@@ -1,9 +1,4 @@
 //! Torque, components, loss, gradients and five optimiser steps against reference values that JAX computed in double precision.
-//!
-//! The values are not part of the repository: they are looked for in `../shared/oracle` beside it, or where
-//! `TORQUESCOPE_ORACLE` says; where they are absent the test says so and passes.
-
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -16,14 +11,15 @@ use torquescope::signals::Signals;
 use torquescope::training::loss::{SHARE_INPUT, WEIGHT_INPUT, loss_program};
 use torquescope::training::predict::{Components, component_program};
 
+use crate::outside;
+
 const TOLERANCE: f64 = 1e-9;
 
 type Arrays = HashMap<String, (Vec<usize>, Vec<f64>)>;
 
 fn oracle_files() -> Option<Vec<PathBuf>> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/oracle");
-    let root = std::env::var_os("TORQUESCOPE_ORACLE").map_or(beside, PathBuf::from);
-    let mut files: Vec<PathBuf> = root.join("networks").read_dir().ok()?.flatten().map(|entry| entry.path()).collect();
+    let folder = outside::reference("networks")?;
+    let mut files: Vec<PathBuf> = folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|ending| ending == "npz"));
     files.sort();
     Some(files)
@@ -208,10 +204,7 @@ impl Case {
 
 #[test]
 fn all_models_agree_with_the_reference() {
-    let Some(files) = oracle_files() else {
-        println!("skipped: no reference values beside the repository; set TORQUESCOPE_ORACLE to their folder");
-        return;
-    };
+    let Some(files) = oracle_files() else { return };
     for path in files {
         let case = Case::new(&path);
         for kernels in f64::all_kernels() {

@@ -1,7 +1,5 @@
 //! The window in a test: the real app, drawn on the CPU, driven through its accessible names.
 
-#![allow(dead_code)] // each test file takes what it needs
-
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,5 @@
 //! Whole journeys: a hidden effect in, the right name out, and the held-out error falling to the noise floor.
 
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
-
 use std::f64::consts::FRAC_PI_2;
 
 use torquescope::arm::{Arm, Link, Posture};

@@ -1,11 +1,8 @@
 //! The planar arm against an independent computation: a closed form that was checked against Pinocchio 4.1.0.
 
-#![allow(clippy::unwrap_used)] // a test that can't go on shall say so
-
-mod oracle;
-
-use oracle::Oracle;
 use torquescope::arm::{Arm, Link, Posture, Sense};
+
+use crate::oracle::Oracle;
 
 const TOLERANCE: f64 = 1e-9;
 

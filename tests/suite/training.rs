@@ -1,7 +1,5 @@
 //! The learning core as its users see it: right derivatives, the same weights for the same seed, clean ends, clear errors.
 
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
-
 use torquescope::arm::{Arm, Posture};
 use torquescope::effect::registry;
 use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};

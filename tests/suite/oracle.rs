@@ -1,11 +1,11 @@
-//! Reference vectors that were computed by other programs. They are not part of the repository: where they are absent, the
-//! tests that need them say that they are skipped.
+//! Reference vectors that were computed by other programs.
 
 use std::fs::File;
 use std::io::Read;
-use std::path::PathBuf;
 
 use zip::ZipArchive;
+
+use crate::outside;
 
 /// One NPZ file of reference vectors.
 pub struct Oracle(ZipArchive<File>);
@@ -13,14 +13,7 @@ pub struct Oracle(ZipArchive<File>);
 impl Oracle {
     /// Opens a file by its path below the folder of the reference vectors; `None`, and a line that says so, without it.
     pub fn open(path: &str) -> Option<Self> {
-        let folder = match std::env::var_os("TORQUESCOPE_ORACLE") {
-            Some(folder) => PathBuf::from(folder),
-            None => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/oracle"),
-        };
-        let Ok(file) = File::open(folder.join(path)) else {
-            println!("skipped: {path} is not here; set TORQUESCOPE_ORACLE to the folder of the reference vectors");
-            return None;
-        };
+        let file = File::open(outside::reference(path)?).unwrap();
         Some(Oracle(ZipArchive::new(file).unwrap()))
     }
 

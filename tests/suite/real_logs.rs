@@ -1,6 +1,4 @@
-//! Trials on logs of real robots. They are not part of the repository: where they are absent, the tests say so and pass.
-
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
+//! Trials on logs of real robots.
 
 use std::path::PathBuf;
 
@@ -12,17 +10,7 @@ use torquescope::recording::mapping::MappingSpec;
 use torquescope::recording::read::{ReadOptions, read};
 use torquescope::session::{Command, Session};
 
-/// The folder of real logs: `TORQUESCOPE_REAL_DATA`, or `../shared/real` beside the repository.
-fn real_data(folder: &str) -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/real");
-    let root = std::env::var_os("TORQUESCOPE_REAL_DATA").map_or_else(beside, PathBuf::from);
-    let path = root.join(folder);
-    if path.is_dir() {
-        return Some(path);
-    }
-    println!("skipped: there is no {}", path.display());
-    None
-}
+use crate::outside::real_logs;
 
 fn run(command: Command, session: &Session) -> Session {
     command.run(session, &Monitor::new()).unwrap()
@@ -30,7 +18,7 @@ fn run(command: Command, session: &Session) -> Session {
 
 #[test]
 fn on_the_double_pendulum_friction_of_both_joints_is_the_first_missing_effect() {
-    let Some(folder) = real_data("dfki-double-pendulum") else { return };
+    let Some(folder) = real_logs("dfki-double-pendulum") else { return };
     let paths = ["a0-00", "a0-01", "a0-02", "a0-03", "a0-04", "a0-11"].map(|name| folder.join(format!("{name}.csv")));
     let open = Command::Open {
         paths: paths.to_vec(),
@@ -83,7 +71,7 @@ fn expected(effects: &[(&str, &[usize])]) -> Vec<(String, Vec<usize>)> {
 
 #[test]
 fn what_the_slide_of_emps_lacks_is_named() {
-    let Some(folder) = real_data("emps") else { return };
+    let Some(folder) = real_logs("emps") else { return };
     let session = open(&[folder.join("DATA_EMPS.mat")], mapping("emps.toml"), &[]);
     let truth: [(&str, &[usize]); 3] =
         [("coulomb-friction", &[1]), ("viscous-friction", &[1]), ("torque-offset", &[1])];
@@ -91,9 +79,9 @@ fn what_the_slide_of_emps_lacks_is_named() {
 }
 
 #[test]
-#[ignore = "half a minute of work: cargo test --release --test real_logs -- --ignored"]
+#[ignore = "half a minute of work: cargo test --release --test suite real_logs -- --ignored"]
 fn the_friction_of_the_tx40_and_its_coupled_wrist_are_named() {
-    let Some(folder) = real_data("tx40") else { return };
+    let Some(folder) = real_logs("tx40") else { return };
     let both = format!("{0}/pos_read_data.csv+{0}/curr_data.csv", folder.display());
     let found = named(&open(&[both.into()], mapping("tx40.toml"), &[]));
     // Joint 6 has hardly any Coulomb friction of its own (published: 0.3 N m) beside what it shares with joint 5.
@@ -107,7 +95,7 @@ fn the_friction_of_the_tx40_and_its_coupled_wrist_are_named() {
 
 #[test]
 fn friction_of_all_joints_of_the_kr300_is_named_first() {
-    let Some(folder) = real_data("kuka-kr300") else { return };
+    let Some(folder) = real_logs("kuka-kr300") else { return };
     let paths = [folder.join("run-a.mat"), folder.join("run-b.mat")];
     let found = named(&open(&paths, mapping("kuka-kr300.toml"), &["run-b"]));
     let all: &[usize] = &[1, 2, 3, 4, 5, 6];
@@ -116,7 +104,7 @@ fn friction_of_all_joints_of_the_kr300_is_named_first() {
 
 #[test]
 fn the_slide_of_emps_has_the_published_mass_and_friction() {
-    let Some(folder) = real_data("emps") else { return };
+    let Some(folder) = real_logs("emps") else { return };
     let session = open(&[folder.join("DATA_EMPS.mat")], mapping("emps.toml"), &[]);
     let relative = |session: &Session| {
         let evaluation = &session.current().unwrap().evaluation;
@@ -145,7 +133,7 @@ fn the_slide_of_emps_has_the_published_mass_and_friction() {
 
 #[test]
 fn structs_and_motor_units_of_the_kr300_become_joint_torques() {
-    let Some(folder) = real_data("kuka-kr300") else { return };
+    let Some(folder) = real_logs("kuka-kr300") else { return };
     let paths = [folder.join("run-a.mat"), folder.join("run-b.mat")];
     let recording = open(&paths, mapping("kuka-kr300.toml"), &["run-b"]).recording.unwrap();
     assert_eq!((recording.joint_count(), recording.trajectories.len()), (6, 2));
@@ -158,7 +146,7 @@ fn structs_and_motor_units_of_the_kr300_become_joint_torques() {
 
 #[test]
 fn a_bag_keeps_the_names_of_its_joints() {
-    let Some(folder) = real_data("ur10-rosbag") else { return };
+    let Some(folder) = real_logs("ur10-rosbag") else { return };
     let path = folder.join("ur10_exciting_trajectory.db3");
     let import = read(&[path], &ReadOptions::default(), &Monitor::new()).unwrap();
     assert_eq!(import.recording.joints[0].name, "shoulder_pan_joint");
@@ -170,7 +158,7 @@ fn a_bag_keeps_the_names_of_its_joints() {
 
 #[test]
 fn two_files_of_the_tx40_stand_side_by_side() {
-    let Some(folder) = real_data("tx40") else { return };
+    let Some(folder) = real_logs("tx40") else { return };
     let both = format!("{0}/pos_read_data.csv+{0}/curr_data.csv", folder.display());
     let options = ReadOptions { mapping: Some(mapping("tx40.toml")), ..ReadOptions::default() };
     let recording = read(&[both.into()], &options, &Monitor::new()).unwrap().recording;

@@ -1,11 +1,6 @@
 //! Recordings through the front door: real logs, logs that people make, and broken ones.
-//!
-//! The real logs are not part of the repository: they are looked for in `TORQUESCOPE_REAL_DATA`, else in `../shared/real`,
-//! and the tests that need them say so where they are absent.
 
-#![allow(clippy::unwrap_used)] // a test that can't go on should say so by failing
-
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use proptest::prelude::*;
 use rand::{Rng, RngExt, SeedableRng};
@@ -19,6 +14,8 @@ use torquescope::recording::seal::Seal;
 use torquescope::recording::write::{to_csv_bytes, to_npz_bytes};
 use torquescope::recording::{Channels, Joint, JointKind, Origin, Provenance, Recording, Trajectory};
 use torquescope::signals::Signals;
+
+use crate::outside::real_logs;
 
 /// A folder that holds one file with these bytes.
 fn file(name: &str, bytes: &[u8]) -> (TempDir, PathBuf) {
@@ -83,22 +80,9 @@ fn kinds(import: &Import) -> Vec<FindingKind> {
 
 // ── real logs ──
 
-fn real(folder: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("TORQUESCOPE_REAL_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/real"), PathBuf::from);
-    let path = root.join(folder);
-    if path.is_dir() {
-        return Some(path);
-    }
-    println!(
-        "skipped: the real logs in `{folder}` are absent (set TORQUESCOPE_REAL_DATA to the folder that holds them)"
-    );
-    None
-}
-
 #[test]
 fn a_real_double_pendulum_reads_at_once_and_without_alarm() {
-    let Some(folder) = real("dfki-double-pendulum") else { return };
+    let Some(folder) = real_logs("dfki-double-pendulum") else { return };
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.extension().is_some_and(|ending| ending == "csv"));
     paths.sort();
@@ -142,7 +126,7 @@ fn real_files_that_lack_something_say_what_they_have() {
         ("tx40/LICENSE", "license"),
     ] {
         let (folder, name) = path.split_once('/').unwrap();
-        let Some(folder) = real(folder) else { continue };
+        let Some(folder) = real_logs(folder) else { continue };
         let error = read(&[folder.join(name)], &ReadOptions::default(), &Monitor::new()).unwrap_err().to_string();
         println!("{error}\n");
         assert!(error.to_lowercase().contains(&words.to_lowercase()), "{path}: {error}");

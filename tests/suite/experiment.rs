@@ -1,7 +1,5 @@
 //! Experiments as a user, or a cluster, runs them: processes on one folder, some of which die.
 
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
-
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};

@@ -1,8 +1,6 @@
 //! Twenty journeys with two hidden effects: both named, added, until the held-out error is down at the noise; then the seal is
 //! opened.
 
-#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
-
 use std::collections::BTreeSet;
 
 use torquescope::effect::registry;

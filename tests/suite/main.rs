@@ -1,0 +1,18 @@
+//! The library and the command line, without a window. One program, so that there is one to link: `cargo test --test suite NAME`
+//! runs the tests whose path, such as `journeys::`, contains NAME.
+
+#![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
+
+mod architecture;
+mod arm_oracle;
+mod catalogue;
+mod command_line;
+mod experiment;
+mod journeys;
+mod network_oracle;
+mod oracle;
+mod outside;
+mod pairs;
+mod real_logs;
+mod recordings;
+mod training;

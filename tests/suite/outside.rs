@@ -1,0 +1,29 @@
+//! Data that are not part of the repository: logs of real robots and reference vectors of other programs. They are looked for in
+//! `../shared`, or where an environment variable says. Tests that need them are left out where they are absent, and say so.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// A folder of logs of a real robot.
+pub fn real_logs(folder: &str) -> Option<PathBuf> {
+    find("TORQUESCOPE_REAL_DATA", "../shared/real", folder)
+}
+
+/// A file or folder of reference vectors.
+pub fn reference(path: &str) -> Option<PathBuf> {
+    find("TORQUESCOPE_ORACLE", "../shared/oracle", path)
+}
+
+fn find(variable: &str, beside: &str, path: &str) -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join(beside);
+    let full = std::env::var_os(variable).map_or_else(beside, PathBuf::from).join(path);
+    if full.exists() {
+        return Some(full);
+    }
+    let test = std::thread::current().name().unwrap_or("a test").to_owned();
+    // Past the capture of the test's own output, which nobody sees of a test that passes.
+    let line =
+        format!("left out: {test}, there is no {} (set {variable} to the folder that has {path})\n", full.display());
+    std::io::stderr().write_all(line.as_bytes()).unwrap();
+    None
+}
