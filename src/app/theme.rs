@@ -7,7 +7,7 @@ use egui::style::{Selection, WidgetVisuals, Widgets};
 use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, TextStyle, Theme, Visuals, vec2};
 
 use crate::figure::Ink;
-use crate::figure::colours::{self, DASHES, Rgb};
+use crate::figure::colours::{self, Colours, DASHES, Rgb};
 pub use crate::figure::colours::{Dash, MEASURED_DASH, PREDICTED_DASH};
 
 /// Distance between things that belong together \[points\].
@@ -88,7 +88,7 @@ const DARK: Palette = Palette {
     grid: ink(colours::DARK.grid),
     text: ink(colours::DARK.text),
     weak: ink(colours::DARK.weak),
-    accent: Color32::from_rgb(0x6c, 0xb0, 0xff),
+    accent: ink(colours::DARK.marked),
     accent_soft: Color32::from_rgb(0x1d, 0x30, 0x48),
     on_accent: Color32::from_rgb(0x0a, 0x14, 0x20),
     good: Color32::from_rgb(0x3f, 0xcf, 0xa0),
@@ -98,7 +98,7 @@ const DARK: Palette = Palette {
     predicted: ink(colours::DARK.predicted),
     residual: ink(colours::DARK.residual),
     held_out: ink(colours::DARK.held_out),
-    cursor: Color32::from_rgb(0xf0, 0xe4, 0x42),
+    cursor: ink(colours::DARK.cursor),
     series: inks(colours::DARK.series),
 };
 
@@ -110,7 +110,7 @@ const LIGHT: Palette = Palette {
     grid: ink(colours::LIGHT.grid),
     text: ink(colours::LIGHT.text),
     weak: ink(colours::LIGHT.weak),
-    accent: Color32::from_rgb(0x1a, 0x66, 0xc8),
+    accent: ink(colours::LIGHT.marked),
     accent_soft: Color32::from_rgb(0xeb, 0xf3, 0xfd),
     on_accent: Color32::from_rgb(0xff, 0xff, 0xff),
     good: Color32::from_rgb(0x0b, 0x7a, 0x58),
@@ -120,7 +120,7 @@ const LIGHT: Palette = Palette {
     predicted: ink(colours::LIGHT.predicted),
     residual: ink(colours::LIGHT.residual),
     held_out: ink(colours::LIGHT.held_out),
-    cursor: Color32::from_rgb(0x7a, 0x5c, 0x00),
+    cursor: ink(colours::LIGHT.cursor),
     series: inks(colours::LIGHT.series),
 };
 
@@ -200,15 +200,24 @@ impl Palette {
         }
     }
 
-    /// Colour of a value between −1 and 1: two hues that people with a colour vision deficiency can tell apart, nothing at 0.
-    pub fn signed(&self, share: f32) -> Color32 {
-        let end = if share < 0.0 { self.series[0] } else { self.series[2] };
-        self.canvas.lerp_to_gamma(end, share.abs().clamp(0.0, 1.0).sqrt())
-    }
-
-    /// Colour of an amount between 0 and 1.
-    pub fn amount(&self, share: f32) -> Color32 {
-        self.grid.lerp_to_gamma(self.series[0], share.clamp(0.0, 1.0).sqrt())
+    /// The same colours for figures.
+    pub fn colours(&self) -> Colours {
+        let rgb = |color: Color32| [color.r(), color.g(), color.b()];
+        Colours {
+            ground: rgb(self.card),
+            canvas: rgb(self.canvas),
+            border: rgb(self.border),
+            grid: rgb(self.grid),
+            text: rgb(self.text),
+            weak: rgb(self.weak),
+            measured: rgb(self.measured),
+            predicted: rgb(self.predicted),
+            residual: rgb(self.residual),
+            held_out: rgb(self.held_out),
+            marked: rgb(self.accent),
+            cursor: rgb(self.cursor),
+            series: self.series.map(rgb),
+        }
     }
 
     /// The colour of an ink.
@@ -218,13 +227,16 @@ impl Palette {
             Ink::Predicted => self.predicted,
             Ink::Residual => self.residual,
             Ink::Text => self.text,
+            Ink::Weak => self.weak,
+            Ink::Marked => self.accent,
+            Ink::Cursor => self.cursor,
             Ink::Series(n) => self.nth(n).0,
         }
     }
 
     /// What a colour of a plot stands for in a figure; a paler shade is the same ink.
     pub fn ink(&self, color: Color32) -> Ink {
-        let named = [Ink::Measured, Ink::Predicted, Ink::Residual, Ink::Text];
+        let named = [Ink::Measured, Ink::Predicted, Ink::Residual, Ink::Text, Ink::Weak];
         let inks = named.into_iter().chain((0..self.series.len()).map(Ink::Series));
         let [red, green, blue, _] = color.to_srgba_unmultiplied().map(i32::from);
         let distance = |ink: &Ink| {

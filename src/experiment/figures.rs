@@ -17,7 +17,8 @@ use super::run::{exact_arm, load, trained_members};
 use super::store::Store;
 use super::summary::{Row, curves, summarise};
 use super::{Experiment, ExperimentError, plan};
-use crate::figure::{Axis, Course, Figure, Ink, Mark, Panel};
+use crate::figure::mark::{Band, Bars, Line, Points};
+use crate::figure::{Axis, Figure, Ink, Panel, Shared};
 use crate::model::Fitted;
 use crate::progress::Monitor;
 use crate::recording::{Recording, Trajectory};
@@ -33,7 +34,7 @@ const SMALLEST: f64 = 1e-10;
 const PAUSE: f64 = 0.08;
 
 /// A figure and its name, which is that of its file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct NamedFigure {
     /// As in the table above.
     pub name: String,
@@ -129,10 +130,10 @@ fn trajectories(sets: &[(&TestSet, Recording)]) -> Figure {
         let mut panel = Panel::new(&set.name, [axis("x"), axis("z")]).aspect(1.0);
         for (number, run) in recording.trajectories.iter().enumerate() {
             let state = |sample: usize| -> Vec<f64> { run.q.iter().map(|joint| joint[sample]).collect() };
-            let tip = (0..run.len()).map(|sample| arm.tip(&state(sample))).collect();
-            panel = panel.with(Mark::path(format!("run {}", number + 1), tip, Ink::Series(number)));
+            let tip = (0..run.len()).map(|sample| arm.tip(&state(sample)));
+            panel = panel.with(Line::path(format!("run {}", number + 1), tip, Ink::Series(number)));
             let last = arm.points(&state(run.len() - 1));
-            panel = panel.with(Mark::path("", last.clone(), Ink::Text)).with(Mark::points("", last, Ink::Text));
+            panel = panel.with(Line::path("", last.clone(), Ink::Text)).with(Points::new("", last, Ink::Text));
         }
         if !seen.iter().any(|other| same_ways(other, recording)) {
             seen.push(recording);
@@ -168,8 +169,8 @@ fn motions(training: &Recording, sets: &[(&TestSet, Recording)]) -> Figure {
                 let values = points.iter().map(|point| point[axis]);
                 *ends = values.fold(*ends, |[low, high], value| [low.min(value), high.max(value)]);
             }
-            let (name, ink) = (recording.joints[joint].name.clone(), Ink::Series(joint));
-            panel = panel.with(Mark::Points { name, points, ink, radius: 0.45, opacity: 0.5 });
+            let points = Points::new(&recording.joints[joint].name, points, Ink::Series(joint));
+            panel = panel.with(points.radius(0.45).opacity(0.5));
         }
         panels.push(panel);
     }
@@ -209,7 +210,7 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
     let arm = exact_arm(set);
     let titles: &[&str] = if arm.is_some() { &["torque", "inertial", "Coriolis", "gravity"] } else { &["torque"] };
     let joints = recording.joint_count();
-    let time = joined_times(&recording.trajectories);
+    let time = Shared::from(joined_times(&recording.trajectories));
     let mut panels = Vec::new();
     for joint in 0..joints {
         for title in titles {
@@ -218,13 +219,7 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
         }
     }
     let place = |quantity: usize, joint: usize| joint * titles.len() + quantity;
-    let line = |name: &str, values: &[f64], ink: Ink| Mark::Line {
-        name: name.to_owned(),
-        points: time.iter().zip(values).map(|(time, value)| [*time, *value]).collect(),
-        ink,
-        width: 1.0,
-        course: Course::Sampled,
-    };
+    let line = |name: &str, values: Vec<f64>, ink: Ink| Line::new(name, time.clone(), values, ink).sampled();
     for (number, Trained { model, seeds }) in models.iter().enumerate() {
         let ink = Ink::Series(number);
         let estimates = seeds
@@ -238,45 +233,48 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
                 let middle: Vec<f64> =
                     (0..time.len()).map(|sample| at(sample).sum::<f64>() / of_seeds.len() as f64).collect();
                 let panel = &mut panels[place(quantity, joint)];
-                panel.marks.push(line(model, &middle, ink));
+                panel.push(line(model, middle, ink));
                 if of_seeds.len() > 1 {
                     let band = |sample: usize| {
                         let least = at(sample).fold(f64::INFINITY, f64::min);
                         [time[sample], least, at(sample).fold(f64::NEG_INFINITY, f64::max)]
                     };
-                    let points = (0..time.len()).map(band).collect();
-                    panel.marks.push(Mark::Band { name: (*model).to_owned(), points, ink });
+                    let points: Vec<[f64; 3]> = (0..time.len()).map(band).collect();
+                    panel.push(Band::new(*model, points, ink));
                 }
             }
         }
     }
-    let joined = |of_run: &dyn Fn(&Trajectory) -> Vec<f64>| recording.trajectories.iter().flat_map(of_run).collect();
+    let joined = |of_run: &dyn Fn(&Trajectory) -> Vec<f64>| -> Vec<f64> {
+        recording.trajectories.iter().flat_map(of_run).collect()
+    };
+    let word = if arm.is_some() { "exact" } else { "measured" };
+    let mut add_truth = |quantity: usize, joint: usize, truth: Vec<f64>| {
+        let panel = &mut panels[place(quantity, joint)];
+        panel.y.range = Some(with_room(&truth));
+        panel.push(line(word, truth, Ink::Measured));
+    };
     for joint in 0..joints {
-        let measured: Vec<f64> = joined(&|run| run.tau[joint].to_vec());
-        let word = if arm.is_some() { "exact" } else { "measured" };
-        panels[place(0, joint)].marks.push(line(word, &measured, Ink::Measured));
-        if let Some(arm) = arm {
-            for quantity in 1..titles.len() {
-                let part: Vec<f64> = joined(&|run| {
-                    let exact = arm.components_along(&run.q, &run.qd, &run.qdd);
-                    let all = [exact.inertial, exact.coriolis, exact.gravity];
-                    all[quantity - 1][joint].to_vec()
-                });
-                panels[place(quantity, joint)].marks.push(line(word, &part, Ink::Measured));
-            }
+        add_truth(0, joint, joined(&|run| run.tau[joint].to_vec()));
+        let Some(arm) = arm else { continue };
+        for quantity in 1..titles.len() {
+            let part = joined(&|run| {
+                let exact = arm.components_along(&run.q, &run.qd, &run.qdd);
+                let all = [exact.inertial, exact.coriolis, exact.gravity];
+                all[quantity - 1][joint].to_vec()
+            });
+            add_truth(quantity, joint, part);
         }
     }
-    // What is true decides the range: a model that explodes leaves the picture, and is seen to.
-    for panel in &mut panels {
-        let Some(Mark::Line { points, .. }) = panel.marks.last() else { continue };
-        let ends = points
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [_, value]| [low.min(*value), high.max(*value)]);
-        let [low, high] = ends;
-        let margin = 0.25 * (high - low).max(1e-9);
-        panel.y.range = Some([low - margin, high + margin]);
-    }
     Ok(Figure { panels, columns: titles.len() })
+}
+
+/// What is true decides the range: a model that explodes leaves the picture, and is seen to.
+fn with_room(truth: &[f64]) -> [f64; 2] {
+    let ends = |[low, high]: [f64; 2], value: &f64| [low.min(*value), high.max(*value)];
+    let [low, high] = truth.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    let margin = 0.25 * (high - low).max(1e-9);
+    [low - margin, high + margin]
 }
 
 /// Torque of a model, and its three parts if asked for, along all runs: `[quantity][joint][sample]`.
@@ -328,11 +326,11 @@ fn curve_figures(experiment: &Experiment, rows: &[Row]) -> Vec<(String, Figure)>
         let points: Vec<[f64; 4]> = shown.copied().collect();
         let ink = Ink::Series(number);
         let line: Vec<[f64; 2]> = points.iter().map(|[x, mean, ..]| [*x, *mean]).collect();
-        let band = points.iter().map(|[x, _, least, most]| [*x, *least, *most]).collect();
-        let marks = &mut figures[own].1.panels[0].marks;
-        marks.push(Mark::line(&curve.model, line.clone(), ink));
-        marks.push(Mark::Band { name: curve.model.clone(), points: band, ink });
-        marks.push(Mark::points("", line, ink));
+        let band: Vec<[f64; 3]> = points.iter().map(|[x, _, least, most]| [*x, *least, *most]).collect();
+        let panel = &mut figures[own].1.panels[0];
+        panel.push(Line::through(&curve.model, line.clone(), ink));
+        panel.push(Band::new(&curve.model, band, ink));
+        panel.push(Points::new("", line, ink));
     }
     figures
 }
@@ -365,10 +363,11 @@ fn errors(experiment: &Experiment, sets: &[&TestSet], rows: &[Row]) -> Figure {
             bars.push([x, row.mse(), low, high]);
             published.extend(row.published_mse().map(|mse| [x, mse]));
         }
-        panel.marks.push(Mark::Bars { name: (*model).to_owned(), bars, width: 0.9 * width, ink: Ink::Series(number) });
+        let (name, ink) = ((*model).to_owned(), Ink::Series(number));
+        panel.push(Bars { name, bars, width: 0.9 * width, ink, written: None });
     }
     if !published.is_empty() {
-        panel.marks.push(Mark::points("the paper", published, Ink::Text));
+        panel.push(Points::new("the paper", published, Ink::Text));
     }
     Figure::new(vec![panel])
 }

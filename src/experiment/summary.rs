@@ -69,9 +69,12 @@ impl Row {
         statistic(&self.mse_by_seed).0
     }
 
-    /// Its 95 % confidence interval by the seeds; `None` with one seed.
+    /// Its 95 % confidence interval by the seeds; `None` with one seed. Errors are positive and differ by factors, so it is
+    /// the interval of the logarithm, whose standard error is that of the mean over the mean (delta method).
     pub fn mse_interval(&self) -> Option<[f64; 2]> {
-        statistic(&self.mse_by_seed).1
+        let (mean, interval) = statistic(&self.mse_by_seed);
+        let factor = interval.map(|[_, high]| ((high - mean) / mean).exp())?;
+        factor.is_finite().then_some([mean / factor, mean * factor])
     }
 
     /// The paper's, if it has printed all joints.
@@ -282,6 +285,25 @@ mod tests {
         assert!((low - (3.0 - half)).abs() < 1e-3 && (high - (3.0 + half)).abs() < 1e-3, "{low} {high}");
         assert_eq!(statistic(&[7.0]), (7.0, None));
         assert_eq!(statistic(&[0.1; 5]), (0.1, Some([0.1, 0.1])));
+    }
+
+    /// Seeds that differ by factors: the plain interval would reach below 0, where no error is.
+    #[test]
+    fn the_interval_of_an_error_is_on_its_logarithm() {
+        let errors = |mse: f64| Errors {
+            nmse_torque: mse,
+            nmse_parts: [None; 3],
+            mse_joint: vec![mse],
+            kinds: vec![JointKind::Revolute],
+            r2: 0.9,
+            band_coverage: None,
+        };
+        let seeds = [1e-3, 1e-2, 0.1].map(errors);
+        let row = row("ff-nn", "iid", None, BTreeMap::new(), &seeds.each_ref());
+        assert!(statistic(&row.mse_by_seed).1.unwrap()[0] < 0.0);
+        let [low, high] = row.mse_interval().unwrap();
+        assert!(0.0 < low && low < row.mse() && row.mse() < high);
+        assert!((high / row.mse() - row.mse() / low).abs() < 1e-9 * high / row.mse(), "the same factor up and down");
     }
 
     #[test]

@@ -31,16 +31,22 @@ pub enum Ink {
     Series(usize),
     /// As text: references, diagonals, floors.
     Text,
+    /// As text of less weight: what is planned, or perfect.
+    Weak,
+    /// What is marked by hand.
+    Marked,
+    /// Where the cursor is.
+    Cursor,
 }
 
 impl Ink {
     /// How its lines are broken.
     pub fn dash(self) -> Dash {
         match self {
-            Ink::Measured | Ink::Residual => MEASURED_DASH,
+            Ink::Measured | Ink::Residual | Ink::Marked | Ink::Cursor => MEASURED_DASH,
             Ink::Predicted => PREDICTED_DASH,
             Ink::Series(n) => DASHES[n % DASHES.len()],
-            Ink::Text => &[2.0, 2.0],
+            Ink::Text | Ink::Weak => &[2.0, 2.0],
         }
     }
 }
@@ -68,6 +74,10 @@ pub struct Colours {
     pub residual: Rgb,
     /// Behind stretches that are held out.
     pub held_out: Rgb,
+    /// What is marked by hand.
+    pub marked: Rgb,
+    /// Where the cursor is.
+    pub cursor: Rgb,
     /// Joints, effects, terms, models.
     pub series: [Rgb; 7],
 }
@@ -84,6 +94,8 @@ pub const LIGHT: Colours = Colours {
     predicted: [0xb2, 0x4d, 0x00],
     residual: [0xa8, 0x3f, 0x7d],
     held_out: [0xe2, 0xf0, 0xf6],
+    marked: [0x1a, 0x66, 0xc8],
+    cursor: [0x7a, 0x5c, 0x00],
     series: [
         [0x04, 0x70, 0xaf],
         [0x00, 0x7a, 0x59],
@@ -107,6 +119,8 @@ pub const DARK: Colours = Colours {
     predicted: [0xf5, 0xa6, 0x23],
     residual: [0xdd, 0x8f, 0xbb],
     held_out: [0x1a, 0x2a, 0x34],
+    marked: [0x6c, 0xb0, 0xff],
+    cursor: [0xf0, 0xe4, 0x42],
     series: [
         [0x56, 0xb4, 0xe9],
         [0x2f, 0xc0, 0x92],
@@ -175,14 +189,25 @@ impl Colours {
             Ink::Residual => self.residual,
             Ink::Series(n) => self.series[n % self.series.len()],
             Ink::Text => self.text,
+            Ink::Weak => self.weak,
+            Ink::Marked => self.marked,
+            Ink::Cursor => self.cursor,
         }
     }
 
-    /// Colour of a value between −1 and 1, or of an amount between 0 and 1: two hues that people with a colour vision
-    /// deficiency can tell apart, nothing at 0.
-    pub fn share(&self, share: f64) -> Rgb {
-        let end = if share < 0.0 { self.series[2] } else { self.series[0] };
-        let part = share.abs().clamp(0.0, 1.0).sqrt();
-        std::array::from_fn(|n| (f64::from(self.canvas[n]) * (1.0 - part) + f64::from(end[n]) * part).round() as u8)
+    /// Colour of a value between −1 and 1: two hues that people with a colour vision deficiency can tell apart, nothing at 0.
+    pub fn signed(&self, share: f64) -> Rgb {
+        mixed(self.canvas, if share < 0.0 { self.series[2] } else { self.series[0] }, share)
     }
+
+    /// Colour of an amount between 0 and 1, the least of which can be told from nothing.
+    pub fn amount(&self, share: f64) -> Rgb {
+        mixed(self.grid, self.series[0], share)
+    }
+}
+
+/// From one colour to another; small shares are seen, too.
+fn mixed(from: Rgb, to: Rgb, share: f64) -> Rgb {
+    let part = share.abs().clamp(0.0, 1.0).sqrt();
+    std::array::from_fn(|n| (f64::from(from[n]) * (1.0 - part) + f64::from(to[n]) * part).round() as u8)
 }

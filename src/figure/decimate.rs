@@ -4,8 +4,11 @@
 //! jumps of the clock split the line, so that gaps are seen as gaps. Of every [`BLOCK`] samples it is remembered where the
 //! smallest and the largest is, so that a zoomed or moved view asks only the blocks and not the samples.
 
+use std::any::Any;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
+
+use super::shared::{Identity, Shared};
 
 /// A time step longer than this many median steps is a gap.
 const GAP_STEPS: f64 = 5.0;
@@ -20,48 +23,92 @@ const SHORTEST_WITH_BLOCKS: usize = 32 * BLOCK;
 /// Pieces of a line, ready to be scaled to the screen.
 pub type Pieces = Arc<Vec<Vec<[f64; 2]>>>;
 
-/// Decimates signals and keeps the results for the next frames.
-///
-/// Signals are told apart by where they lie in memory, so it has to be cleared when the data change.
-#[derive(Default)]
-pub struct Decimator {
-    kept: HashMap<Key, Pieces>,
-    blocks: HashMap<[usize; 3], Arc<Blocks>>,
+/// What is asked of a line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// Which part of x is seen.
+    pub range: [f64; 2],
+    /// On how many pixel columns.
+    pub columns: usize,
+    /// Whether it is split where x jumps.
+    pub gaps: bool,
+    /// Whether it is split where it is not positive, as on a logarithmic axis.
+    pub positive: bool,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Key {
-    x: usize,
-    y: usize,
-    len: usize,
-    range: [u64; 2],
-    columns: usize,
-    gaps: bool,
+/// Decimates signals and keeps the results for the next frames, as long as the signals live.
+#[derive(Default)]
+pub struct Decimator {
+    kept: HashMap<Key, Kept<Pieces>>,
+    blocks: HashMap<[Identity; 2], Kept<Arc<Blocks>>>,
+    borrowed: HashMap<(usize, usize, usize, [u64; 2], usize, bool), Pieces>,
+}
+
+/// Signals, range as bits, columns, gaps, positive.
+type Key = ([Identity; 2], [u64; 2], usize, [bool; 2]);
+
+/// Something known of two signals. It holds their owners so far that nothing else can be at the same address.
+struct Kept<T> {
+    of: [Weak<dyn Any + Send + Sync>; 2],
+    what: T,
+}
+
+impl<T> Kept<T> {
+    fn is_alive(&self) -> bool {
+        self.of.iter().all(|owner| owner.strong_count() > 0)
+    }
 }
 
 impl Decimator {
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.kept.clear();
-        self.blocks.clear();
+    /// The line `y` over ascending `x` as it is seen.
+    pub fn line(&mut self, x: &Shared<f64>, y: &Shared<f64>, sight: Sight) -> Pieces {
+        let signals = [x.identity(), y.identity()];
+        let key = (signals, sight.range.map(f64::to_bits), sight.columns, [sight.gaps, sight.positive]);
+        if let Some(kept) = self.kept.get(&key) {
+            return Arc::clone(&kept.what);
+        }
+        self.forget();
+        let of = || [x.owner(), y.owner()];
+        let blocks = (x.len().min(y.len()) >= SHORTEST_WITH_BLOCKS).then(|| {
+            let compute = || Kept { of: of(), what: Arc::new(Blocks::of(x, y)) };
+            Arc::clone(&self.blocks.entry(signals).or_insert_with(compute).what)
+        });
+        let pieces = Arc::new(decimate(x, y, sight, blocks.as_deref()));
+        self.kept.insert(key, Kept { of: of(), what: Arc::clone(&pieces) });
+        pieces
     }
 
-    /// The line `y` over ascending `x` within `range`, for so many pixel columns; with `gaps` it is split where x jumps.
+    /// Forgets what lies at addresses.
+    pub fn clear(&mut self) {
+        self.borrowed.clear();
+    }
+
+    /// The same of signals that are told apart by where they lie, so it has to be cleared when the data change.
     pub fn pieces(&mut self, x: &[f64], y: &[f64], range: [f64; 2], columns: usize, gaps: bool) -> Pieces {
-        let (x_at, y_at) = (x.as_ptr() as usize, y.as_ptr() as usize);
-        let key = Key { x: x_at, y: y_at, len: x.len(), range: range.map(f64::to_bits), columns, gaps };
-        if self.kept.len() > MOST_KEPT {
+        let addresses = (x.as_ptr() as usize, y.as_ptr() as usize, x.len());
+        let key = (addresses.0, addresses.1, addresses.2, range.map(f64::to_bits), columns, gaps);
+        if self.borrowed.len() > MOST_KEPT {
+            self.borrowed.clear();
+        }
+        let sight = Sight { range, columns, gaps, positive: false };
+        Arc::clone(self.borrowed.entry(key).or_insert_with(|| Arc::new(pieces(x, y, sight))))
+    }
+
+    /// How many views of lines are remembered.
+    pub fn kept(&self) -> usize {
+        self.kept.len()
+    }
+
+    /// Makes room: first by what nobody can ask for any more.
+    fn forget(&mut self) {
+        if self.kept.len() < MOST_KEPT {
+            return;
+        }
+        self.blocks.retain(|_, kept| kept.is_alive());
+        self.kept.retain(|_, kept| kept.is_alive());
+        if self.kept.len() >= MOST_KEPT {
             self.kept.clear();
         }
-        if let Some(pieces) = self.kept.get(&key) {
-            return Arc::clone(pieces);
-        }
-        let blocks = (x.len().min(y.len()) >= SHORTEST_WITH_BLOCKS).then(|| {
-            Arc::clone(self.blocks.entry([x_at, y_at, x.len()]).or_insert_with(|| Arc::new(Blocks::of(x, y))))
-        });
-        let pieces = Arc::new(decimate(x, y, range, columns, gaps, blocks.as_deref()));
-        self.kept.insert(key, Arc::clone(&pieces));
-        pieces
     }
 }
 
@@ -101,10 +148,11 @@ impl Blocks {
         Blocks((0..len / BLOCK).map(block).collect())
     }
 
-    /// The block that begins at `sample`, if it may stand for its samples.
-    fn at(&self, sample: usize, gaps: bool) -> Option<&Block> {
+    /// The block that begins at `sample` of `y`, if it may stand for its samples.
+    fn at(&self, sample: usize, y: &[f64], sight: &Sight) -> Option<&Block> {
         let block = self.0.get(sample / BLOCK).filter(|_| sample.is_multiple_of(BLOCK))?;
-        (block.finite && (block.unbroken || !gaps)).then_some(block)
+        let shown = !sight.positive || y[block.least as usize] > 0.0;
+        (block.finite && shown && (block.unbroken || !sight.gaps)).then_some(block)
     }
 }
 
@@ -114,19 +162,14 @@ fn longest_step(x: &[f64], len: usize) -> f64 {
     GAP_STEPS * step.max(1e-12)
 }
 
-/// The pieces of the line within `range`, and one sample more on either side, without a cache.
-pub fn pieces(x: &[f64], y: &[f64], range: [f64; 2], columns: usize, gaps: bool) -> Vec<Vec<[f64; 2]>> {
-    decimate(x, y, range, columns, gaps, None)
+/// The pieces of the line in sight, and one sample more on either side, without a cache.
+pub fn pieces(x: &[f64], y: &[f64], sight: Sight) -> Vec<Vec<[f64; 2]>> {
+    decimate(x, y, sight, None)
 }
 
-fn decimate(
-    x: &[f64],
-    y: &[f64],
-    range: [f64; 2],
-    columns: usize,
-    gaps: bool,
-    blocks: Option<&Blocks>,
-) -> Vec<Vec<[f64; 2]>> {
+fn decimate(x: &[f64], y: &[f64], sight: Sight, blocks: Option<&Blocks>) -> Vec<Vec<[f64; 2]>> {
+    let Sight { range, columns, gaps, positive } = sight;
+    let is_hole = |y: f64| !y.is_finite() || (positive && y <= 0.0);
     let len = x.len().min(y.len());
     let from = x[..len].partition_point(|x| *x < range[0]).saturating_sub(1);
     let to = (x[..len].partition_point(|x| *x <= range[1]) + 1).min(len);
@@ -139,7 +182,7 @@ fn decimate(
     let mut sample = from;
     while sample < to {
         let last = sample + BLOCK - 1;
-        if let Some(block) = blocks.and_then(|blocks| blocks.at(sample, gaps))
+        if let Some(block) = blocks.and_then(|blocks| blocks.at(sample, y, &sight))
             && sample > from
             && last < to
             && number(sample) == number(last)
@@ -153,11 +196,11 @@ fn decimate(
             continue;
         }
         let gap = gaps && sample > from && x[sample] - x[sample - 1] > longest;
-        if gap || !y[sample].is_finite() {
+        if gap || is_hole(y[sample]) {
             column.flush(&mut pieces);
             pieces.push(Vec::new());
         }
-        if y[sample].is_finite() {
+        if !is_hole(y[sample]) {
             column.add(number(sample), point(sample), &mut pieces);
         }
         sample += 1;
@@ -209,12 +252,16 @@ impl Column {
 mod tests {
     use super::*;
 
+    fn sight(range: [f64; 2], columns: usize) -> Sight {
+        Sight { range, columns, gaps: true, positive: false }
+    }
+
     #[test]
     fn a_spike_of_one_sample_survives_and_there_are_few_points() {
         let x: Vec<f64> = (0..500_000).map(|n| n as f64 * 1e-3).collect();
         let mut y = vec![0.0; x.len()];
         y[123_456] = 7.0;
-        let pieces = Decimator::default().pieces(&x, &y, [0.0, 500.0], 1000, true);
+        let pieces = Decimator::default().line(&x.into(), &y.into(), sight([0.0, 500.0], 1000));
         let points: Vec<_> = pieces.iter().flatten().collect();
         assert!(points.len() <= 4 * 1001);
         assert!(points.iter().any(|point| point[1] == 7.0));
@@ -228,9 +275,10 @@ mod tests {
         let mut y: Vec<f64> = x.iter().map(|x| (37.0 * x).sin() + (1e4 * x).cos()).collect();
         y[12_345] = f64::NAN;
         for range in [[0.0, 23.0], [4.0, 13.5], [8.99, 12.1], [12.3, 15.4]] {
-            for columns in [40, 333, 1000] {
-                let plain = decimate(&x, &y, range, columns, true, None);
-                let quick = decimate(&x, &y, range, columns, true, Some(&Blocks::of(&x, &y)));
+            for (columns, positive) in [(40, false), (333, true), (1000, false)] {
+                let sight = Sight { positive, ..sight(range, columns) };
+                let plain = decimate(&x, &y, sight, None);
+                let quick = decimate(&x, &y, sight, Some(&Blocks::of(&x, &y)));
                 assert_eq!(plain, quick, "{range:?} on {columns} columns");
             }
         }
@@ -240,12 +288,34 @@ mod tests {
     fn gaps_and_holes_split_the_line() {
         let x = [0.0, 1.0, 2.0, 30.0, 31.0, 32.0, 33.0];
         let y = [0.0, 0.0, 0.0, 1.0, f64::NAN, 1.0, 1.0];
-        let pieces = decimate(&x, &y, [0.0, 40.0], 400, true, None);
-        assert_eq!(pieces.iter().map(Vec::len).collect::<Vec<_>>(), [3, 1, 2]);
+        let lengths = |sight| decimate(&x, &y, sight, None).iter().map(Vec::len).collect::<Vec<_>>();
+        assert_eq!(lengths(sight([0.0, 40.0], 400)), [3, 1, 2]);
+        let positive = Sight { positive: true, ..sight([0.0, 40.0], 400) };
+        assert_eq!(lengths(positive), [1, 2], "a logarithm has no place for 0");
     }
 
     #[test]
     fn empty_signals_have_no_pieces() {
-        assert!(decimate(&[], &[], [0.0, 1.0], 10, true, None).is_empty());
+        assert!(decimate(&[], &[], sight([0.0, 1.0], 10), None).is_empty());
+    }
+
+    /// The same view is computed once; another view, and another signal, are computed anew, even where a signal that is gone
+    /// has lain.
+    #[test]
+    fn a_view_is_computed_once_as_long_as_its_signal_lives() {
+        let mut decimator = Decimator::default();
+        let x: Shared<f64> = (0..10_000).map(f64::from).collect::<Vec<_>>().into();
+        let y: Shared<f64> = vec![1.0; 10_000].into();
+        let first = decimator.line(&x, &y, sight([0.0, 1e4], 100));
+        let again = decimator.line(&x.clone(), &y.clone(), sight([0.0, 1e4], 100));
+        assert!(Arc::ptr_eq(&first, &again));
+        assert!(!Arc::ptr_eq(&first, &decimator.line(&x, &y, sight([0.0, 5e3], 100))));
+        for value in 0..3 * MOST_KEPT {
+            let other = vec![value as f64; 10_000].into();
+            let pieces = decimator.line(&x, &other, sight([0.0, 1e4], 100));
+            assert_eq!(pieces[0][0][1], value as f64);
+        }
+        assert!(decimator.kept() <= MOST_KEPT);
+        assert!(decimator.blocks.len() <= MOST_KEPT + 2, "signals that are gone are forgotten");
     }
 }

@@ -1,6 +1,7 @@
 //! How often a diagnosis is right: which effect was named for which hidden one, and whether its confidence is honest.
 
-use super::{Axis, Figure, Ink, Mark, Panel};
+use super::mark::{Band, Cells, Line, Points, Shades};
+use super::{Axis, Figure, Ink, Panel};
 
 /// Rows are what was hidden, columns what was named; `counts[hidden][named]`. Colours are shares of a row, the numbers are
 /// counts.
@@ -10,7 +11,8 @@ pub fn confusion(hidden: &[String], named: &[String], counts: &[Vec<usize>]) -> 
     let names = hidden.iter().rev().cloned().collect();
     let axes = [Axis::names("named", named.to_vec()), Axis::names("hidden", names)];
     let extent = [[-0.5, named.len() as f64 - 0.5], [-0.5, hidden.len() as f64 - 0.5]];
-    let cells = Mark::Cells { size: [named.len(), hidden.len()], extent, values, signed: false, written: true };
+    let size = [named.len(), hidden.len()];
+    let cells = Cells { size, extent, values: values.into(), shades: Shades::Written };
     let aspect = hidden.len() as f64 / named.len().max(1) as f64;
     Figure::new(vec![Panel::new("hidden effect × named effect (draws)", axes).with(cells).aspect(aspect)])
 }
@@ -37,10 +39,10 @@ pub fn reliability(answers: &[(f64, bool)], bins: usize) -> Figure {
     }
     let axis = |label: &str| Axis::new(label, "").range([0.0, 1.0]);
     let panel = Panel::new("reliability of the diagnosis", [axis("stated confidence"), axis("share that was right")])
-        .with(Mark::Band { name: "95 % interval".to_owned(), points: band, ink: Ink::Series(0) })
-        .with(Mark::line("honest", vec![[0.0, 0.0], [1.0, 1.0]], Ink::Text))
-        .with(Mark::line("diagnosis", curve.clone(), Ink::Series(0)))
-        .with(Mark::points("", curve, Ink::Series(0)));
+        .with(Band::new("95 % interval", band, Ink::Series(0)))
+        .with(Line::through("honest", [[0.0, 0.0], [1.0, 1.0]], Ink::Text))
+        .with(Line::through("diagnosis", curve.clone(), Ink::Series(0)))
+        .with(Points::new("", curve, Ink::Series(0)));
     Figure::new(vec![panel.aspect(1.0)])
 }
 

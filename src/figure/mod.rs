@@ -1,11 +1,12 @@
 //! Figures as data, and as files: SVG, PDF, PNG, and the numbers behind them as CSV.
 //!
-//! A [`Figure`] is a grid of [`Panel`]s; a panel has two [`Axis`] and [`Mark`]s, which hold plain numbers. Nothing here knows
-//! of windows, recordings or experiments: who has results describes them with these types and calls [`render`].
+//! A [`Figure`] is a grid of [`Panel`]s; a panel has two [`Axis`] and [marks](mark), which share the numbers of whoever has
+//! them. Nothing here knows of windows, recordings or experiments: who has results describes them with these types. Marks
+//! draw themselves on a [`Canvas`](canvas::Canvas): [`render`] prints them on paper, the window has a canvas of its own.
 //!
 //! ```
-//! use torquescope::figure::{Axis, Figure, Format, Ink, Mark, Panel, Style, render};
-//! let curve = Mark::line("structured DeLaN", vec![[1.0, 1e-6], [2.0, 4e-6]], Ink::Series(0));
+//! use torquescope::figure::{Axis, Figure, Format, Ink, Panel, Style, mark::Line, render};
+//! let curve = Line::through("structured DeLaN", [[1.0, 1e-6], [2.0, 4e-6]], Ink::Series(0));
 //! let axes = [Axis::new("velocity scale", ""), Axis::new("nMSE", "").logarithmic()];
 //! let figure = Figure::new(vec![Panel::new("error", axes).with(curve)]);
 //! let svg = render(&figure, Format::Svg, &Style::default())?;
@@ -15,263 +16,29 @@
 //!
 //! Equal figures give equal bytes: nothing of a file depends on time, place or machine.
 
+mod axis;
+pub mod canvas;
 pub mod colours;
 mod csv;
 pub mod decimate;
 pub mod diagnosis;
 pub mod font;
+pub mod mark;
 mod page;
+mod panel;
+mod place;
+mod shared;
 mod svg;
 pub mod ticks;
 
 use std::path::Path;
 use std::str::FromStr;
 
+pub use axis::{Axis, Scale, with_unit};
 pub use colours::{Ink, Theme};
-
-/// Panels, drawn row by row.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Figure {
-    /// What is drawn.
-    pub panels: Vec<Panel>,
-    /// How many panels stand beside each other.
-    pub columns: usize,
-}
-
-impl Figure {
-    /// Panels below each other.
-    pub fn new(panels: Vec<Panel>) -> Self {
-        Figure { panels, columns: 1 }
-    }
-}
-
-/// Marks over two axes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
-    /// What it shows.
-    pub title: String,
-    /// The horizontal axis.
-    pub x: Axis,
-    /// The vertical axis.
-    pub y: Axis,
-    /// What is drawn, from back to front.
-    pub marks: Vec<Mark>,
-    /// Height of the plot as a part of its width; `None` takes what suits the size of the figure.
-    pub aspect: Option<f64>,
-    /// Whether it is a drawing: without numbers, grid and frame.
-    pub bare: bool,
-}
-
-impl Panel {
-    /// A panel without marks.
-    pub fn new(title: impl Into<String>, [x, y]: [Axis; 2]) -> Self {
-        Panel { title: title.into(), x, y, marks: Vec::new(), aspect: None, bare: false }
-    }
-
-    /// Adds a mark in front of the others.
-    #[must_use]
-    pub fn with(mut self, mark: Mark) -> Self {
-        self.marks.push(mark);
-        self
-    }
-
-    /// A drawing, without numbers, grid and frame.
-    #[must_use]
-    pub fn bare(mut self) -> Self {
-        self.bare = true;
-        self
-    }
-
-    /// Sets the height of the plot as a part of its width: 1 for a square.
-    #[must_use]
-    pub fn aspect(mut self, aspect: f64) -> Self {
-        self.aspect = Some(aspect);
-        self
-    }
-}
-
-/// What stands along an axis.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Axis {
-    /// The quantity.
-    pub label: String,
-    /// Its unit; empty for none.
-    pub unit: String,
-    /// How values are placed.
-    pub scale: Scale,
-    /// The shown range, in the values' own unit; `None` shows everything with a margin.
-    pub range: Option<[f64; 2]>,
-}
-
-/// How values are placed along an axis.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Scale {
-    /// Evenly.
-    #[default]
-    Linear,
-    /// By their logarithm; what is not positive is left out.
-    Logarithmic,
-    /// The n-th name stands at n, from 0.
-    Names(Vec<String>),
-}
-
-impl Axis {
-    /// An even axis over everything.
-    pub fn new(label: impl Into<String>, unit: impl Into<String>) -> Self {
-        Axis { label: label.into(), unit: unit.into(), ..Axis::default() }
-    }
-
-    /// An axis of names, the first at 0.
-    pub fn names(label: impl Into<String>, names: Vec<String>) -> Self {
-        let range = Some([-0.5, names.len() as f64 - 0.5]);
-        Axis { label: label.into(), unit: String::new(), scale: Scale::Names(names), range }
-    }
-
-    /// The same with powers of ten at equal distances.
-    #[must_use]
-    pub fn logarithmic(mut self) -> Self {
-        self.scale = Scale::Logarithmic;
-        self
-    }
-
-    /// The same over this range only.
-    #[must_use]
-    pub fn range(mut self, range: [f64; 2]) -> Self {
-        self.range = Some(range);
-        self
-    }
-}
-
-/// Something drawn over the axes. Names stand in the legend; those of empty name do not. NaN is a hole.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Mark {
-    /// A line.
-    Line {
-        /// In the legend.
-        name: String,
-        /// x and y.
-        points: Vec<[f64; 2]>,
-        /// Colour, and with it the dash.
-        ink: Ink,
-        /// Width relative to the usual.
-        width: f64,
-        /// How its points follow each other.
-        course: Course,
-    },
-    /// The area between a lower and an upper line: x, lower, upper.
-    Band {
-        /// In the data.
-        name: String,
-        /// x, lower, upper.
-        points: Vec<[f64; 3]>,
-        /// Colour.
-        ink: Ink,
-    },
-    /// Points in no order.
-    Points {
-        /// In the legend.
-        name: String,
-        /// x and y.
-        points: Vec<[f64; 2]>,
-        /// Colour.
-        ink: Ink,
-        /// Radius relative to the usual.
-        radius: f64,
-        /// Between 0 and 1.
-        opacity: f64,
-    },
-    /// Bars from the lower end of the axis, or from 0.
-    Bars {
-        /// In the legend.
-        name: String,
-        /// Where, how high, and the ends of the interval (NaN for none).
-        bars: Vec<[f64; 4]>,
-        /// Width of a bar in units of x.
-        width: f64,
-        /// Colour.
-        ink: Ink,
-    },
-    /// Boxes from quartile to quartile with whiskers.
-    Boxes {
-        /// In the legend.
-        name: String,
-        /// Where, least, lower quartile, median, upper quartile, most.
-        boxes: Vec<[f64; 6]>,
-        /// Width of a box in units of x.
-        width: f64,
-        /// Colour.
-        ink: Ink,
-    },
-    /// Values as colours over a rectangle.
-    Cells {
-        /// How many columns and rows.
-        size: [usize; 2],
-        /// The ends of the horizontal and of the vertical axis.
-        extent: [[f64; 2]; 2],
-        /// Row by row from below; NaN where there is nothing.
-        values: Vec<f64>,
-        /// Whether 0 is in the middle of the colours; else it is at their beginning.
-        signed: bool,
-        /// Whether each value is written into its cell.
-        written: bool,
-    },
-    /// A stretch of the horizontal axis that is held out.
-    Shade([f64; 2]),
-    /// A box of a drawing.
-    Frame {
-        /// Its left and right end, and its lower and upper one.
-        sides: [[f64; 2]; 2],
-        /// Colour of its edge.
-        ink: Ink,
-    },
-    /// An arrow of a drawing, from the first point to the second.
-    Arrow {
-        /// Where it begins and ends.
-        ends: [[f64; 2]; 2],
-        /// Colour.
-        ink: Ink,
-    },
-    /// A word of a drawing, about its middle.
-    Word {
-        /// What it says.
-        text: String,
-        /// Where its middle is.
-        at: [f64; 2],
-        /// How wide it may be, in units of x: a longer one has smaller letters.
-        room: f64,
-        /// Colour.
-        ink: Ink,
-    },
-}
-
-/// How the points of a line follow each other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Course {
-    /// Samples of a clock: x ascends, a jump of it is a gap.
-    Sampled,
-    /// x ascends, at any distances.
-    #[default]
-    Ascending,
-    /// Anywhere, such as the path of a tool.
-    Free,
-}
-
-impl Mark {
-    /// A line of usual width over ascending x.
-    pub fn line(name: impl Into<String>, points: Vec<[f64; 2]>, ink: Ink) -> Self {
-        Mark::Line { name: name.into(), points, ink, width: 1.0, course: Course::Ascending }
-    }
-
-    /// A path through the plane, such as that of a tool.
-    pub fn path(name: impl Into<String>, points: Vec<[f64; 2]>, ink: Ink) -> Self {
-        Mark::Line { name: name.into(), points, ink, width: 1.0, course: Course::Free }
-    }
-
-    /// Points of usual size.
-    pub fn points(name: impl Into<String>, points: Vec<[f64; 2]>, ink: Ink) -> Self {
-        Mark::Points { name: name.into(), points, ink, radius: 1.0, opacity: 1.0 }
-    }
-}
+pub use panel::{Figure, Panel};
+pub use place::{Area, Place};
+pub use shared::Shared;
 
 /// What a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

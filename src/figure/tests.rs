@@ -1,45 +1,45 @@
+use super::mark::{Arrow, Band, Bars, Boxes, Frame, Line, Points, Shade, Word};
 use super::*;
 
 fn everything() -> Figure {
-    let wave = |phase: f64| (0..2000).map(|n| [f64::from(n) * 0.01, (f64::from(n) * 0.01 + phase).sin()]).collect();
-    let mut broken: Vec<[f64; 2]> = wave(0.5);
+    let wave = |phase: f64| -> Vec<[f64; 2]> {
+        (0..2000).map(|n| [f64::from(n) * 0.01, (f64::from(n) * 0.01 + phase).sin()]).collect()
+    };
+    let mut broken = wave(0.5);
     broken[700][1] = f64::NAN;
     let torque = Panel::new("joint 1: torque", [Axis::new("time t", "s"), Axis::new("", "N m")])
-        .with(Mark::Shade([4.0, 7.0]))
-        .with(Mark::line("measured τ", wave(0.0), Ink::Measured))
-        .with(Mark::line("predicted τ̂ & q̈ <1>", broken, Ink::Predicted));
+        .with(Shade([4.0, 7.0]))
+        .with(Line::through("measured τ", wave(0.0), Ink::Measured))
+        .with(Line::through("predicted τ̂ & q̈ <1>", broken, Ink::Predicted));
     let error = Panel::new("error", [Axis::new("scale", ""), Axis::new("nMSE", "").logarithmic()])
-        .with(Mark::Band {
-            name: String::new(),
-            points: vec![[1.0, 1e-6, 1e-5], [3.0, 1e-3, 1e-1]],
-            ink: Ink::Series(1),
-        })
-        .with(Mark::points("seeds", vec![[1.0, 3e-6], [2.0, 0.0], [3.0, 1e-2]], Ink::Series(1)));
+        .with(Band::new("", vec![[1.0, 1e-6, 1e-5], [3.0, 1e-3, 1e-1]], Ink::Series(1)))
+        .with(Points::new("seeds", vec![[1.0, 3e-6], [2.0, 0.0], [3.0, 1e-2]], Ink::Series(1)));
     let names = vec!["rigid body".to_owned(), "FF-NN".to_owned()];
     let bars = Panel::new("by model", [Axis::names("", names), Axis::new("nMSE", "")])
-        .with(Mark::Bars {
+        .with(Bars {
             name: "iid".to_owned(),
             bars: vec![[0.0, 2.0, 1.5, 2.5], [1.0, 3.0, f64::NAN, f64::NAN]],
             width: 0.5,
             ink: Ink::Series(0),
+            written: None,
         })
-        .with(Mark::Boxes {
+        .with(Boxes {
             name: "draws".to_owned(),
             boxes: vec![[0.5, 0.0, 1.0, 2.0, 2.5, 4.0]],
             width: 0.2,
             ink: Ink::Series(2),
         });
-    let path = Panel::new("path of the tool", [Axis::new("x", "m"), Axis::new("z", "m")]).aspect(1.0).with(Mark::path(
+    let path = Panel::new("path of the tool", [Axis::new("x", "m"), Axis::new("z", "m")]).aspect(1.0).with(Line::path(
         "tool",
-        (0..100).map(|n| [(f64::from(n) / 9.0).cos(), (f64::from(n) / 9.0).sin()]).collect(),
+        (0..100).map(|n| [(f64::from(n) / 9.0).cos(), (f64::from(n) / 9.0).sin()]),
         Ink::Series(3),
     ));
     let axis = || Axis::default().range([0.0, 4.0]);
     let drawing = Panel::new("structure", [axis(), axis()])
         .bare()
-        .with(Mark::Frame { sides: [[0.0, 1.0], [1.0, 3.0]], ink: Ink::Series(0) })
-        .with(Mark::Arrow { ends: [[1.0, 2.0], [2.0, 2.0]], ink: Ink::Text })
-        .with(Mark::Word { text: "H = L Lᵀ".to_owned(), at: [0.5, 2.0], room: 0.9, ink: Ink::Text });
+        .with(Frame { sides: [[0.0, 1.0], [1.0, 3.0]], ink: Ink::Series(0) })
+        .with(Arrow { ends: [[1.0, 2.0], [2.0, 2.0]], ink: Ink::Text })
+        .with(Word { text: "H = L Lᵀ".to_owned(), at: [0.5, 2.0], room: 0.9, ink: Ink::Text });
     Figure { panels: vec![torque, error, bars, path, drawing], columns: 2 }
 }
 
@@ -93,10 +93,11 @@ fn the_table_has_every_number_bit_by_bit() {
         .records()
         .map(|row| row.unwrap().iter().map(str::to_owned).collect())
         .collect();
-    let Mark::Line { points, .. } = &figure.panels[0].marks[2] else { panic!() };
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    figure.panels[0].marks[2].rows(&figure.panels[0].x, &mut |row| points.push([row.x, row.y]));
     let found: Vec<&Vec<String>> = rows.iter().filter(|row| row[2].starts_with("predicted")).collect();
     assert_eq!(found.len(), points.len());
-    for (row, [x, y]) in found.iter().zip(points) {
+    for (row, [x, y]) in found.iter().zip(&points) {
         assert_eq!(row[3].parse::<f64>().unwrap().to_bits(), x.to_bits());
         assert_eq!(row[4].parse::<f64>().ok().map(f64::to_bits), Some(*y).filter(|y| !y.is_nan()).map(f64::to_bits));
     }
@@ -125,4 +126,32 @@ fn what_can_not_be_drawn_is_told() {
         assert!(matches!(render(&everything(), Format::Png, &style), Err(FigureError::Pixels { .. })), "{dpi}");
     }
     assert!(Format::of(Path::new("figure.gif")).unwrap_err().to_string().contains(".svg, .pdf, .png or .csv"));
+}
+
+/// An interval that reaches below 0 has no lower end on a logarithmic axis, but is drawn all the same.
+#[test]
+fn no_whisker_is_dropped_from_a_logarithmic_axis() {
+    let bars = Bars::beside(
+        "nMSE",
+        [0, 1],
+        &[[1e-3, 1e-4, 1e-2], [1e-3, -1e-3, 3e-3], [1e-3, f64::NAN, f64::NAN]],
+        Ink::Series(0),
+    );
+    let names = ["one", "two", "three"].map(str::to_owned).to_vec();
+    let panel = Panel::new("errors", [Axis::names("", names), Axis::new("nMSE", "").logarithmic()]).with(bars);
+    let svg = text(&Figure::new(vec![panel]), Format::Svg);
+    assert_eq!(svg.matches("stroke=\"#000000\" stroke-width=\"0.80\"").count(), 2, "of the third none is known");
+}
+
+/// Marks share the numbers of whoever has them: a panel of half a million samples costs no copy of them.
+#[test]
+fn marks_share_their_numbers() {
+    struct Log {
+        time: Vec<f64>,
+    }
+    let log = std::sync::Arc::new(Log { time: vec![0.0, 1.0, 2.0] });
+    let time = Shared::of(&log, |log| &log.time);
+    let line = Line::new("t", time.clone(), time, Ink::Text);
+    assert_eq!(line.x.as_ptr(), log.time.as_ptr());
+    assert_eq!(line.clone().y.as_ptr(), log.time.as_ptr());
 }

@@ -141,7 +141,8 @@ fn only_in(what: &[&str], places: &[&str]) {
 
 #[test]
 fn egui_is_drawn_with_only_in_the_window() {
-    only_in(&["egui::", "egui_plot::", "eframe::"], &["app"]);
+    only_in(&["egui::", "eframe::"], &["app"]);
+    only_in(&["egui_plot::"], &["app/plot/adapter.rs"]);
 }
 
 #[test]

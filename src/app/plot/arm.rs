@@ -5,7 +5,8 @@ use egui::{Align2, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInf
 use super::export;
 use crate::app::theme::{MEASURED_DASH, PREDICTED_DASH, Palette, RADIUS, SMALL};
 use crate::arm::Arm;
-use crate::figure::{Axis, Ink, Mark, Panel};
+use crate::figure::mark::{Arrow, Line, Points};
+use crate::figure::{Axis, Ink, Panel};
 
 /// An arc of the largest torque goes this far about its joint \[rad\].
 const LARGEST_ARC: f32 = 4.5;
@@ -84,12 +85,10 @@ fn panel(pose: &Pose) -> Panel {
     let axis = |label: &str| Axis::new(label, "m").range([-1.12 * reach, 1.12 * reach]);
     let title = format!("the arm at t = {:.2} s", pose.time);
     let mut panel = Panel::new(title, [axis("x"), axis("z")]).aspect(1.0);
-    panel.marks.push(Mark::path("path of the tip", pose.path.to_vec(), Ink::Text));
+    panel.push(Line::path("path of the tip", pose.path.to_vec(), Ink::Text));
     let points = pose.arm.points(pose.q);
     for (link, ends) in points.windows(2).enumerate() {
-        let (name, points) = (format!("link {}", link + 1), ends.to_vec());
-        let course = crate::figure::Course::Free;
-        panel.marks.push(Mark::Line { name, points, ink: Ink::Series(link), width: 5.0, course });
+        panel.push(Line::path(format!("link {}", link + 1), ends.to_vec(), Ink::Series(link)).width(5.0));
     }
     let sign = pose.arm.posture.sign();
     for (joint, [x, z]) in points.iter().copied().enumerate().take(pose.q.len()) {
@@ -103,11 +102,11 @@ fn panel(pose: &Pose) -> Panel {
                 let angle = whole * n as f64 / ARC_POINTS as f64;
                 [x + radius * reach * angle.cos(), z + radius * reach * angle.sin()]
             };
-            panel.marks.push(Mark::path(name, (0..=ARC_POINTS).map(at).collect(), ink));
-            panel.marks.push(Mark::Arrow { ends: [at(ARC_POINTS - 1), at(ARC_POINTS)], ink });
+            panel.push(Line::path(name, (0..=ARC_POINTS).map(at), ink));
+            panel.push(Arrow { ends: [at(ARC_POINTS - 1), at(ARC_POINTS)], ink });
         }
     }
-    panel.with(Mark::points("", points, Ink::Text))
+    panel.with(Points::new("", points, Ink::Text))
 }
 
 /// An arc that begins at the right of `center`, counter-clockwise for positive angles, with an arrow head at its end.

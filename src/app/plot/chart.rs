@@ -12,9 +12,12 @@ use egui::{
 };
 
 use super::decimate::Decimator;
+use super::gestures::Region;
+use super::linked::Window;
 use super::ticks;
 use crate::app::theme::{Dash, Palette, RADIUS, SMALL};
-use crate::figure::{Axis, Course, Mark, Panel};
+use crate::figure::mark::{self, Band, Course, Points, Shade, Shades};
+use crate::figure::{Axis, Panel};
 
 /// Room for the labels left of the plot \[points\]; the same in all charts, so that stacked charts are aligned.
 const LEFT: f32 = 54.0;
@@ -28,18 +31,6 @@ const LABEL: f32 = 15.0;
 const LEAST_BETWEEN_TICKS: f32 = 13.0;
 /// The part of the whole that stays in view at the deepest zoom.
 const DEEPEST_ZOOM: f64 = 1e-5;
-
-/// Which part of the horizontal axis is in view; shared by linked charts.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Window {
-    /// `None` shows everything.
-    pub range: Option<[f64; 2]>,
-    /// The two cursors of a measurement.
-    pub measured: Option<[f64; 2]>,
-}
-
-/// A marked region: its smallest and largest x, and its lowest and highest y.
-pub type Region = [[f64; 2]; 2];
 
 /// Values over a rectangle, drawn in colours.
 pub struct Cells {
@@ -351,32 +342,36 @@ impl<'a> Chart<'a> {
             y = y.logarithmic();
         }
         let mut panel = Panel::new(self.title.clone(), [x, y]);
-        panel.marks.extend(self.shades.iter().map(|stretch| Mark::Shade(*stretch)));
+        panel = panel.with_all(self.shades.iter().map(|stretch| Shade(*stretch)));
         if let Some(cells) = self.cells {
             panel.y.range = Some(cells.extent[1]);
-            let Cells { size, extent, values, signed } = cells;
-            let (size, extent, values, signed) = (*size, *extent, values.clone(), *signed);
-            panel.marks.push(Mark::Cells { size, extent, values, signed, written: false });
+            let shades = if cells.signed { Shades::Signed } else { Shades::Amount };
+            panel.push(mark::Cells {
+                size: cells.size,
+                extent: cells.extent,
+                values: cells.values.clone().into(),
+                shades,
+            });
         }
         for (band, color) in &self.bands {
-            let points = band.iter().map(|[x, low, high]| [*x, value(*low), value(*high)]).collect();
-            panel.marks.push(Mark::Band { name: String::new(), points, ink: palette.ink(*color) });
+            let points: Vec<[f64; 3]> = band.iter().map(|[x, low, high]| [*x, value(*low), value(*high)]).collect();
+            panel.push(Band::new("", points, palette.ink(*color)));
         }
         for Cloud { points, color, radius } in &self.clouds {
-            let points = points.iter().map(|[x, y]| [*x, value(*y)]).collect();
+            let points: Vec<[f64; 2]> = points.iter().map(|[x, y]| [*x, value(*y)]).collect();
             let opacity = f64::from(color.a()) / 255.0;
-            let (ink, radius) = (palette.ink(*color), f64::from(*radius) / 2.2);
-            panel.marks.push(Mark::Points { name: String::new(), points, ink, radius, opacity });
+            panel.push(Points::new("", points, palette.ink(*color)).radius(f64::from(*radius) / 2.2).opacity(opacity));
         }
         for (points, color) in &self.paths {
-            let points = points.iter().map(|[x, y]| [*x, value(*y)]).collect();
-            panel.marks.push(Mark::path("", points, palette.ink(*color)));
+            let points = points.iter().map(|[x, y]| [*x, value(*y)]);
+            panel.push(mark::Line::path("", points, palette.ink(*color)));
         }
         for line in &self.lines {
-            let points = line.x.iter().zip(line.y).map(|(x, y)| [*x, value(*y)]).collect();
+            let points = line.x.iter().zip(line.y).map(|(x, y)| [*x, value(*y)]);
             let course = if line.gaps { Course::Sampled } else { Course::Ascending };
-            let (name, width) = (line.name.to_owned(), f64::from(line.width) / 1.4);
-            panel.marks.push(Mark::Line { name, points, ink: palette.ink(line.color), width, course });
+            let own =
+                mark::Line::through(line.name, points, palette.ink(line.color)).width(f64::from(line.width) / 1.4);
+            panel.push(mark::Line { course, ..own });
         }
         panel
     }
@@ -646,13 +641,7 @@ fn mean_and_rms(line: &Line, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
     (count > 0.0).then(|| [sum / count, (squares / count).sqrt()])
 }
 
-/// The sample of ascending `x` that is nearest to `at`; 0 if there is none.
-pub fn nearest(x: &[f64], at: f64) -> usize {
-    let after = x.partition_point(|x| *x < at);
-    let before = after.saturating_sub(1);
-    let distance = |sample: usize| x.get(sample).map_or(f64::INFINITY, |x| (x - at).abs());
-    if distance(before) <= distance(after) { before } else { after }
-}
+pub use crate::figure::mark::nearest;
 
 fn value_at(line: &Line, at: f64) -> Option<f64> {
     line.y.get(nearest(line.x, at)).copied().filter(|value| value.is_finite())
@@ -698,7 +687,10 @@ fn cells_shape(cells: &Cells, place: &Place, palette: &Palette) -> Shape {
     let mut mesh = Mesh::default();
     for (index, value) in cells.values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
         let share = (value / most.max(1e-300)) as f32;
-        let color = if cells.signed { palette.signed(share) } else { palette.amount(share) };
+        let share = f64::from(share);
+        let colours = palette.colours();
+        let own = if cells.signed { colours.signed(share) } else { colours.amount(share) };
+        let color = super::screen::color(own, 1.0);
         let (column, row) = (index % columns, index / columns);
         mesh.add_colored_rect(Rect::from_two_pos(corner(column, row), corner(column + 1, row + 1)), color);
     }

@@ -12,7 +12,8 @@ use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::diagnosis::Verdict;
 use crate::effect::registry;
-use crate::figure::{Axis, Ink, Mark, Panel};
+use crate::figure::mark::{Bars, Line};
+use crate::figure::{Axis, Ink, Panel};
 use crate::model::Term;
 use crate::recording::Recording;
 use crate::recording::seal::{HiddenEffect, Truth};
@@ -135,11 +136,10 @@ fn panel(session: &Session, errors: &[Vec<f64>], floor: Option<&[f64]>, recordin
         let at = |step: usize| step as f64 + (joint as f64 - (joints as f64 - 1.0) / 2.0) * width;
         let bars = errors.iter().enumerate();
         let bars = bars.map(|(step, errors)| [at(step), errors[joint], f64::NAN, f64::NAN]).collect();
-        let bars = Mark::Bars { name: info.name.clone(), bars, width: 0.9 * width, ink: Ink::Series(joint) };
-        panel.marks.push(bars);
+        panel.push(Bars { name: info.name.clone(), bars, width: 0.9 * width, ink: Ink::Series(joint), written: None });
         for (step, noise) in floor.iter().flat_map(|floor| (0..errors.len()).map(|step| (step, floor[joint]))) {
             let ends = [at(step) - width / 2.0, at(step) + width / 2.0].map(|x| [x, noise]);
-            panel.marks.push(Mark::line("noise floor", ends.to_vec(), Ink::Text));
+            panel.push(Line::through("noise floor", ends, Ink::Text));
         }
     }
     panel

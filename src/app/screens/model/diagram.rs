@@ -4,7 +4,8 @@ use egui::{Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, V
 
 use crate::app::plot::export;
 use crate::app::theme::{Palette, RADIUS, SMALL};
-use crate::figure::{Axis, Ink, Mark, Panel};
+use crate::figure::mark::{Arrow, Frame, Line, Word};
+use crate::figure::{Axis, Ink, Panel};
 use crate::model::learned::{Layers, LearnedTerm};
 use crate::model::{Model, Term};
 
@@ -89,22 +90,22 @@ impl Drawing {
         let axis = |size: f32| Axis::default().range([-2.0, f64::from(size) + 2.0]);
         let aspect = f64::from(height / width);
         let mut panel = Panel::new("structure of the model", [axis(width), axis(height)]).aspect(aspect).bare();
-        panel.marks.extend(self.wires.iter().map(|ends| Mark::Arrow { ends: ends.map(point), ink: Ink::Text }));
+        panel = panel.with_all(self.wires.iter().map(|ends| Arrow { ends: ends.map(point), ink: Ink::Text }));
         for Node { place, lines, ink } in &self.nodes {
             let [left, low] = point(place.left_bottom());
             let [right, high] = point(place.right_top());
-            panel.marks.push(Mark::Frame { sides: [[left, right], [low, high]], ink: *ink });
+            panel.push(Frame { sides: [[left, right], [low, high]], ink: *ink });
             let room = right - left - 6.0;
             let words = lines.iter().zip(line_heights(lines.len()));
-            panel.marks.extend(words.map(|(text, down)| {
+            panel = panel.with_all(words.map(|(text, down)| {
                 let at = point(place.center() + vec2(0.0, down));
-                Mark::Word { text: text.clone(), at, room, ink: Ink::Text }
+                Word { text: text.clone(), at, room, ink: Ink::Text }
             }));
         }
         let around = (0..=48).map(|n| Vec2::angled(std::f32::consts::TAU * n as f32 / 48.0) * SUM);
-        panel.marks.push(Mark::path("", around.map(|way| point(self.sum + way)).collect(), Ink::Measured));
+        panel.push(Line::path("", around.map(|way| point(self.sum + way)), Ink::Measured));
         let (at, room) = (point(self.sum), f64::from(SUM));
-        panel.marks.push(Mark::Word { text: "+".to_owned(), at, room, ink: Ink::Text });
+        panel.push(Word { text: "+".to_owned(), at, room, ink: Ink::Text });
         panel
     }
 }

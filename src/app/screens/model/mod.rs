@@ -14,7 +14,8 @@ use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::effect::{Effect, Scope, registry};
-use crate::figure::{Axis, Ink, Mark, Panel};
+use crate::figure::mark::Bars;
+use crate::figure::{Axis, Ink, Panel};
 use crate::model::learned::LearnedTerm;
 use crate::model::{Parameter, Preset, RigidBody, Term};
 use crate::recording::{JointKind, Recording};
@@ -120,7 +121,7 @@ fn shares_panel(recording: &Recording, step: &Step, shares: &[Vec<Share>]) -> Pa
         let at = |term: usize| term as f64 + (joint as f64 - (joints as f64 - 1.0) / 2.0) * width;
         let bars = shares.iter().enumerate();
         let bars = bars.map(|(term, shares)| [at(term), shares[joint].part, f64::NAN, f64::NAN]).collect();
-        panel.marks.push(Mark::Bars { name: info.name.clone(), bars, width: 0.9 * width, ink: Ink::Series(joint) });
+        panel.push(Bars { name: info.name.clone(), bars, width: 0.9 * width, ink: Ink::Series(joint), written: None });
     }
     panel
 }

@@ -1,0 +1,69 @@
+//! Boxes from quartile to quartile with whiskers.
+
+use super::{Edges, Entry, Key, Mark, PALE, Reach, Row, WHISKER};
+use crate::figure::axis::Axis;
+use crate::figure::canvas::{Canvas, Fill};
+use crate::figure::colours::Ink;
+use crate::figure::place::{Place, is_finite};
+
+/// Width of the median, relative to the usual line.
+const MEDIAN: f64 = 1.6;
+
+/// Boxes of what is spread.
+#[derive(Debug, Clone)]
+pub struct Boxes {
+    /// In the legend.
+    pub name: String,
+    /// Where, least, lower quartile, median, upper quartile, most.
+    pub boxes: Vec<[f64; 6]>,
+    /// Width of a box in units of x.
+    pub width: f64,
+    /// Colour.
+    pub ink: Ink,
+}
+
+impl Mark for Boxes {
+    fn reach(&self, reach: &mut Reach) {
+        for [x, ends @ ..] in &self.boxes {
+            match reach.which {
+                0 => reach.take_all([x - self.width, x + self.width]),
+                _ => reach.take_all(*ends),
+            }
+        }
+    }
+
+    fn edges(&self) -> Edges {
+        Edges::Tight
+    }
+
+    fn entry(&self) -> Option<Entry<'_>> {
+        Some(Entry { name: &self.name, key: Key::Patch(self.ink) })
+    }
+
+    fn draw(&self, place: &Place, canvas: &mut dyn Canvas) {
+        let (color, usual) = (canvas.colours().of(self.ink), canvas.usual());
+        for [x, least, low, median, high, most] in &self.boxes {
+            let end = |y: f64| place.point([*x, y]);
+            for ends in [[end(*least), end(*low)], [end(*high), end(*most)]] {
+                if ends.iter().all(is_finite) {
+                    canvas.rule(ends, color, WHISKER * usual);
+                }
+            }
+            let across = [x - self.width / 2.0, x + self.width / 2.0];
+            if let Some(sides) = place.sides(across, Some([*low, *high])) {
+                canvas.rectangle(sides, &Fill { color, opacity: PALE }, None, 0.0);
+            }
+            let middle = across.map(|x| place.point([x, *median]));
+            if middle.iter().all(is_finite) {
+                canvas.rule(middle, color, MEDIAN * usual);
+            }
+        }
+    }
+
+    fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
+        for [x, least, low, median, high, most] in &self.boxes {
+            let row = Row::point("box", &self.name, [*x, *median]);
+            write(Row { low: *low, high: *high, least: *least, most: *most, ..row });
+        }
+    }
+}

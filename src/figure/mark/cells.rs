@@ -1,0 +1,108 @@
+//! Values as colours over a rectangle.
+
+use super::{Edges, Mark, Reach, Row};
+use crate::figure::axis::Axis;
+use crate::figure::canvas::{Canvas, Hold};
+use crate::figure::colours::Rgb;
+use crate::figure::place::Place;
+use crate::figure::shared::Shared;
+use crate::figure::ticks;
+
+/// A map of values.
+#[derive(Debug, Clone)]
+pub struct Cells {
+    /// How many columns and rows.
+    pub size: [usize; 2],
+    /// The ends of the horizontal and of the vertical axis.
+    pub extent: [[f64; 2]; 2],
+    /// Row by row from below; NaN where there is nothing.
+    pub values: Shared<f64>,
+    /// What the colours say.
+    pub shades: Shades,
+}
+
+/// What the colours of cells say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shades {
+    /// Two hues, nothing at 0.
+    Signed,
+    /// How much there is.
+    Amount,
+    /// How much of its row there is; the value is written into the cell.
+    Written,
+}
+
+impl Cells {
+    fn sides(&self, index: usize) -> [[f64; 2]; 2] {
+        let [columns, rows] = self.size.map(|count| count.max(1));
+        let side = |which: usize, at: usize, count: usize| {
+            let [from, to] = self.extent[which];
+            let end = |at: usize| from + (to - from) * at as f64 / count as f64;
+            [end(at), end(at + 1)]
+        };
+        [side(0, index % columns, columns), side(1, index / columns, rows)]
+    }
+
+    /// The largest value that the value of a cell is compared with.
+    fn most(&self) -> impl Fn(usize) -> f64 + '_ {
+        let largest = |values: &[f64]| {
+            values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, value| most.max(value.abs()))
+        };
+        let whole = largest(&self.values);
+        let columns = self.size[0].max(1);
+        let rows: Vec<f64> = match self.shades {
+            Shades::Written => self.values.chunks(columns).map(largest).collect(),
+            Shades::Signed | Shades::Amount => Vec::new(),
+        };
+        move |index| rows.get(index / columns).copied().unwrap_or(whole)
+    }
+}
+
+impl Mark for Cells {
+    fn reach(&self, reach: &mut Reach) {
+        reach.take_all(self.extent[reach.which]);
+    }
+
+    fn edges(&self) -> Edges {
+        Edges::Filled
+    }
+
+    fn draw(&self, place: &Place, canvas: &mut dyn Canvas) {
+        let most = self.most();
+        let (mut cells, mut texts) = (Vec::with_capacity(self.values.len()), Vec::new());
+        for (index, value) in self.values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+            let most = most(index);
+            let share = if most > 0.0 { value / most } else { 0.0 };
+            let colours = canvas.colours();
+            let color = match self.shades {
+                Shades::Signed => colours.signed(share),
+                Shades::Amount => colours.amount(share),
+                Shades::Written => colours.signed(share.abs()),
+            };
+            let [x, y] = self.sides(index);
+            let Some(sides) = place.sides(x, Some(y)) else { continue };
+            cells.push((sides, color));
+            if self.shades == Shades::Written && *value != 0.0 {
+                let middle = sides.map(|[from, to]| (from + to) / 2.0);
+                texts.push((middle, *value, if is_bright(color) { [0, 0, 0] } else { [0xff, 0xff, 0xff] }));
+            }
+        }
+        canvas.cells(&cells);
+        let letter = canvas.letter();
+        for ([x, y], value, color) in texts {
+            canvas.text([x, y + 0.35 * letter], &ticks::short(value), letter, color, Hold::Middle);
+        }
+    }
+
+    fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
+        for (index, value) in self.values.iter().enumerate() {
+            let [x, y] = self.sides(index).map(|[from, to]| (from + to) / 2.0);
+            write(Row { value: *value, ..Row::point("cell", "", [x, y]) });
+        }
+    }
+}
+
+/// Whether black is easier to read on it than white.
+fn is_bright([red, green, blue]: Rgb) -> bool {
+    0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue) > 140.0
+}

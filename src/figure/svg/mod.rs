@@ -1,0 +1,254 @@
+//! A figure as SVG: the one place where a page is laid out. Lengths are points of 1/72 inch.
+
+mod canvas;
+
+use std::fmt::Write as _;
+
+use base64::Engine as _;
+
+use super::canvas::{Canvas, Fill, Hold, Stroke};
+use super::font::DEJAVU_SANS;
+use super::mark::{Edges, Entry, Key};
+use super::{Area, Figure, Panel, Place, Scale, Size, Style};
+use canvas::{COLUMNS_PER_POINT, Paper, hex, put, rectangle};
+
+/// Height of a slide \[points\].
+const SLIDE_HEIGHT: f64 = 405.0;
+/// Panels below each other on a slide, before a second column is begun.
+const MOST_ROWS_OF_SLIDE: usize = 3;
+
+/// How the letters come into the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Letters {
+    /// The font stands in the file.
+    Embedded,
+    /// Only its name does; the reader has it.
+    Named,
+}
+
+/// The whole figure.
+pub fn draw(figure: &Figure, style: &Style, letters: Letters) -> String {
+    let (width, letter) = match style.size {
+        Size::OneColumn => (241.0, 7.0),
+        Size::TwoColumn => (496.0, 8.0),
+        Size::Slide => (720.0, 12.0),
+    };
+    let columns = match style.size {
+        Size::Slide => figure.columns.max(figure.panels.len().div_ceil(MOST_ROWS_OF_SLIDE)),
+        _ => figure.columns,
+    };
+    let columns = columns.clamp(1, figure.panels.len().max(1));
+    let mut paper = Paper::new(style.theme.colours(), letter);
+    let gap = letter;
+    let cell = (width - gap * (columns + 1) as f64) / columns as f64;
+    // Panels that all show the same series have one legend together, above them.
+    let shared = shared_legend(figure);
+    let legend = if shared.is_empty() { Vec::new() } else { wrapped(&shared, 0.0, width - 2.0 * gap, &paper) };
+    let mut of_panel = |panel| {
+        let own = if shared.is_empty() { Panel::legend(panel) } else { Vec::new() };
+        View::of(panel, own, cell, &mut paper)
+    };
+    let views: Vec<View> = figure.panels.iter().map(&mut of_panel).collect();
+    // Panels below each other have their plots exactly below each other.
+    let left =
+        |column: usize| views.iter().skip(column).step_by(columns).fold(0.0, |most: f64, view| most.max(view.left));
+    let rows: Vec<&[View]> = views.chunks(columns).collect();
+    let mut top = gap;
+    paper.legend(&legend, width - gap, top + 1.1 * letter);
+    top += 1.6 * letter * legend.len() as f64;
+    let slide = (SLIDE_HEIGHT - top) / rows.len().max(1) as f64 - gap;
+    for row in rows.iter().enumerate() {
+        let (number, row) = row;
+        let above = row.iter().fold(0.0, |most: f64, view| most.max(view.above));
+        let below = row.iter().fold(0.0, |most: f64, view| most.max(view.below));
+        let usual = if style.size == Size::OneColumn || columns > 1 { 0.62 } else { 0.3 };
+        let plot_height = row.iter().enumerate().fold(0.0, |most: f64, (column, view)| {
+            let plot_width = cell - left(column) - letter;
+            most.max(plot_width * view.panel.aspect.unwrap_or(usual))
+        });
+        let plot_height = if style.size == Size::Slide { (slide - above - below).max(10.0) } else { plot_height };
+        for (column, view) in row.iter().enumerate() {
+            let from = gap + column as f64 * (cell + gap);
+            let mut plot = Area {
+                left: from + left(column),
+                top: top + above,
+                width: cell - left(column) - letter,
+                height: plot_height,
+            };
+            if let (Size::Slide, Some(aspect)) = (style.size, view.panel.aspect) {
+                plot.width = plot.width.min(plot.height / aspect);
+            }
+            paper.panel(view, plot, number * columns + column);
+        }
+        top += above + plot_height + below + gap;
+    }
+    let height = if style.size == Size::Slide { SLIDE_HEIGHT } else { top };
+    let font = match letters {
+        Letters::Named => String::new(),
+        Letters::Embedded => {
+            let data = base64::engine::general_purpose::STANDARD.encode(DEJAVU_SANS);
+            let source = format!("url(data:font/ttf;base64,{data})");
+            format!("<style>@font-face{{font-family:\"DejaVu Sans\";src:{source}}}</style>\n")
+        }
+    };
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}pt\" height=\"{height:.2}pt\" \
+         viewBox=\"0 0 {width} {height:.2}\" font-family=\"DejaVu Sans\" font-size=\"{letter}\">\n{font}\
+         <rect width=\"{width}\" height=\"{height:.2}\" fill=\"{}\"/>\n{}</svg>\n",
+        hex(paper.colours().ground),
+        paper.out
+    )
+}
+
+/// A panel with what its layout needs to know.
+struct View<'a> {
+    panel: &'a Panel,
+    /// Ranges in the axes' own measure: logarithms on logarithmic axes.
+    ranges: [[f64; 2]; 2],
+    y_ticks: Vec<(f64, String)>,
+    /// Rows of the legend: from which entry to which.
+    legend: Vec<Vec<Entry<'a>>>,
+    left: f64,
+    above: f64,
+    below: f64,
+    /// Names below the plot stand upright because they are too long.
+    upright: bool,
+}
+
+impl<'a> View<'a> {
+    /// A panel of this width.
+    fn of(panel: &'a Panel, legend: Vec<Entry<'a>>, cell: f64, paper: &mut Paper) -> Self {
+        let letter = paper.letter();
+        let ranges = panel.ranges((cell * COLUMNS_PER_POINT) as usize, paper.decimator());
+        let longest = |ticks: &[(f64, String)]| {
+            ticks.iter().fold(0.0, |most: f64, (_, text)| most.max(paper.width_of(text, letter)))
+        };
+        let y_ticks = if panel.bare { Vec::new() } else { panel.y.ticks(ranges[1], 6) };
+        let label = if panel.y.label.is_empty() { 0.0 } else { 1.5 * letter };
+        let left = if panel.bare { 0.0 } else { longest(&y_ticks) + 0.6 * letter + label };
+        let x_ticks = panel.x.ticks(ranges[0], 6);
+        let longest = longest(&x_ticks);
+        let named = matches!(panel.x.scale, Scale::Names(_));
+        let upright = named && longest > 0.95 * (cell - left) / x_ticks.len().max(1) as f64;
+        let numbers = match upright {
+            _ if panel.bare => 0.0,
+            true => longest + 0.6 * letter,
+            false => 1.5 * letter,
+        };
+        let below = numbers + if panel.x.label.is_empty() { 0.0 } else { 1.5 * letter };
+        let title = paper.width_of(&panel.heading(), 1.1 * letter);
+        let legend = wrapped(&legend, title + letter, cell - left, paper);
+        let above = 1.6 * letter * legend.len() as f64 + 0.2 * letter;
+        View { panel, ranges, y_ticks, legend, left, above, below, upright }
+    }
+}
+
+/// Entries of a legend in rows of this width, of whose first some is used.
+fn wrapped<'a>(entries: &[Entry<'a>], used: f64, room: f64, paper: &Paper) -> Vec<Vec<Entry<'a>>> {
+    let mut rows = vec![Vec::new()];
+    let mut used = used;
+    for entry in entries {
+        let needed = paper.entry(entry.name);
+        if used + needed > room && used > 0.0 {
+            rows.push(Vec::new());
+            used = 0.0;
+        }
+        used += needed;
+        if let Some(row) = rows.last_mut() {
+            row.push(*entry);
+        }
+    }
+    rows
+}
+
+/// The legend of all panels, if several have the same.
+fn shared_legend(figure: &Figure) -> Vec<Entry<'_>> {
+    let mut all = figure.panels.iter().map(Panel::legend);
+    let Some(first) = all.next().filter(|_| figure.panels.len() > 1) else { return Vec::new() };
+    if all.all(|other| other == first) { first } else { Vec::new() }
+}
+
+impl Paper {
+    /// Width of a legend's entry, with the distance to the next.
+    fn entry(&self, name: &str) -> f64 {
+        self.width_of(name, self.letter()) + 3.6 * self.letter()
+    }
+
+    fn panel(&mut self, view: &View, plot: Area, number: usize) {
+        let (letter, colours, panel) = (self.letter(), *self.colours(), view.panel);
+        let place = Place { plot, ranges: view.ranges, axes: [&panel.x, &panel.y] };
+        let sides = [[plot.left, plot.right()], [plot.top, plot.bottom()]];
+        put!(self, "<clipPath id=\"plot{number}\"><rect {}/></clipPath>", rectangle(sides));
+        if !panel.bare {
+            self.rectangle(sides, &Fill { color: colours.canvas, opacity: 1.0 }, None, 0.0);
+        }
+        put!(self, "<g clip-path=\"url(#plot{number})\">");
+        for mark in panel.marks.iter().filter(|mark| mark.is_behind()) {
+            mark.draw(&place, self);
+        }
+        let count = (plot.width / (7.0 * letter)).clamp(2.0, 12.0) as usize;
+        let x_ticks = if panel.bare { Vec::new() } else { panel.x.ticks(view.ranges[0], count) };
+        if !panel.bare && !panel.marks.iter().any(|mark| mark.edges() == Edges::Filled) {
+            for (at, _) in &view.y_ticks {
+                let y = place.along(1, *at);
+                self.rule([[plot.left, y], [plot.right(), y]], colours.grid, 0.5);
+            }
+            for (at, _) in &x_ticks {
+                let x = place.along(0, *at);
+                self.rule([[x, plot.top], [x, plot.bottom()]], colours.grid, 0.5);
+            }
+        }
+        for mark in panel.marks.iter().filter(|mark| !mark.is_behind()) {
+            mark.draw(&place, self);
+        }
+        put!(self, "</g>");
+        if !panel.bare {
+            let edge = Stroke::new(colours.border, 0.6);
+            self.rectangle(sides, &Fill { color: colours.canvas, opacity: 0.0 }, Some(&edge), 0.0);
+        }
+        self.numbers(view, &place, &x_ticks);
+        let first = plot.top - view.above + 1.1 * letter;
+        self.text([plot.left, first], &panel.heading(), 1.1 * letter, colours.text, Hold::Start);
+        self.legend(&view.legend, plot.right(), first);
+    }
+
+    /// What stands along the axes.
+    fn numbers(&mut self, view: &View, place: &Place, x_ticks: &[(f64, String)]) {
+        let (letter, color, plot, panel) = (self.letter(), self.colours().weak, place.plot, view.panel);
+        for (at, text) in &view.y_ticks {
+            let at = [plot.left - 0.4 * letter, place.along(1, *at) + 0.35 * letter];
+            self.text(at, text, letter, color, Hold::End);
+        }
+        for (at, text) in x_ticks {
+            let x = place.along(0, *at);
+            if view.upright {
+                self.upward([x + 0.35 * letter, plot.bottom() + 0.4 * letter], text, color, Hold::End);
+            } else {
+                self.text([x, plot.bottom() + 1.2 * letter], text, letter, color, Hold::Middle);
+            }
+        }
+        if !panel.x.label.is_empty() {
+            let at = [plot.left + plot.width / 2.0, plot.bottom() + view.below - 0.3 * letter];
+            self.text(at, &panel.x.title(), letter, color, Hold::Middle);
+        }
+        if !panel.y.label.is_empty() {
+            let at = [plot.left - view.left + 0.9 * letter, plot.top + plot.height / 2.0];
+            self.upward(at, &panel.y.title(), color, Hold::Middle);
+        }
+    }
+
+    /// Rows of a legend that end at `right`, the first of them with its letters on the line `first`.
+    fn legend(&mut self, rows: &[Vec<Entry>], right: f64, first: f64) {
+        let (letter, color) = (self.letter(), self.colours().weak);
+        for (row, entries) in rows.iter().enumerate() {
+            let width: f64 = entries.iter().map(|entry| self.entry(entry.name)).sum();
+            let mut x = right - width + 0.8 * letter;
+            let y = first + 1.6 * letter * row as f64;
+            for entry in entries {
+                entry.key.draw(self, [x, y - 0.35 * letter]);
+                self.text([x + (Key::WIDTH + 0.3) * letter, y], entry.name, letter, color, Hold::Start);
+                x += self.entry(entry.name);
+            }
+        }
+    }
+}
