@@ -14,6 +14,7 @@ use super::failure::OrUsage;
 use super::progress;
 use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
+use crate::file::is_same;
 use crate::model::learned::{Features, Layers, MOST_NEURONS};
 use crate::model::{Fitted, Model, Preset, Term};
 use crate::network::Activation;
@@ -295,6 +296,21 @@ pub struct Data {
     pub training: Training,
 }
 
+/// All files that are read for a recording; files that are read side by side are `FILE+FILE`.
+fn inputs(files: &[PathBuf], reading: &Reading) -> Vec<PathBuf> {
+    let all = files.iter().chain(&reading.held_out).chain(&reading.arm);
+    all.flat_map(|path| path.to_string_lossy().split('+').map(PathBuf::from).collect::<Vec<_>>()).collect()
+}
+
+fn check_output(output: &Path, inputs: Vec<PathBuf>) -> anyhow::Result<()> {
+    match inputs.iter().any(|input| is_same(input, output)) {
+        true => {
+            Err(anyhow!("{} is read here, so the result can't be written over it: name another file", output.display()))
+        }
+        false => Ok(()),
+    }
+}
+
 impl Files {
     /// A session with the recording, fitted with the default preset where one fits.
     pub fn session(&self) -> anyhow::Result<Session> {
@@ -303,6 +319,11 @@ impl Files {
 }
 
 impl OptionalData {
+    /// Refuses to write a result over what it is made of.
+    pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
+        check_output(output, inputs(&self.files, &self.reading)).or_usage()
+    }
+
     /// The files that were named.
     pub fn files(&self) -> &[PathBuf] {
         &self.files
@@ -328,6 +349,11 @@ impl OptionalData {
 }
 
 impl Data {
+    /// Refuses to write a result over what it is made of.
+    pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
+        check_output(output, inputs(&self.files.files, &self.files.reading)).or_usage()
+    }
+
     /// A session with the recording only.
     pub fn session(&self) -> anyhow::Result<Session> {
         self.files.session()

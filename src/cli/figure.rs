@@ -72,6 +72,7 @@ impl FigureCommand {
     /// Reads or simulates, does what the screen is about, writes.
     pub fn run(&self) -> anyhow::Result<()> {
         let format = Format::of(&self.output)?;
+        self.data.check_output(&self.output)?;
         let session = prepared(self.screen, &self.data.session_or_embedded()?)?;
         let mut panels = app::plots(session, self.screen)?;
         let titles: Vec<String> = panels.iter().map(|panel| format!("“{}”", panel.title)).collect();

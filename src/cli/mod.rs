@@ -32,6 +32,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::file;
+
 /// Finds the physical effect that a robot arm's dynamics model is missing.
 ///
 /// Without a command the window opens, on the given files, on a saved session, or on an embedded arm with a hidden effect.
@@ -126,7 +128,7 @@ impl Arguments {
 /// Where a result is written; standard output if not given.
 fn write_file(path: &PathBuf, bytes: &[u8]) -> anyhow::Result<()> {
     use anyhow::Context;
-    std::fs::write(path, bytes)
+    file::write(path, bytes)
         .with_context(|| format!("can't write {}: check the folder and its permissions", path.display()))
 }
 

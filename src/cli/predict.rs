@@ -30,6 +30,7 @@ pub struct Predict {
 impl Predict {
     /// Reads, predicts, saves.
     pub fn run(&self) -> anyhow::Result<()> {
+        self.data.check_output(&self.output)?;
         let (session, fitted) = match self.data.model_file() {
             Some(path) => {
                 let fitted = read_model(path)?;

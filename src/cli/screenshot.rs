@@ -55,6 +55,7 @@ pub struct Screenshot {
 impl Screenshot {
     /// Reads or simulates, does what the screen is about, draws.
     pub fn run(&self) -> anyhow::Result<()> {
+        self.data.check_output(&self.output)?;
         let start = self.data.session_or_embedded()?;
         let Some(screen) = self.screen else {
             output_folder(&self.output)?;

@@ -49,6 +49,7 @@ struct Answer<'a> {
 impl Train {
     /// Reads, fits, saves, prints. A training that ended early is a failure, but its best weights so far are saved.
     pub fn run(&self) -> anyhow::Result<()> {
+        self.output.iter().chain(&self.checkpoint).try_for_each(|path| self.data.check_output(path))?;
         let session = match &self.resume {
             Some(run) => self.data.session_resuming(run, self.checkpoint.clone())?,
             None => self.data.session_keeping(self.checkpoint.clone())?,

@@ -9,7 +9,7 @@
 //!           claim-1, …       who works on it
 //! ```
 //!
-//! Files are written under another name and renamed, so that none is ever half there. Whoever works on a cell owns the claim of
+//! Whoever works on a cell owns the claim of
 //! the highest number. A claim is made by creating its file, which only one process can do; an abandoned one is not removed but
 //! outnumbered, so that two who find it abandoned can't both win.
 
@@ -111,13 +111,8 @@ impl Store {
     /// # Errors
     /// [`ExperimentError::Store`]
     pub fn write(&self, key: &str, file: &str, bytes: &[u8]) -> Result<(), ExperimentError> {
-        let Owner { host, process } = Owner::this();
-        let (path, draft) = (self.path(key, file), self.path(key, &format!("draft-{host}-{process}-{file}")));
-        let written = File::create(&draft).and_then(|mut to| {
-            to.write_all(bytes)?;
-            to.sync_all()
-        });
-        written.and_then(|()| fs::rename(&draft, &path)).map_err(|problem| ExperimentError::Store { path, problem })
+        let path = self.path(key, file);
+        crate::file::write(&path, bytes).map_err(|problem| ExperimentError::Store { path, problem })
     }
 
     /// [`Store::write`] of a value as JSON.

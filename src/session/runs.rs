@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::{Session, Step};
+use crate::file;
 use crate::model::Preset;
 use crate::training::TrainError;
 use crate::training::fit::SavedRun;
@@ -66,17 +67,13 @@ pub fn load(path: &Path) -> Result<SavedRun, RunFileError> {
     SavedRun::from_bytes(&bytes).map_err(|error| RunFileError::Content { path: path.to_owned(), error })
 }
 
-/// Writes a run beside the file and then puts it in its place, so that the file is always whole.
+/// Writes a run, in the place of the one that was there.
 ///
 /// # Errors
 /// [`RunFileError`]
 pub fn save(run: &SavedRun, path: &Path) -> Result<(), RunFileError> {
     let bytes = run.to_bytes().map_err(|error| RunFileError::Content { path: path.to_owned(), error })?;
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    std::fs::write(&beside, bytes)
-        .and_then(|()| std::fs::rename(&beside, path))
-        .map_err(|error| RunFileError::Write { path: path.to_owned(), error })
+    file::write(path, &bytes).map_err(|error| RunFileError::Write { path: path.to_owned(), error })
 }
 
 /// Saves a running training now and then.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Rooms by floor; a room may import only from floors below its own.
 const FLOORS: &[&[&str]] = &[
-    &["signals", "progress"],
+    &["signals", "progress", "file"],
     &["arm", "network", "figure"],
     &["recording"],
     &["effect"],
@@ -19,7 +19,7 @@ const FLOORS: &[&[&str]] = &[
 /// Where threads may be started: the jobs, and the parallel kernels of learning.
 const THREADS: &[&str] = &["work", "network", "training"];
 /// Where files may be opened: the front door of the readers, what is saved, and the edges.
-const FILES: &[&str] = &["recording/read/mod.rs", "session", "experiment/store.rs", "cli", "app"];
+const FILES: &[&str] = &["file.rs", "recording/read/mod.rs", "session", "experiment/store.rs", "cli", "app"];
 /// Who may open a seal: the user's own command, a saved session in which the user had opened it, the seal's tests, and the
 /// scoring of simulated draws.
 const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "cli/bench", "simulation"];

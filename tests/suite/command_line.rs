@@ -265,6 +265,28 @@ fn the_same_seed_gives_the_same_bytes() {
     assert!(bytes("a.npz") == bytes("b.npz"));
 }
 
+/// A result never takes the place of what it is made of.
+#[test]
+fn inputs_are_refused_as_outputs() {
+    let folder = tempfile::tempdir().unwrap();
+    hidden_friction(folder.path());
+    let names =
+        std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let log = names.into_iter().find(|name| name.ends_with(".npz")).unwrap();
+    let before = std::fs::read(folder.path().join(&log)).unwrap();
+    let other_way = format!("./{log}");
+    for command in
+        [&["predict", &log, "-o", &log][..], &["predict", &log, "-o", &other_way], &["train", &log, "-o", &log]]
+    {
+        let message = fails(command, folder.path(), 2);
+        assert!(message.contains("can't be written over it: name another file"), "{command:?}: {message}");
+    }
+    assert_eq!(std::fs::read(folder.path().join(&log)).unwrap(), before);
+    let names = std::fs::read_dir(folder.path()).unwrap().count();
+    succeeds(&["predict", &log, "-o", "torques.npz"], folder.path());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), names + 1, "nothing is left beside it");
+}
+
 #[test]
 fn every_command_has_help() {
     let folder = tempfile::tempdir().unwrap();

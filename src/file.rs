@@ -1,0 +1,176 @@
+//! The one way in which the program writes a file: whole, or not at all.
+//!
+//! The bytes are written beside the file and brought to the disk; then they take its place by one rename. So at every moment,
+//! also when the power fails or the disk is full, there is either the old file or the new one.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Ending of the copy of what a document was before it was saved last.
+pub const OLD: &str = ".bak";
+
+/// Writes a file, in the place of the one that is there.
+///
+/// # Errors
+/// What the system says; the old file is then as it was, and nothing is left beside it.
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    put(path, bytes, false)
+}
+
+/// Writes a file and keeps what it was before, with the ending [`OLD`].
+///
+/// # Errors
+/// As [`write`].
+pub fn write_keeping_old(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    put(path, bytes, true)
+}
+
+/// The same file with something behind its name.
+pub fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(ending);
+    PathBuf::from(name)
+}
+
+fn put(path: &Path, bytes: &[u8], keep_old: bool) -> io::Result<()> {
+    let old = fs::metadata(path).ok();
+    if old.as_ref().is_some_and(|old| !old.is_file()) {
+        // A pipe or a device has no place that could be taken.
+        return fs::OpenOptions::new().write(true).open(path)?.write_all(bytes);
+    }
+    // What a link leads to is replaced, and not the link.
+    let path = if old.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
+    let draft = Draft::new(&path);
+    let mut file = File::create(&draft.0)?;
+    file.write_all(bytes)?;
+    if let Some(old) = &old {
+        file.set_permissions(old.permissions())?;
+    }
+    file.sync_all()?;
+    if keep_old && old.is_some() {
+        keep(&path)?;
+    }
+    fs::rename(&draft.0, &path)?;
+    sync_folder(&path);
+    Ok(())
+}
+
+/// Puts what a file is now beside it, by a rename too.
+fn keep(path: &Path) -> io::Result<()> {
+    let draft = Draft::new(path);
+    // A second name costs no space; not every file system has them.
+    fs::hard_link(path, &draft.0).or_else(|_| fs::copy(path, &draft.0).map(drop))?;
+    fs::rename(&draft.0, beside(path, OLD))
+}
+
+/// A name beside a file that nobody else uses; what is still there in the end is removed.
+struct Draft(PathBuf);
+
+impl Draft {
+    fn new(path: &Path) -> Draft {
+        static DRAFTS: AtomicU64 = AtomicU64::new(0);
+        let number = DRAFTS.fetch_add(1, Ordering::Relaxed);
+        Draft(beside(path, &format!(".{}-{number}.new", std::process::id())))
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        // After a rename it is gone already.
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+/// Brings a rename to the disk, where a folder can be synchronised at all.
+fn sync_folder(path: &Path) {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
+    }
+}
+
+/// Whether two paths lead to one file.
+pub fn is_same(one: &Path, other: &Path) -> bool {
+    match (fs::canonicalize(one), fs::canonicalize(other)) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_is_replaced_and_what_it_was_can_be_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        write(&path, b"one").unwrap();
+        write(&path, b"two").unwrap();
+        assert_eq!((fs::read(&path).unwrap(), names(folder.path())), (b"two".to_vec(), vec!["a.txt".to_owned()]));
+        write_keeping_old(&path, b"three").unwrap();
+        write_keeping_old(&path, b"four").unwrap();
+        let old = beside(&path, OLD);
+        assert_eq!((fs::read(&path).unwrap(), fs::read(&old).unwrap()), (b"four".to_vec(), b"three".to_vec()));
+        assert_eq!(names(folder.path()), ["a.txt", "a.txt.bak"]);
+    }
+
+    #[test]
+    fn what_fails_changes_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let nowhere = folder.path().join("no/such/folder/a.txt");
+        assert!(write(&nowhere, b"one").is_err() && names(folder.path()).is_empty());
+        // A folder can't be replaced by a file.
+        let taken = folder.path().join("taken");
+        fs::create_dir(&taken).unwrap();
+        assert!(write(&taken, b"one").is_err());
+        assert_eq!(names(folder.path()), ["taken"]);
+    }
+
+    #[test]
+    fn readers_see_the_old_file_or_the_new_one_and_never_a_part() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        let texts = [vec![1u8; 200_000], vec![2u8; 300_000]];
+        write(&path, &texts[0]).unwrap();
+        std::thread::scope(|scope| {
+            let writers = [0, 1].map(|writer| {
+                let (path, texts) = (&path, &texts);
+                scope.spawn(move || {
+                    (0..20).for_each(|turn| write_keeping_old(path, &texts[(writer + turn) % 2]).unwrap())
+                })
+            });
+            while writers.iter().any(|writer| !writer.is_finished()) {
+                let seen = fs::read(&path).unwrap();
+                assert!(texts.contains(&seen), "{} bytes", seen.len());
+            }
+        });
+        assert_eq!(names(folder.path()), ["a.bin", "a.bin.bak"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_permissions_and_devices_stay_what_they_are() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let [path, link] = ["a.txt", "link"].map(|name| folder.path().join(name));
+        write(&path, b"one").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        symlink("a.txt", &link).unwrap();
+        write(&link, b"two").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink() && is_same(&path, &link));
+        assert_eq!(fs::read(&path).unwrap(), b"two");
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+        write(Path::new("/dev/null"), b"three").unwrap();
+    }
+}
