@@ -30,8 +30,10 @@ pub use desk::{About, Order, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use settings::Settings;
 
-use crate::session::{Command, Curve, History, Session, file};
+use crate::progress::{Epoch, Event, Progress};
+use crate::session::{Command, History, Session, file};
 use crate::training::Ending;
+use crate::training::fit::Plan;
 use crate::work::{Job, Outcome};
 use desk::{Busy, Desk, Drawing, Focus, Messages, Panels, Tone};
 use keeper::{Keeper, Kept};
@@ -84,10 +86,34 @@ enum Asks {
 struct Running {
     job: Job<Session>,
     command: Command,
-    /// The epochs of its training, if it is one.
-    curve: Option<Curve>,
+    /// By which plan it trains, if it does.
+    plan: Option<Plan>,
+    /// What it has told so far.
+    progress: Progress,
+    epochs: Vec<Epoch>,
+    found: Vec<String>,
     /// Whether it was asked to end with what it has.
     finishing: bool,
+}
+
+impl Running {
+    /// Takes what it has told since the last frame.
+    fn hear(&mut self) {
+        for event in self.job.events() {
+            match event {
+                Event::Progress(progress) => self.progress = progress,
+                Event::Epoch(epoch) => {
+                    // A command that trains twice begins its curve anew.
+                    if epoch.epoch <= 1 {
+                        self.epochs.clear();
+                    }
+                    self.epochs.push(epoch);
+                }
+                Event::Found(found) => self.found = found,
+                Event::Done(_) => {}
+            }
+        }
+    }
 }
 
 /// Opens the window on a session and returns when it is closed. A command given with it, such as opening a file that was named
@@ -227,12 +253,13 @@ impl TorquescopeApp {
     /// Draws everything.
     pub fn draw(&mut self, ui: &mut egui::Ui) {
         let busy = self.running.as_ref().map(|running| Busy {
-            name: running.job.name().to_owned(),
-            progress: running.job.progress(),
+            name: running.job.name(),
+            progress: &running.progress,
             paused: running.job.is_paused(),
             finishing: running.finishing,
-            epochs: running.curve.as_ref().map(Curve::epochs),
-            plan: running.command.plan(self.history.current()).cloned(),
+            plan: running.plan.as_ref(),
+            epochs: &running.epochs,
+            found: &running.found,
         });
         let (session, models) = (self.history.current().clone(), self.history.models());
         self.memo.keep_to(&session);
@@ -365,17 +392,18 @@ impl TorquescopeApp {
             }
             return;
         }
-        // A curve of its own for each run: a run that was stopped may still add an epoch to its own.
-        let session = Session { curve: Curve::default(), ..session };
-        let curve = command.trains(&session).then(|| session.curve.clone());
+        let plan = command.plan(&session).cloned();
         let (context, work) = (ctx.clone(), command.clone());
         let wake = move || context.request_repaint();
         let job = Job::spawn(command.title(), wake, move |monitor| work.run(&session, monitor));
-        self.running = Some(Running { job, command, curve, finishing: false });
+        let progress = Progress::default();
+        let (epochs, found) = (Vec::new(), Vec::new());
+        self.running = Some(Running { job, command, plan, progress, epochs, found, finishing: false });
     }
 
     fn poll_job(&mut self, ctx: &egui::Context) {
         let Some(running) = &mut self.running else { return };
+        running.hear();
         let Some(outcome) = running.job.poll() else { return };
         let Some(Running { command, .. }) = self.running.take() else { return };
         match outcome {
@@ -438,7 +466,7 @@ impl TorquescopeApp {
         self.drawing = Some(Job::spawn("export", wake, move |_| {
             let Drawing { figure, format, style, path } = drawing;
             let bytes = crate::figure::render(&figure, format, &style).map_err(|error| error.to_string())?;
-            match std::fs::write(&path, bytes) {
+            match crate::file::write(&path, &bytes) {
                 Ok(()) => Ok(path),
                 Err(error) => Err(format!("{} can't be written ({error})", path.display())),
             }

@@ -152,7 +152,7 @@ impl Run {
         let (data, shard) = (self.which.data.clone(), self.shard);
         let work = (experiment.clone(), store.clone());
         let report = progress::watch("experiment", move |monitor| {
-            run(&work.0, &work.1, data.as_deref(), shard, monitor, &mut |_| {})
+            run(&work.0, &work.1, data.as_deref(), shard, monitor)
         })?;
         if self.json {
             // One object on standard output: either the results, or why some are missing.

@@ -7,7 +7,8 @@ use std::time::Duration;
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::progress::Monitor;
+use crate::experiment::run::duration_text;
+use crate::progress::{Event, Monitor, Progress};
 use crate::session::{Command, Session};
 use crate::work::{Job, Outcome};
 
@@ -54,13 +55,14 @@ pub fn watch<T: Send + 'static, E: std::fmt::Display>(
     }
     let caller = std::thread::current();
     let mut job = Job::spawn(name, move || caller.unpark(), work);
+    let (mut progress, mut so_far) = (Progress::default(), String::new());
     let outcome = loop {
         if let Some(outcome) = job.poll() {
             break outcome;
         }
-        let progress = job.progress();
+        job.events().into_iter().for_each(|event| hear(event, &mut progress, &mut so_far));
         bar.set_position((progress.fraction * 1000.0) as u64);
-        bar.set_message(progress.activity);
+        bar.set_message(format!("{}{so_far}", progress.activity));
         std::thread::park_timeout(TICK);
     };
     bar.finish_and_clear();
@@ -69,6 +71,17 @@ pub fn watch<T: Send + 'static, E: std::fmt::Display>(
         Outcome::Failed(message) => bail!("{message}"),
         Outcome::Stopped(reason) => bail!("stopped: {reason}"),
         Outcome::Panicked(message) => bail!("{name} broke, which is a defect of this program: {message}"),
+    }
+}
+
+/// Takes an event into what the bar shows: how far the work is, and in words what it has so far.
+fn hear(event: Event, progress: &mut Progress, so_far: &mut String) {
+    match event {
+        Event::Progress(newer) => *progress = newer,
+        Event::Done(_) => so_far.clear(),
+        Event::Epoch(epoch) => *so_far = format!(", {} left", duration_text(epoch.remaining_s)),
+        Event::Found(found) if found.is_empty() => so_far.clear(),
+        Event::Found(found) => *so_far = format!(", so far: {}", found.join("; ")),
     }
 }
 

@@ -8,7 +8,8 @@ use super::data::Data;
 use super::table::{number, table};
 use super::{evaluate, progress, write_file};
 use crate::model::{JointError, Parameter};
-use crate::training::{self, Epoch};
+use crate::progress::Epoch;
+use crate::training;
 
 /// Identify a model from recordings and save it.
 #[derive(Args)]

@@ -17,7 +17,7 @@ use crate::model::least_squares::{Elimination, NormalEquations, Solution};
 use crate::model::line_search::{FINE, minimum};
 use crate::model::terms::Found;
 use crate::model::{ModelError, fit};
-use crate::progress::Monitor;
+use crate::progress::{Event, Monitor};
 
 /// Evidence must exceed this many times the price (parameters · ln samples).
 pub const MARGIN: f64 = 1.5;
@@ -202,6 +202,8 @@ impl<'a> Search<'a> {
                 }
                 self.settle()?;
                 self.follow()?;
+                let names = self.active.iter().map(|&group| self.library.groups[group].label());
+                monitor.tell(Event::Found(names.collect()));
             }
             if self.active == before {
                 break;

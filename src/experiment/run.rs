@@ -18,7 +18,7 @@ use crate::effect::place::Place;
 use crate::effect::registry;
 use crate::model::learned::LearnedTerm;
 use crate::model::{self, Fitted, Model, Preset, Term};
-use crate::progress::Monitor;
+use crate::progress::{Event, Monitor};
 use crate::recording::read::read;
 use crate::recording::split::{Segment, Split};
 use crate::recording::{Recording, Trajectory};
@@ -149,7 +149,7 @@ pub fn training_record(store: &Store, cell: &Cell) -> Result<Option<TrainingReco
     store.json(&cell.key, TRAINING)
 }
 
-/// Runs the cells of a shard that the store lacks and that nobody else works on. `watch` hears of every cell that is done.
+/// Runs the cells of a shard that the store lacks and that nobody else works on. Every cell that is done is told.
 ///
 /// # Errors
 /// [`ExperimentError`] if it can't begin, or was stopped; cells that can't be done are in the report.
@@ -159,7 +159,6 @@ pub fn run(
     data: Option<&Path>,
     shard: Shard,
     monitor: &Monitor,
-    watch: &mut dyn FnMut(&Cell),
 ) -> Result<Report, ExperimentError> {
     let cells: Vec<Cell> = shard.cells(cell::plan(experiment, data)?);
     let (mut report, begin) = (Report::default(), Instant::now());
@@ -179,12 +178,13 @@ pub fn run(
             report.found += 1;
             continue;
         }
-        let part = part(monitor, Arc::new(claim), [index, report.found + report.elsewhere, cells.len()], begin, title);
+        let part =
+            part(monitor, Arc::new(claim), [index, report.found + report.elsewhere, cells.len()], begin, title.clone());
         match run_cell(cell, store, data, &part) {
             Ok(()) => {
                 store.remove(&cell.key, FAILED)?;
                 report.done += 1;
-                watch(cell);
+                monitor.tell(Event::Done(title));
             }
             Err(error) if error.is_stop() => return Err(error),
             Err(error @ ExperimentError::Store { .. }) => return Err(error),
@@ -206,8 +206,10 @@ fn part(
     title: String,
 ) -> Monitor {
     let whole = monitor.clone();
-    Monitor::relaying(move |progress| {
+    Monitor::relaying(move |event| {
         claim.beat();
+        // Epochs and findings of a cell concern nobody.
+        let Event::Progress(progress) = event else { return Ok(()) };
         let done = (index - skipped) as f64 + f64::from(progress.fraction);
         let left = begin.elapsed().as_secs_f64() / done.max(0.02)
             * (count - skipped) as f64
@@ -275,10 +277,13 @@ fn train_members(
             plan.options.seed += SEEDS_OF_A_MEMBER * number;
             let count = cell.inputs.members as f32;
             let whole = monitor.clone();
-            let part = Monitor::relaying(move |progress| {
-                whole.report((number as f32 + progress.fraction) / count, &progress.activity)
+            let part = Monitor::relaying(move |event| match event {
+                Event::Progress(progress) => {
+                    whole.report((number as f32 + progress.fraction) / count, &progress.activity)
+                }
+                Event::Epoch(_) | Event::Found(_) | Event::Done(_) => Ok(()),
             });
-            let trained = training::fit::fit(&model, &recording, &split, &plan, None, &part, &mut |_, _| {})?;
+            let trained = training::fit::fit(&model, &recording, &split, &plan, None, &part, &mut |_| {})?;
             match trained.ending {
                 Ending::Finished | Ending::GoalReached => trained.fitted,
                 Ending::Stopped(reason) => return Err(crate::progress::Stopped { reason }.into()),

@@ -3,23 +3,21 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::file::{self, SessionFileError};
-use super::runs::{Keeper, RunFileError};
+use super::error::SessionError;
+use super::step::{step, trained};
 use super::terms::{self, TermEdit};
-use super::{Generation, Session, Step};
+use super::{Generation, Session, Step, file};
 use crate::diagnosis;
-use crate::effect::{Effect, Scope, registry};
+use crate::effect::registry;
 use crate::model::learned::LearnedPreset;
-use crate::model::{self, Evaluation, Fitted, Model, ModelError, Preset, Term};
-use crate::progress::{Monitor, Stopped};
-use crate::recording::joints_text;
-use crate::recording::read::{self, ReadError, ReadOptions};
-use crate::recording::seal::SealError;
-use crate::recording::split::{Split, SplitError};
-use crate::simulation::extrapolation::{self, ExtrapolationError, Stretch};
-use crate::simulation::{self, Scenario, SimulationError};
-use crate::training::fit::{Plan, SavedRun, Trained, WatchRun};
-use crate::training::{self, Ending, TrainError};
+use crate::model::{Fitted, Model, ModelError, Preset, Term};
+use crate::progress::{Event, Monitor};
+use crate::recording::read::{self, ReadOptions};
+use crate::recording::split::Split;
+use crate::simulation::extrapolation::{self, Stretch};
+use crate::simulation::{self, Scenario};
+use crate::training;
+use crate::training::fit::{Plan, SavedRun};
 
 /// A change of the session.
 #[derive(Debug, Clone)]
@@ -96,101 +94,6 @@ pub enum Command {
     },
     /// Shows the hidden truth.
     OpenSeal,
-}
-
-/// A command could not be carried out; the session stays as it was.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionError {
-    /// Nothing is loaded.
-    #[error("there is no recording: open a file or simulate one first")]
-    NoRecording,
-    /// Nothing was fitted.
-    #[error("there is no model yet: choose a preset first")]
-    NoModel,
-    /// The current model has no networks.
-    #[error(
-        "the current model is identified by least squares, there is nothing to train: choose a preset with networks"
-    )]
-    NothingToTrain,
-    /// The run could not go on.
-    #[error("training ended: {0}. If that does not help, look for faults in the data")]
-    TrainingFailed(String),
-    /// The recording has no seal.
-    #[error("this recording has no sealed truth: only simulated recordings have one")]
-    NoSeal,
-    /// The ladder has no such step.
-    #[error("the ladder has {count} steps, there is no step {step}")]
-    NoSuchStep {
-        /// Counted from 1.
-        step: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// The current model, or what was switched off of it, has no such term.
-    #[error("the model has no such term: choose one of its {count}")]
-    NoSuchTerm {
-        /// How many there are.
-        count: usize,
-    },
-    /// The base of the model is not an effect.
-    #[error("{0} is what the model starts from: choose another preset instead of taking it out")]
-    Base(String),
-    /// Terms of a trained model were to be reordered.
-    #[error("the order of a trained model's terms is fixed by its networks: reorder the terms of a rigid body")]
-    FixedOrder,
-    /// There is no such training.
-    #[error("there are {count} trainings, there is no training {run}")]
-    NoSuchRun {
-        /// Counted from 1.
-        run: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// The current model has the effect already.
-    #[error("the model has {0} already")]
-    AlreadyThere(String),
-    /// The base parameters or other terms can take the effect's place.
-    #[error(
-        "{0} can't be told apart from the rest of the model with these data: state the arm's masses and lengths, or record \
-         motion that separates them"
-    )]
-    Absorbed(String),
-    /// A joint effect without a joint.
-    #[error("name at least one joint for {0}")]
-    NoJoint(String),
-    /// There is no such effect.
-    #[error(transparent)]
-    UnknownEffect(#[from] registry::UnknownEffect),
-    /// A file can't be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// The recording can't be split as asked.
-    #[error(transparent)]
-    Split(#[from] SplitError),
-    /// The scenario can't be simulated.
-    #[error(transparent)]
-    Simulation(#[from] SimulationError),
-    /// The model does not fit the recording.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// Training can't begin.
-    #[error(transparent)]
-    Train(#[from] TrainError),
-    /// The error outside the data can't be computed.
-    #[error(transparent)]
-    Extrapolation(#[from] ExtrapolationError),
-    /// A checkpoint can't be kept.
-    #[error(transparent)]
-    RunFile(#[from] RunFileError),
-    /// The session can't be opened.
-    #[error(transparent)]
-    File(#[from] SessionFileError),
-    /// The seal is damaged.
-    #[error(transparent)]
-    Seal(#[from] SealError),
-    /// Stopped by the user.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
 }
 
 impl Command {
@@ -280,9 +183,10 @@ impl Command {
                         run.model.terms.iter().map(Term::label).collect::<Vec<_>>().join(" + ")
                     }
                 };
-                run.checkpoint.history.iter().for_each(|epoch| session.curve.push(*epoch));
-                ladder.push(trained(title, session, monitor, &mut |watch| {
-                    training::fit::resume(run, recording, &session.split, monitor, watch)
+                // Who watches sees the whole run.
+                run.checkpoint.history.iter().for_each(|epoch| monitor.tell(Event::Epoch(*epoch)));
+                ladder.push(trained(title, session, monitor, &mut |keep| {
+                    training::fit::resume(run, recording, &session.split, monitor, keep)
                 })?);
                 Ok(Session { ladder, report: None, plan: run.plan.clone(), ..session.clone() })
             }
@@ -308,7 +212,7 @@ impl Command {
                 let report = diagnosis::diagnose(&current.fitted, recording, &session.split, monitor)?;
                 Ok(Session { report: Some(Arc::new(report)), ..session.clone() })
             }
-            Command::AddEffect { effect, joints } => add_effect(session, effect, joints, monitor),
+            Command::AddEffect { effect, joints } => terms::add(session, effect, joints, monitor),
             Command::EditTerms(edit) => terms::edit(session, *edit, monitor),
             Command::Extrapolate { steps, stretch } => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
@@ -358,7 +262,7 @@ impl Command {
             Command::UseModel { title, .. } => format!("start from {title}"),
             Command::Diagnose => "diagnose".to_owned(),
             Command::AddEffect { effect, joints } => {
-                let name = registry::find(effect).map_or(effect.clone(), |effect| effect_text(effect, joints));
+                let name = registry::find(effect).map_or(effect.clone(), |effect| terms::effect_text(effect, joints));
                 format!("add {name}")
             }
             Command::EditTerms(edit) => edit.title().to_owned(),
@@ -368,7 +272,7 @@ impl Command {
         }
     }
 
-    /// Whether it trains networks, which [`Session::curve`] then tells of.
+    /// Whether it trains networks, of whose epochs it then tells.
     pub fn trains(&self, session: &Session) -> bool {
         match self {
             Command::ChoosePreset(preset) => matches!(preset, Preset::Learned(_)),
@@ -411,100 +315,10 @@ fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session
     }
 }
 
-/// Identifies or trains a model and measures it. With `before`, networks start from its weights.
-pub(super) fn step(
-    title: String,
-    model: Model,
-    before: Option<&Fitted>,
-    session: &Session,
-    monitor: &Monitor,
-) -> Result<Arc<Step>, SessionError> {
-    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
-    if model.is_learned() {
-        return trained(title, session, monitor, &mut |watch| {
-            training::fit::fit(&model, recording, &session.split, &session.plan, before, monitor, watch)
-        });
-    }
-    let fitted = model::fit(&model, recording, &session.split, monitor)?;
-    let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    let generation = Generation::next();
-    Ok(Arc::new(Step { generation, title, fitted, evaluation, history: Vec::new(), ending: None, run: None }))
-}
-
-/// Follows a training, keeps its checkpoint, and measures what it gives.
-fn trained(
-    title: String,
-    session: &Session,
-    monitor: &Monitor,
-    train: &mut dyn FnMut(&mut WatchRun) -> Result<Trained, TrainError>,
-) -> Result<Arc<Step>, SessionError> {
-    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
-    let mut keeper = Keeper::new(session.checkpoint_file.as_deref());
-    let Trained { fitted, ending, history, run } = train(&mut |epoch, run| {
-        session.curve.push(*epoch);
-        if let Err(error) = keeper.epoch(run) {
-            monitor.stop(&error.to_string());
-        }
-    })?;
-    keeper.end(&run)?;
-    if let (Ending::Failed(reason), true) = (&ending, history.is_empty()) {
-        return Err(SessionError::TrainingFailed(reason.clone()));
-    }
-    let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    let (generation, ending, run) = (Generation::next(), Some(ending), Some(Arc::new(run)));
-    Ok(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run }))
-}
-
-fn add_effect(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {
-    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
-    let current = session.current().ok_or(SessionError::NoModel)?;
-    let effect = registry::find(id)?;
-    if effect.scope != Scope::Arm && joints.is_empty() {
-        return Err(SessionError::NoJoint(effect.name.to_owned()));
-    }
-    let old = &current.fitted.model;
-    let model = old.with_effect(effect, joints)?;
-    if model == *old {
-        return Err(SessionError::AlreadyThere(effect_text(effect, joints)));
-    }
-    let title = format!("+ {}", effect_text(effect, joints));
-    let mut ladder = session.ladder.clone();
-    let added = step(title.clone(), model.clone(), Some(&current.fitted), session, monitor)?;
-    let absorbed = added
-        .fitted
-        .parameters
-        .iter()
-        .any(|parameter| !parameter.identified && is_of(&model.terms[parameter.term], effect));
-    if !absorbed {
-        ladder.push(added);
-        return Ok(Session { ladder, report: None, ..session.clone() });
-    }
-    // Beside free base parameters the effect can't be seen, so the rigid body is held at the stated arm first, as a step of
-    // its own: what the effect gains is then the difference between the last two steps.
-    let arm = match &recording.stated_arm {
-        Some(arm) if !old.is_pinned() => arm,
-        _ => return Err(SessionError::Absorbed(effect_text(effect, joints))),
-    };
-    ladder.push(step("rigid body held at the stated arm".to_owned(), old.pinned_to(arm), None, session, monitor)?);
-    ladder.push(step(title, model.pinned_to(arm), None, session, monitor)?);
-    Ok(Session { ladder, report: None, ..session.clone() })
-}
-
-/// `Coulomb friction on joints 1, 2`.
-fn effect_text(effect: &Effect, joints: &[usize]) -> String {
-    match effect.scope {
-        Scope::Arm => effect.name.to_owned(),
-        Scope::Joint | Scope::Pair => format!("{} on {}", effect.name, joints_text(joints)),
-    }
-}
-
-fn is_of(term: &Term, effect: &Effect) -> bool {
-    matches!(term, Term::Effect(term) if term.effect == effect)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::Excitation;
 
     #[test]
     fn commands_on_an_empty_session_say_what_to_do_first() {
@@ -514,5 +328,20 @@ mod tests {
             let message = command.run(&empty, &monitor).unwrap_err().to_string();
             assert!(message.contains("open a file or simulate"), "{message}");
         }
+    }
+
+    #[test]
+    fn a_diagnosis_tells_what_it_finds_while_it_searches() {
+        let motion = Excitation::PaperPointToPoint { trajectories: 6, duration: 4.0, samples: 80, range: 2.0 };
+        let simulate = Command::Simulate(Box::new(Scenario { motion, ..Scenario::embedded() }));
+        let session = simulate.run(&Session::default(), &Monitor::new()).unwrap();
+        let monitor = Monitor::new();
+        let report = Command::Diagnose.run(&session, &monitor).unwrap().report.unwrap();
+        let found = monitor.take_events().into_iter().filter_map(|event| match event {
+            Event::Found(found) => Some(found),
+            _ => None,
+        });
+        let steps: Vec<Vec<String>> = found.collect();
+        assert!(!report.effects.is_empty() && steps[0].len() == 1, "{steps:?}");
     }
 }

@@ -15,7 +15,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::{Generation, Session, Step};
 use crate::model::{Evaluation, ModelError, Preset, Term};
-use crate::progress::{Monitor, Stopped};
+use crate::progress::{Epoch, Monitor, Stopped};
 use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
 use crate::recording::read::{ReadError, ReadOptions, own_recording};
@@ -23,7 +23,7 @@ use crate::recording::seal::SealError;
 use crate::recording::split::Split;
 use crate::recording::write::{WriteError, to_npz_bytes};
 use crate::training::fit::{self, Plan};
-use crate::training::{Ending, Epoch, TrainError};
+use crate::training::{Ending, TrainError};
 
 /// Ending of session files.
 pub const ENDING: &str = "torquescope";

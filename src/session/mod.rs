@@ -4,16 +4,19 @@
 //! parts are shared, so a session costs little to keep. The window and the command line run the same commands.
 
 mod command;
+mod error;
 pub mod file;
 mod generation;
 mod history;
 pub mod runs;
+mod step;
 mod terms;
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-pub use command::{Command, SessionError};
+pub use command::Command;
+pub use error::SessionError;
 pub use generation::Generation;
 pub use history::History;
 pub use runs::TrainedRun;
@@ -21,14 +24,15 @@ pub use terms::TermEdit;
 
 use crate::diagnosis::Report;
 use crate::model::{Evaluation, Fitted, Preset, Term};
+use crate::progress::Epoch;
 use crate::recording::Recording;
 use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
 use crate::recording::seal::Truth;
 use crate::recording::split::Split;
 use crate::simulation::extrapolation::Sweep;
+use crate::training::Ending;
 use crate::training::fit::{Plan, SavedRun};
-use crate::training::{Ending, Epoch};
 
 /// The document.
 #[derive(Debug, Clone, Default)]
@@ -49,8 +53,6 @@ pub struct Session {
     pub preset: Preset,
     /// How networks are trained.
     pub plan: Plan,
-    /// The epochs of the newest training, also while it runs.
-    pub curve: Curve,
     /// Where training saves itself while it runs, if anywhere.
     pub checkpoint_file: Option<PathBuf>,
     /// All trainings of this recording, the newest last.
@@ -97,26 +99,6 @@ impl Step {
             )),
             _ => None,
         }
-    }
-}
-
-/// Epochs that running training adds and a window reads: all copies share one list.
-#[derive(Debug, Clone, Default)]
-pub struct Curve(Arc<Mutex<Vec<Epoch>>>);
-
-impl Curve {
-    /// The epochs so far.
-    pub fn epochs(&self) -> Vec<Epoch> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// Adds an epoch; the first one of a run begins the list anew.
-    pub(crate) fn push(&self, epoch: Epoch) {
-        let mut epochs = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if epoch.epoch <= 1 {
-            epochs.clear();
-        }
-        epochs.push(epoch);
     }
 }
 

@@ -1,9 +1,12 @@
 //! Editing the list of terms: every edit identifies the parameters anew, so the errors are always those of the model shown.
 
-use super::command::{SessionError, step};
+use super::error::SessionError;
+use super::step::step;
 use super::{Session, Step};
+use crate::effect::{Effect, Scope, registry};
 use crate::model::{Model, Term};
 use crate::progress::Monitor;
+use crate::recording::joints_text;
 
 /// A change of the list of terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,6 +102,54 @@ fn with_order(session: &Session, current: &Step, model: Model, monitor: &Monitor
     ladder.pop();
     ladder.push(step(current.title.clone(), model, None, session, monitor)?);
     Ok(Session { ladder, ..session.clone() })
+}
+
+/// Adds an effect and identifies all parameters anew.
+pub(super) fn add(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {
+    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+    let current = session.current().ok_or(SessionError::NoModel)?;
+    let effect = registry::find(id)?;
+    if effect.scope != Scope::Arm && joints.is_empty() {
+        return Err(SessionError::NoJoint(effect.name.to_owned()));
+    }
+    let old = &current.fitted.model;
+    let model = old.with_effect(effect, joints)?;
+    if model == *old {
+        return Err(SessionError::AlreadyThere(effect_text(effect, joints)));
+    }
+    let title = format!("+ {}", effect_text(effect, joints));
+    let mut ladder = session.ladder.clone();
+    let added = step(title.clone(), model.clone(), Some(&current.fitted), session, monitor)?;
+    let absorbed = added
+        .fitted
+        .parameters
+        .iter()
+        .any(|parameter| !parameter.identified && is_of(&model.terms[parameter.term], effect));
+    if !absorbed {
+        ladder.push(added);
+        return Ok(Session { ladder, report: None, ..session.clone() });
+    }
+    // Beside free base parameters the effect can't be seen, so the rigid body is held at the stated arm first, as a step of
+    // its own: what the effect gains is then the difference between the last two steps.
+    let arm = match &recording.stated_arm {
+        Some(arm) if !old.is_pinned() => arm,
+        _ => return Err(SessionError::Absorbed(effect_text(effect, joints))),
+    };
+    ladder.push(step("rigid body held at the stated arm".to_owned(), old.pinned_to(arm), None, session, monitor)?);
+    ladder.push(step(title, model.pinned_to(arm), None, session, monitor)?);
+    Ok(Session { ladder, report: None, ..session.clone() })
+}
+
+/// `Coulomb friction on joints 1, 2`.
+pub(super) fn effect_text(effect: &Effect, joints: &[usize]) -> String {
+    match effect.scope {
+        Scope::Arm => effect.name.to_owned(),
+        Scope::Joint | Scope::Pair => format!("{} on {}", effect.name, joints_text(joints)),
+    }
+}
+
+fn is_of(term: &Term, effect: &Effect) -> bool {
+    matches!(term, Term::Effect(term) if term.effect == effect)
 }
 
 #[cfg(test)]

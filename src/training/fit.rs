@@ -13,7 +13,7 @@ use zip::{DateTime, ZipArchive, ZipWriter};
 
 use super::data::Columns;
 use super::effects::{self, AddedEffect};
-use super::learn::{Begin, Ending, Epoch, Outcome, TrainingData, train};
+use super::learn::{Begin, Ending, Outcome, TrainingData, train};
 use super::learned::{Checkpoint, LearnedModel, same_settings};
 use super::options::{Options, Precision, Recipe, scale_to};
 use super::{Samples, TrainError};
@@ -22,7 +22,7 @@ use crate::model::learned::{Architecture, Features, Layers, LearnedTerm, Scales}
 use crate::model::terms::Setting;
 use crate::model::{self, Fitted, Model, ModelError, Parameter, RigidBody, Term};
 use crate::network::Element;
-use crate::progress::Monitor;
+use crate::progress::{Epoch, Monitor};
 use crate::recording::split::{Segment, Split};
 use crate::recording::{JointKind, Recording, Trajectory};
 use crate::signals::Signals;
@@ -103,8 +103,8 @@ pub struct SavedRun {
     pub checkpoint: Checkpoint,
 }
 
-/// Hears of every epoch, and can ask for the run as it stands after it.
-pub type WatchRun<'a> = dyn FnMut(&Epoch, &dyn Fn() -> SavedRun) + 'a;
+/// Called after every epoch; can ask for the run as it stands there, to keep it.
+pub type KeepRun<'a> = dyn FnMut(&dyn Fn() -> SavedRun) + 'a;
 
 /// Trained networks and what they need beside the motion.
 #[derive(Debug)]
@@ -162,12 +162,12 @@ pub fn fit(
     plan: &Plan,
     before: Option<&Fitted>,
     monitor: &Monitor,
-    watch: &mut WatchRun,
+    keep: &mut KeepRun,
 ) -> Result<Trained, TrainError> {
     let begin = before.and_then(networks).map_or(Begin::Fresh, Begin::Warm);
     match plan.precision {
-        Precision::F32 => fit_from::<f32>(model, recording, split, plan, begin, monitor, watch),
-        Precision::F64 => fit_from::<f64>(model, recording, split, plan, begin, monitor, watch),
+        Precision::F32 => fit_from::<f32>(model, recording, split, plan, begin, monitor, keep),
+        Precision::F64 => fit_from::<f64>(model, recording, split, plan, begin, monitor, keep),
     }
 }
 
@@ -180,13 +180,13 @@ pub fn resume(
     recording: &Recording,
     split: &Split,
     monitor: &Monitor,
-    watch: &mut WatchRun,
+    keep: &mut KeepRun,
 ) -> Result<Trained, TrainError> {
     let SavedRun { model, plan, checkpoint } = run;
     let begin = Begin::Resume(checkpoint);
     match plan.precision {
-        Precision::F32 => fit_from::<f32>(model, recording, split, plan, begin, monitor, watch),
-        Precision::F64 => fit_from::<f64>(model, recording, split, plan, begin, monitor, watch),
+        Precision::F32 => fit_from::<f32>(model, recording, split, plan, begin, monitor, keep),
+        Precision::F64 => fit_from::<f64>(model, recording, split, plan, begin, monitor, keep),
     }
 }
 
@@ -197,7 +197,7 @@ fn fit_from<E: Element>(
     plan: &Plan,
     begin: Begin,
     monitor: &Monitor,
-    watch: &mut WatchRun,
+    keep: &mut KeepRun,
 ) -> Result<Trained, TrainError> {
     let (effects, setting) = added_effects(model, recording, split, monitor)?;
     let samples = |segments: &[Segment]| -> Result<Samples<E>, TrainError> {
@@ -218,9 +218,7 @@ fn fit_from<E: Element>(
     let data = TrainingData { train: &train_samples, held_out: held_out.as_ref() };
     let run = |checkpoint: Checkpoint| SavedRun { model: model.clone(), plan: plan.clone(), checkpoint };
     let Outcome { model: learned, ending, history, checkpoint } =
-        train(&architecture, &plan.options, data, begin, monitor, &mut |epoch, checkpoint| {
-            watch(epoch, &|| run(checkpoint()));
-        })?;
+        train(&architecture, &plan.options, data, begin, monitor, &mut |checkpoint| keep(&|| run(checkpoint())))?;
     if history.is_empty()
         && let Ending::Stopped(reason) = &ending
     {

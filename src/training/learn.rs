@@ -21,7 +21,7 @@ use crate::arm::MOST_JOINTS;
 use crate::model::learned::Architecture;
 use crate::network::team::{self, Team, with_team};
 use crate::network::{Arena, Buffer, Element, Layout, Program, TILE, draw_weights};
-use crate::progress::Monitor;
+use crate::progress::{Epoch, Event, Monitor};
 
 /// Groups of tiles that have a gradient of their own: so many threads can share a batch.
 const GROUPS: usize = 4;
@@ -51,27 +51,6 @@ pub enum Begin<'a> {
     Resume(&'a Checkpoint),
 }
 
-/// What is known after an epoch.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Epoch {
-    /// How many epochs are done.
-    pub epoch: u64,
-    /// How many there will be.
-    pub epochs: u64,
-    /// Mean loss over the epoch.
-    pub loss: f64,
-    /// nMSE of the held-out samples.
-    pub held_out: Option<f64>,
-    /// Learning rate of the last step.
-    pub rate: f64,
-    /// Samples a second.
-    pub samples_per_s: f64,
-    /// Since the run began \[s\].
-    pub elapsed_s: f64,
-    /// Until its end, by the speed so far \[s\].
-    pub remaining_s: f64,
-}
-
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -99,10 +78,10 @@ pub struct Outcome {
     pub checkpoint: Checkpoint,
 }
 
-/// Hears of every epoch, and can ask for the checkpoint after it.
-pub type Watch<'a> = dyn FnMut(&Epoch, &dyn Fn() -> Checkpoint) + 'a;
+/// Called after every epoch; can ask for the checkpoint there, to keep it.
+pub type Keep<'a> = dyn FnMut(&dyn Fn() -> Checkpoint) + 'a;
 
-/// Trains a model. `watch` hears of every epoch.
+/// Trains a model. Every epoch is told on `monitor`; `keep` can have the checkpoint after it.
 ///
 /// A stop, a loss that is not a number or explodes and a gradient that is exactly zero end the run with the best weights so
 /// far and a reason in [`Outcome::ending`].
@@ -115,13 +94,13 @@ pub fn train<E: Element>(
     data: TrainingData<E>,
     begin: Begin,
     monitor: &Monitor,
-    watch: &mut Watch,
+    keep: &mut Keep,
 ) -> Result<Outcome, TrainError> {
     let engine = Engine::new(architecture, options, data, begin)?;
     let task = |index: usize, thread: usize| engine.task(index, thread);
     let threads = options.threads.unwrap_or_else(team::default_threads);
     let mut run = Run::new(&engine, begin);
-    let ending = with_team(threads, GROUPS, &task, |team| run.epochs(team, monitor, watch));
+    let ending = with_team(threads, GROUPS, &task, |team| run.epochs(team, monitor, keep));
     Ok(run.outcome(ending))
 }
 
@@ -426,7 +405,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         run
     }
 
-    fn epochs(&mut self, team: &mut Team, monitor: &Monitor, watch: &mut Watch) -> Ending {
+    fn epochs(&mut self, team: &mut Team, monitor: &Monitor, keep: &mut Keep) -> Ending {
         let engine = self.engine;
         let (epochs, batch, samples) = (engine.options.epochs, engine.options.batch, engine.data.train.len());
         let batches = samples / batch;
@@ -453,7 +432,8 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             self.epoch += 1;
             let samples_per_s = ((batches - first) * batch) as f64 / self.epoch_began.elapsed().as_secs_f64();
             let epoch = self.close_epoch(team, samples_per_s);
-            watch(&epoch, &|| self.checkpoint());
+            monitor.tell(Event::Epoch(epoch));
+            keep(&|| self.checkpoint());
             if epoch.held_out.is_some_and(|error| engine.options.goal.is_some_and(|goal| error <= goal)) {
                 return Ending::GoalReached;
             }

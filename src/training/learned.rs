@@ -8,13 +8,13 @@ use zip::write::SimpleFileOptions;
 use zip::{DateTime, ZipArchive, ZipWriter};
 
 use super::data::{Columns, Mark};
-use super::learn::Epoch;
 use super::options::Options;
 use super::predict::{Components, component_program, torque_program};
 use super::{Samples, TrainError};
 use crate::effect::Dimension;
 use crate::model::learned::Architecture;
 use crate::network::{Element, Layout};
+use crate::progress::Epoch;
 use crate::recording::{Trajectory, npy};
 use crate::signals::Signals;
 

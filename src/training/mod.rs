@@ -21,7 +21,7 @@ use crate::signals::ShapeError;
 
 pub use components::components;
 pub use data::Samples;
-pub use learn::{Ending, Epoch, Outcome, TrainingData, train};
+pub use learn::{Ending, Outcome, TrainingData, train};
 pub use learned::LearnedModel;
 pub use options::{Options, Precision, Recipe};
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 
-use crate::progress::{Monitor, Progress};
+use crate::progress::{Event, Monitor, Progress};
 
 /// Work that runs, seen by its owner.
 pub struct Job<T> {
@@ -34,7 +34,7 @@ pub enum Outcome<T> {
 }
 
 impl<T: Send + 'static> Job<T> {
-    /// Runs `work` in a new thread. `wake` is called after each report and at the end, so that a window repaints.
+    /// Runs `work` in a new thread. `wake` is called after each event and at the end, so that a window repaints.
     pub fn spawn<E: Display>(
         name: impl Into<String>,
         wake: impl Fn() + Send + Sync + 'static,
@@ -105,6 +105,11 @@ impl<T: Send + 'static> Job<T> {
     /// The newest report.
     pub fn progress(&self) -> Progress {
         self.monitor.progress()
+    }
+
+    /// All that it told since this was called last, in its order.
+    pub fn events(&self) -> Vec<Event> {
+        self.monitor.take_events()
     }
 }
 

@@ -6,7 +6,7 @@ use torquescope::model::learned::{Architecture, Features, Layers, LearnedPreset,
 use torquescope::model::terms::Setting;
 use torquescope::model::{EffectTerm, Fitted, Preset};
 use torquescope::network::{Activation, Element, TILE, draw_weights};
-use torquescope::progress::Monitor;
+use torquescope::progress::{Event, Monitor};
 use torquescope::recording::seal::HiddenEffect;
 use torquescope::recording::split::Split;
 use torquescope::recording::{Channels, JointKind, Recording, Trajectory};
@@ -182,7 +182,7 @@ fn the_work_that_a_structured_model_takes_is_the_energy_it_gains() {
     let model = Preset::Learned(LearnedPreset::StructuredDelan).model(&recording).unwrap();
     let plan = Plan { options: Options { epochs: 2, ..Options::ours() }, ..Plan::default() };
     let split = Split::automatic(&recording);
-    let fitted = fit(&model, &recording, &split, &plan, None, &Monitor::new(), &mut |_, _| {}).unwrap().fitted;
+    let fitted = fit(&model, &recording, &split, &plan, None, &Monitor::new(), &mut |_| {}).unwrap().fitted;
     for run in &recording.trajectories {
         let torque = fitted.predict(run).unwrap().total;
         let parts = components(&fitted, run).unwrap();
@@ -223,7 +223,7 @@ fn options() -> Options {
 fn run(architecture: &Architecture, options: &Options, begin: Begin, monitor: &Monitor) -> Result<Outcome, TrainError> {
     let (training, held_out) = (samples(6, 1), samples(2, 2));
     let data = TrainingData { train: &training, held_out: Some(&held_out) };
-    train(architecture, options, data, begin, monitor, &mut |_, _| {})
+    train(architecture, options, data, begin, monitor, &mut |_| {})
 }
 
 #[test]
@@ -253,9 +253,10 @@ fn a_resumed_run_ends_where_an_uninterrupted_one_ends() {
         let data = TrainingData { train: &training, held_out: Some(&held_out) };
         let monitor = Monitor::new();
         let mut seen = None;
-        let mut stop = |epoch: &torquescope::training::Epoch, checkpoint: &dyn Fn() -> Checkpoint| {
-            if epoch.epoch == 2 {
-                seen = Some(checkpoint());
+        let mut stop = |checkpoint: &dyn Fn() -> Checkpoint| {
+            let now = checkpoint();
+            if now.epoch == 2 {
+                seen = Some(now);
                 monitor.stop("enough for today");
             }
         };
@@ -292,23 +293,29 @@ fn a_run_of_the_session_is_resumed_with_its_effects_in_either_precision() {
         let options = Options { epochs: 4, batch: 100, ..Options::ours() };
         let plan = Plan { options, precision, features: Features::Raw, ..Plan::default() };
         let monitor = Monitor::new();
-        let whole = fit(&model, &own, &split, &plan, None, &monitor, &mut |_, _| {}).unwrap();
+        let whole = fit(&model, &own, &split, &plan, None, &monitor, &mut |_| {}).unwrap();
+        let told = monitor.take_events().into_iter().filter_map(|event| match event {
+            Event::Epoch(epoch) => Some(epoch),
+            _ => None,
+        });
+        assert_eq!(told.collect::<Vec<_>>(), whole.history, "a watcher hears of every epoch");
         let mut saved = None;
-        fit(&model, &own, &split, &plan, None, &monitor, &mut |epoch, run| {
-            if epoch.epoch == 2 {
-                saved = Some(run().to_bytes().unwrap());
+        fit(&model, &own, &split, &plan, None, &monitor, &mut |run| {
+            let run = run();
+            if run.checkpoint.epoch == 2 {
+                saved = Some(run.to_bytes().unwrap());
             }
         })
         .unwrap();
         let bytes = saved.unwrap();
         let saved = SavedRun::from_bytes(&bytes).unwrap();
-        let second = resume(&saved, &own, &split, &monitor, &mut |_, _| {}).unwrap();
+        let second = resume(&saved, &own, &split, &monitor, &mut |_| {}).unwrap();
         assert_eq!(to_bytes(&second.fitted).unwrap(), to_bytes(&whole.fitted).unwrap());
         assert_eq!(second.run.checkpoint.weights, whole.run.checkpoint.weights);
 
         let refused = |result: Result<(), TrainError>| result.unwrap_err().to_string();
         let on = |other: &torquescope::recording::Recording| {
-            refused(resume(&saved, other, &Split::automatic(other), &monitor, &mut |_, _| {}).map(|_| ()))
+            refused(resume(&saved, other, &Split::automatic(other), &monitor, &mut |_| {}).map(|_| ()))
         };
         let message = on(&recording(3, 1));
         assert!(message.contains("samples of 2 joints") && message.contains("samples of 3 joints"), "{message}");
@@ -377,7 +384,7 @@ fn our_recipe_learns_the_arm_and_its_parts() {
     let options = Options { epochs: 8, batch: 200, goal: Some(5e-3), ..Options::ours() };
     let held_out = samples(3, 2);
     let data = TrainingData { train: &training, held_out: Some(&held_out) };
-    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap();
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
     assert_eq!(outcome.ending, Ending::GoalReached, "{:?}", outcome.history.last());
     // Gravity of two uniform rods at q = 0: (1.5 m l + 0.5 m l) g and 0.5 m l g.
     let none = || Signals::zeros(2, 1);
@@ -424,7 +431,7 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
     scale_to(&mut architecture, &training);
     let options = Options { epochs: 10, batch: 200, ..Options::ours() };
     let data = TrainingData { train: &training, held_out: Some(&test) };
-    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap();
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
     let value = outcome.model.effect_factors()[0];
     assert!((value / damping - 1.0).abs() < 0.05, "viscous friction is {value}, not {damping}");
     let parts = outcome.model.components(&held_out[0], &columns_of(&held_out)[0]).unwrap();
@@ -453,7 +460,7 @@ fn learned_friction(effects: &[(&str, &[f64])]) -> (Recording, Fitted) {
     let model = model.with_layers(&Layers { hidden: vec![24, 24], activation: Activation::Tanh });
     let plan = Plan { options: Options { epochs: 30, batch: 256, ..Options::ours() }, ..Plan::default() };
     let split = Split::automatic(&recording);
-    let trained = fit(&model, &recording, &split, &plan, None, &Monitor::new(), &mut |_, _| {}).unwrap();
+    let trained = fit(&model, &recording, &split, &plan, None, &Monitor::new(), &mut |_| {}).unwrap();
     (recording, trained.fitted)
 }
 
@@ -504,7 +511,7 @@ fn a_run_that_makes_no_sense_ends_with_a_reason() {
     let zero: Vec<Vec<Signals>> = training.iter().map(|t| vec![Signals::zeros(2, t.len())]).collect();
     let samples = Samples::<f32>::new(2, &training, &zero).unwrap();
     let data = TrainingData { train: &samples, held_out: None };
-    let outcome = train(&architecture, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap();
+    let outcome = train(&architecture, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap();
     assert!(
         matches!(&outcome.ending, Ending::Failed(reason) if reason.contains("exactly zero")),
         "{:?}",
@@ -542,6 +549,6 @@ fn bad_input_is_a_clear_error() {
     constant.iter_mut().for_each(|t| t.channels_mut().tau[1].fill(3.0));
     let samples = Samples::<f32>::new(2, &constant, &[]).unwrap();
     let data = TrainingData { train: &samples, held_out: None };
-    let error = train(&good, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_, _| {}).unwrap_err();
+    let error = train(&good, &options(), data, Begin::Fresh, &Monitor::new(), &mut |_| {}).unwrap_err();
     assert!(error.to_string().contains("torque of joint 2 is always 3"));
 }

@@ -195,8 +195,7 @@ pub fn experiment() -> Shown {
         std::fs::write(file, EXPERIMENT).expect("the file can be written");
         let experiment = catalogue::open(file).expect("it is an experiment");
         let store = Store::new(folder);
-        let report = experiment::run(&experiment, &store, None, Shard::default(), &Monitor::new(), &mut |_| {})
-            .expect("it runs");
+        let report = experiment::run(&experiment, &store, None, Shard::default(), &Monitor::new()).expect("it runs");
         assert_eq!((report.done, report.failed.len()), (6, 0));
         Shown { experiment: file.to_owned(), results: folder.to_owned(), quick: false, ..Shown::default() }
     };

@@ -20,25 +20,26 @@ pub use shown::Shown;
 pub use time::{held_out_times, is_held_out, time_extent};
 
 use super::memo::Memo;
-use crate::progress::Progress;
+use crate::progress::{Epoch, Progress};
 use crate::session::{Command, Session, Step};
-use crate::training::Epoch;
 use crate::training::fit::Plan;
 
 /// The running job, as this frame shows it.
-pub struct Busy {
+pub struct Busy<'a> {
     /// What it does.
-    pub name: String,
+    pub name: &'a str,
     /// The newest report.
-    pub progress: Progress,
+    pub progress: &'a Progress,
     /// Whether it waits.
     pub paused: bool,
     /// Whether it was asked to end with what it has.
     pub finishing: bool,
-    /// The epochs so far, if networks are trained.
-    pub epochs: Option<Vec<Epoch>>,
-    /// By which plan they are trained.
-    pub plan: Option<Plan>,
+    /// By which plan networks are trained, if they are.
+    pub plan: Option<&'a Plan>,
+    /// The epochs so far.
+    pub epochs: &'a [Epoch],
+    /// What a diagnosis takes to be missing so far.
+    pub found: &'a [String],
 }
 
 /// What a screen works with.
@@ -54,7 +55,7 @@ pub struct Desk<'a> {
     /// What the screen asks for.
     pub orders: &'a mut Vec<Order>,
     /// What is at work.
-    pub busy: Option<&'a Busy>,
+    pub busy: Option<&'a Busy<'a>>,
     /// Every model that this recording was given, oldest first.
     pub models: &'a [Arc<Step>],
 }

@@ -15,12 +15,13 @@ use crate::app::{tables, widgets};
 use crate::model::learned::Features;
 use crate::model::{Preset, Term};
 use crate::network::Activation;
+use crate::progress::Epoch;
 use crate::recording::Recording;
 use crate::session::{Command, Generation, Session, Step, TrainedRun};
 use crate::training::fit::{Plan, SavedRun};
 use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
-use crate::training::{Ending, Epoch, Options, Precision, Recipe};
+use crate::training::{Ending, Options, Precision, Recipe};
 
 /// Height of the chart of the learning rate \[points\].
 const RATE: f32 = 112.0;
@@ -112,7 +113,7 @@ impl Train {
     /// The running training, or the last one.
     fn course(&mut self, ui: &mut Ui, desk: &mut Desk) {
         let Some(recording) = desk.session.recording.clone() else { return };
-        if let Some(busy @ Busy { epochs: Some(epochs), plan: Some(plan), .. }) = desk.busy {
+        if let Some(busy @ Busy { epochs, plan: Some(plan), .. }) = desk.busy {
             running(ui, desk, busy, epochs);
             let height = ui.available_height();
             return self.curves(ui, desk, epochs, plan, height);

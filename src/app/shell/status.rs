@@ -47,7 +47,7 @@ fn at_work(ui: &mut Ui, orders: &mut Vec<Order>, busy: &Busy) {
             orders.push(Order::Stop);
         }
         widgets::progress(ui, progress.fraction, 160.0);
-        let name = if *paused { format!("paused: {name}") } else { name.clone() };
+        let name = if *paused { format!("paused: {name}") } else { (*name).to_owned() };
         let activity = if progress.activity.is_empty() { name } else { format!("{name}: {}", progress.activity) };
         ui.add(Label::new(RichText::new(activity).size(SMALL).color(palette.text)).truncate());
     });

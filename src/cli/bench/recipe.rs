@@ -126,7 +126,7 @@ impl Case {
             plan.options.seed = seed;
             let before = cpu_seconds();
             let network = Preset::Learned(self.preset).model(&recording)?;
-            let trained = fit(&network, &recording, &split, &plan, None, &Monitor::new(), &mut |_, _| {})?;
+            let trained = fit(&network, &recording, &split, &plan, None, &Monitor::new(), &mut |_| {})?;
             let used = before.zip(cpu_seconds()).map(|(before, after)| after - before);
             let every_joint: Vec<usize> = (0..self.joints).collect();
             let mut body = Preset::RigidBody.model(&recording)?;

@@ -154,7 +154,7 @@ pub fn speed(
     let options = Options { batch, epochs, threads: Some(threads), ..Options::paper() };
     let data = TrainingData { train: &samples, held_out: None };
     let (start, cpu) = (Instant::now(), cpu_seconds());
-    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_, _| {})?;
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {})?;
     let steps = epochs as f64 * steps_an_epoch as f64;
     let cpu_s = match (cpu, cpu_seconds()) {
         (Some(before), Some(after)) => after - before,
@@ -242,7 +242,7 @@ pub fn paper_accuracy(threads: usize, seed: u64) -> Result<Accuracy, TrainError>
     let options = Options { epochs: 8, rate: 2e-2, schedule, seed, threads: threads_asked, goal, ..Options::ours() };
     let data = TrainingData { train: &samples, held_out: Some(&held_out) };
     let (start, cpu) = (Instant::now(), cpu_seconds());
-    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_, _| {})?;
+    let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {})?;
     let wall_s = start.elapsed().as_secs_f64();
     let cpu_s = cpu.zip(cpu_seconds()).map_or(wall_s * threads as f64, |(before, after)| after - before);
     let nmse = outcome.history.last().and_then(|epoch| epoch.held_out).unwrap_or(f64::NAN);

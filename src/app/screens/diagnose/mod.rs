@@ -101,11 +101,12 @@ impl Diagnose {
         } else {
             "Every known effect is laid beside the model and judged on data that it has not seen."
         };
-        if let Some(Busy { name, progress, .. }) = desk.busy {
+        if let Some(Busy { name, progress, found, .. }) = desk.busy {
             let is_diagnosis = *name == Command::Diagnose.title();
             let title = if is_diagnosis { "Looking for what is missing…" } else { "Something else is at work…" };
-            let activity = if progress.activity.is_empty() { name } else { &progress.activity };
-            widgets::empty(ui, title, activity, "");
+            let activity = if progress.activity.is_empty() { name } else { progress.activity.as_str() };
+            let so_far = if found.is_empty() { String::new() } else { format!("\nSo far: {}.", found.join("; ")) };
+            widgets::empty(ui, title, &format!("{activity}{so_far}"), "");
         } else {
             if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
                 desk.run(Command::Diagnose);

@@ -2,14 +2,13 @@
 
 use std::collections::HashSet;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::app::desk::Shown;
 use crate::app::plot::Window;
 use crate::experiment::run::{State, state};
 use crate::experiment::summary::{Curve, curves};
 use crate::experiment::{Experiment, ExperimentError, Report, Row, Shard, plan, run, summarise};
-use crate::progress::{Monitor, Progress};
+use crate::progress::{Event, Monitor, Progress};
 use crate::work::{Job, Outcome};
 
 /// What the folder holds of an experiment.
@@ -70,13 +69,13 @@ pub struct Trials {
     /// Why there is none, or what became of the last run.
     pub said: Option<Said>,
     /// What the newest reading is of: the choice, and how many cells were done.
-    read: Option<(Shown, u64)>,
+    read: Option<(Shown, usize)>,
     /// Whether the folder is to be read although nothing of that changed.
     again: bool,
     reading: Option<Job<Joined>>,
     running: Option<Running>,
     /// Counts the cells that were done since the window was opened.
-    done: Arc<AtomicU64>,
+    done: usize,
 }
 
 struct Running {
@@ -97,7 +96,7 @@ impl Trials {
 
     /// Reads the folder anew if it is not what is shown.
     pub fn look(&mut self, ctx: &egui::Context) {
-        let wanted = (self.shown.clone(), self.done.load(Ordering::Relaxed));
+        let wanted = (self.shown.clone(), self.done);
         if self.reading.is_some() || (self.read.as_ref() == Some(&wanted) && !self.again) {
             return;
         }
@@ -123,14 +122,10 @@ impl Trials {
         let all = joined.experiment.models.iter().map(|model| model.name.clone());
         let chosen: Vec<String> = all.filter(|name| !self.left_out.contains(name)).collect();
         let (experiment, store, data) = (joined.experiment.clone(), self.shown.store(), self.shown.data());
-        let (context, done) = (ctx.clone(), Arc::clone(&self.done));
+        let context = ctx.clone();
         let wake = move || context.request_repaint();
         let job = Job::spawn("experiment", wake, move |monitor| {
-            let experiment = experiment.only(&chosen)?;
-            let mut count = |_: &_| {
-                done.fetch_add(1, Ordering::Relaxed);
-            };
-            run(&experiment, &store, data.as_deref(), Shard::default(), monitor, &mut count)
+            run(&experiment.only(&chosen)?, &store, data.as_deref(), Shard::default(), monitor)
         });
         self.said = None;
         self.running = Some(Running { job, stopping: false });
@@ -154,7 +149,10 @@ impl Trials {
                 Outcome::Failed(message) | Outcome::Panicked(message) => self.said = Some(Said::Failed(message)),
             }
         }
-        let Some(outcome) = self.running.as_mut().and_then(|running| running.job.poll()) else { return };
+        let Some(running) = &mut self.running else { return };
+        let is_cell = |event: &Event| matches!(event, Event::Done(_));
+        self.done += running.job.events().iter().filter(|event| is_cell(event)).count();
+        let Some(outcome) = running.job.poll() else { return };
         let stopping = self.running.take().is_some_and(|running| running.stopping);
         self.look_again();
         self.said = Some(match outcome {

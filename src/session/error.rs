@@ -1,0 +1,108 @@
+//! Why a command could not be carried out.
+
+use super::file::SessionFileError;
+use super::runs::RunFileError;
+use crate::effect::registry::UnknownEffect;
+use crate::model::ModelError;
+use crate::progress::Stopped;
+use crate::recording::read::ReadError;
+use crate::recording::seal::SealError;
+use crate::recording::split::SplitError;
+use crate::simulation::SimulationError;
+use crate::simulation::extrapolation::ExtrapolationError;
+use crate::training::TrainError;
+
+/// A command could not be carried out; the session stays as it was.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// Nothing is loaded.
+    #[error("there is no recording: open a file or simulate one first")]
+    NoRecording,
+    /// Nothing was fitted.
+    #[error("there is no model yet: choose a preset first")]
+    NoModel,
+    /// The current model has no networks.
+    #[error(
+        "the current model is identified by least squares, there is nothing to train: choose a preset with networks"
+    )]
+    NothingToTrain,
+    /// The run could not go on.
+    #[error("training ended: {0}. If that does not help, look for faults in the data")]
+    TrainingFailed(String),
+    /// The recording has no seal.
+    #[error("this recording has no sealed truth: only simulated recordings have one")]
+    NoSeal,
+    /// The ladder has no such step.
+    #[error("the ladder has {count} steps, there is no step {step}")]
+    NoSuchStep {
+        /// Counted from 1.
+        step: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The current model, or what was switched off of it, has no such term.
+    #[error("the model has no such term: choose one of its {count}")]
+    NoSuchTerm {
+        /// How many there are.
+        count: usize,
+    },
+    /// The base of the model is not an effect.
+    #[error("{0} is what the model starts from: choose another preset instead of taking it out")]
+    Base(String),
+    /// Terms of a trained model were to be reordered.
+    #[error("the order of a trained model's terms is fixed by its networks: reorder the terms of a rigid body")]
+    FixedOrder,
+    /// There is no such training.
+    #[error("there are {count} trainings, there is no training {run}")]
+    NoSuchRun {
+        /// Counted from 1.
+        run: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The current model has the effect already.
+    #[error("the model has {0} already")]
+    AlreadyThere(String),
+    /// The base parameters or other terms can take the effect's place.
+    #[error(
+        "{0} can't be told apart from the rest of the model with these data: state the arm's masses and lengths, or record \
+         motion that separates them"
+    )]
+    Absorbed(String),
+    /// A joint effect without a joint.
+    #[error("name at least one joint for {0}")]
+    NoJoint(String),
+    /// There is no such effect.
+    #[error(transparent)]
+    UnknownEffect(#[from] UnknownEffect),
+    /// A file can't be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The recording can't be split as asked.
+    #[error(transparent)]
+    Split(#[from] SplitError),
+    /// The scenario can't be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The model does not fit the recording.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Training can't begin.
+    #[error(transparent)]
+    Train(#[from] TrainError),
+    /// The error outside the data can't be computed.
+    #[error(transparent)]
+    Extrapolation(#[from] ExtrapolationError),
+    /// A checkpoint can't be kept.
+    #[error(transparent)]
+    RunFile(#[from] RunFileError),
+    /// The session can't be opened.
+    #[error(transparent)]
+    File(#[from] SessionFileError),
+    /// The seal is damaged.
+    #[error(transparent)]
+    Seal(#[from] SealError),
+    /// Stopped by the user.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}

@@ -1,0 +1,54 @@
+//! A step of the ladder: a model that is identified or trained on the session's recording, and measured.
+
+use std::sync::Arc;
+
+use super::error::SessionError;
+use super::runs::Keeper;
+use super::{Generation, Session, Step};
+use crate::model::{self, Evaluation, Fitted, Model};
+use crate::progress::Monitor;
+use crate::training::fit::{KeepRun, Trained};
+use crate::training::{self, Ending, TrainError};
+
+/// Identifies or trains a model and measures it. With `before`, networks start from its weights.
+pub(super) fn step(
+    title: String,
+    model: Model,
+    before: Option<&Fitted>,
+    session: &Session,
+    monitor: &Monitor,
+) -> Result<Arc<Step>, SessionError> {
+    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+    if model.is_learned() {
+        return trained(title, session, monitor, &mut |keep| {
+            training::fit::fit(&model, recording, &session.split, &session.plan, before, monitor, keep)
+        });
+    }
+    let fitted = model::fit(&model, recording, &session.split, monitor)?;
+    let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
+    let generation = Generation::next();
+    Ok(Arc::new(Step { generation, title, fitted, evaluation, history: Vec::new(), ending: None, run: None }))
+}
+
+/// Follows a training, keeps its checkpoint, and measures what it gives.
+pub(super) fn trained(
+    title: String,
+    session: &Session,
+    monitor: &Monitor,
+    train: &mut dyn FnMut(&mut KeepRun) -> Result<Trained, TrainError>,
+) -> Result<Arc<Step>, SessionError> {
+    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+    let mut keeper = Keeper::new(session.checkpoint_file.as_deref());
+    let Trained { fitted, ending, history, run } = train(&mut |run| {
+        if let Err(error) = keeper.epoch(run) {
+            monitor.stop(&error.to_string());
+        }
+    })?;
+    keeper.end(&run)?;
+    if let (Ending::Failed(reason), true) = (&ending, history.is_empty()) {
+        return Err(SessionError::TrainingFailed(reason.clone()));
+    }
+    let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
+    let (generation, ending, run) = (Generation::next(), Some(ending), Some(Arc::new(run)));
+    Ok(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run }))
+}
