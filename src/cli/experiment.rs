@@ -138,6 +138,24 @@ impl Which {
         Ok(if self.quick { experiment.quick() } else { experiment })
     }
 
+    /// What to do where nothing is there: the other version may be.
+    fn advice(&self) -> anyhow::Result<String> {
+        let other = Which { quick: !self.quick, ..self.clone() };
+        let (_, cells, store) = other.cells()?;
+        let found =
+            cells.iter().map(|cell| state(&store, cell)).filter(|state| matches!(state, Ok(State::Done))).count();
+        Ok(match (found, self.quick) {
+            (0, false) => format!("run `experiment run {}` first, or name its folder with --out", self.experiment),
+            (0, true) => {
+                format!("run `experiment run {} --quick` first, or name its folder with --out", self.experiment)
+            }
+            (1, false) => "1 cell of the quick version is there: add --quick".to_owned(),
+            (1, true) => "1 cell of the whole version is there: leave out --quick".to_owned(),
+            (found, false) => format!("{found} cells of the quick version are there: add --quick"),
+            (found, true) => format!("{found} cells of the whole version are there: leave out --quick"),
+        })
+    }
+
     fn cells(&self) -> anyhow::Result<(Experiment, Vec<Cell>, Store)> {
         let experiment = self.experiment()?;
         let cells = plan(&experiment, self.data.as_deref())?;
@@ -151,14 +169,13 @@ impl Run {
         output_folder(&self.which.out)?;
         let (data, shard) = (self.which.data.clone(), self.shard);
         let work = (experiment.clone(), store.clone());
-        let report = progress::watch("experiment", move |monitor| {
-            run(&work.0, &work.1, data.as_deref(), shard, monitor)
-        })?;
+        let report =
+            progress::watch("experiment", move |monitor| run(&work.0, &work.1, data.as_deref(), shard, monitor))?;
         if self.json {
             // One object on standard output: either the results, or why some are missing.
             tell(&report)?;
         }
-        print(&experiment, &cells, &store, self.json)?;
+        print(&experiment, &summarise(&experiment, &cells, &store)?, self.json)?;
         tell(&report)
     }
 }
@@ -210,6 +227,9 @@ impl Status {
         println!("{}", table(&["model", "seed", "trained in", " state", " folder", " named by the diagnosis"], &rows));
         let done = states.iter().filter(|(_, state)| *state == State::Done).count();
         println!("\n{done} of {} cells are done", states.len());
+        if done == 0 {
+            println!("{}", self.which.advice()?);
+        }
         Ok(())
     }
 }
@@ -217,7 +237,11 @@ impl Status {
 impl Collect {
     fn run(&self) -> anyhow::Result<()> {
         let (experiment, cells, store) = self.which.cells()?;
-        let rows = print(&experiment, &cells, &store, self.json)?;
+        let rows = summarise(&experiment, &cells, &store)?;
+        if rows.is_empty() {
+            bail!("nothing of it is in {}: {}", self.which.out.display(), self.which.advice()?);
+        }
+        print(&experiment, &rows, self.json)?;
         match &self.csv {
             Some(path) => write_file(path, &csv(&rows)?),
             None => Ok(()),
@@ -234,10 +258,11 @@ impl Figures {
             figures(&work, &store, data.as_deref(), wanted.as_deref(), monitor)
         })?;
         if all.is_empty() {
-            bail!(
-                "there is nothing to draw: run `experiment run {}` first, or ask for another figure",
-                self.which.experiment
-            );
+            bail!("there is nothing to draw: {}, or ask for another figure", self.which.advice()?);
+        }
+        let (_, cells, store) = self.which.cells()?;
+        if !cells.iter().any(|cell| matches!(state(&store, cell), Ok(State::Done))) {
+            eprintln!("Only the data are drawn, since no model is there: {}.", self.which.advice()?);
         }
         output_folder(&self.output)?;
         let style = self.look.style();
@@ -261,15 +286,14 @@ fn list() -> anyhow::Result<()> {
     Ok(())
 }
 
-fn print(experiment: &Experiment, cells: &[Cell], store: &Store, as_json: bool) -> anyhow::Result<Vec<Row>> {
-    let rows = summarise(experiment, cells, store)?;
+fn print(experiment: &Experiment, rows: &[Row], as_json: bool) -> anyhow::Result<()> {
     if as_json {
         println!("{}", serde_json::to_string_pretty(&json!({ "cells": rows }))?);
-        return Ok(rows);
+        return Ok(());
     }
     println!("{}\n", experiment.title);
     let mut lines = Vec::new();
-    for row in &rows {
+    for row in rows {
         let beside = |value: Option<f64>, quantity: &str| {
             let Some(value) = value else { return "–".to_owned() };
             let half = row.interval.get(quantity).and_then(|ends| Some(ends[1].as_f64()? - value));
@@ -299,7 +323,7 @@ fn print(experiment: &Experiment, cells: &[Cell], store: &Store, as_json: bool) 
     println!(
         "\nMean over seeds ± half of its 95 % interval; in brackets the paper's value, and ours as a multiple of it."
     );
-    let (above, count) = above_paper(&rows);
+    let (above, count) = above_paper(rows);
     match above.len() {
         0 if count > 0 => println!("All {count} values that the paper has too are at or below the paper's."),
         0 => {}
@@ -308,7 +332,7 @@ fn print(experiment: &Experiment, cells: &[Cell], store: &Store, as_json: bool) 
     for model in experiment.models.iter().filter(|model| !model.note.is_empty()) {
         println!("{}: {}", model.name, model.note);
     }
-    Ok(rows)
+    Ok(())
 }
 
 fn csv(rows: &[Row]) -> anyhow::Result<Vec<u8>> {

@@ -91,6 +91,13 @@ pub fn plan(experiment: &Experiment, data: Option<&Path>) -> Result<Vec<Cell>, E
     Ok(cells)
 }
 
+/// The cells of a model, each once: what is solved for on recordings is the same cell at every seed, and has no spread.
+pub fn of_model<'a>(cells: &'a [Cell], model: &str) -> Vec<&'a Cell> {
+    let mut own: Vec<&Cell> = cells.iter().filter(|cell| cell.model.name == model).collect();
+    own.dedup_by(|one, other| one.key == other.key);
+    own
+}
+
 /// Hashes of the files of a source, each of which is read once, or the version of what is simulated.
 fn contents(
     source: &Source,
@@ -130,4 +137,36 @@ fn hash(bytes: &[u8]) -> String {
     let digest = Sha256::digest(bytes);
     let letters: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
     letters[..KEY_LENGTH].to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_solved_for_on_recordings_is_one_cell_at_all_seeds() {
+        let text = r#"
+title = "two logs"
+description = "one to learn from, one to test on"
+seeds = 5
+[data]
+recordings = [{ file = "a.csv" }]
+[[model]]
+name = "solved"
+preset = "rigid-body"
+[[model]]
+name = "trained"
+preset = "ff-nn"
+[[test]]
+name = "other"
+recordings = [{ file = "b.csv" }]
+"#;
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.csv", "b.csv"] {
+            std::fs::write(folder.path().join(name), name).unwrap();
+        }
+        let cells = plan(&Experiment::parse("two", text).unwrap(), Some(folder.path())).unwrap();
+        assert_eq!(cells.len(), 10);
+        assert_eq!((of_model(&cells, "solved").len(), of_model(&cells, "trained").len()), (1, 5));
+    }
 }

@@ -16,7 +16,7 @@ use super::metrics::{mean, parts_of, torque};
 use super::run::{exact_arm, load, trained_members};
 use super::store::Store;
 use super::summary::{Row, curves, summarise};
-use super::{Experiment, ExperimentError, plan};
+use super::{Experiment, ExperimentError, cell, plan};
 use crate::figure::mark::{Band, Bars, Line, Points};
 use crate::figure::{Axis, Figure, Ink, Panel, Shared};
 use crate::model::Fitted;
@@ -195,7 +195,7 @@ struct Trained<'a> {
 fn members<'a>(experiment: &'a Experiment, cells: &[Cell], store: &Store) -> Result<Vec<Trained<'a>>, ExperimentError> {
     let mut all = Vec::new();
     for model in &experiment.models {
-        let own = cells.iter().filter(|cell| cell.model.name == model.name);
+        let own = cell::of_model(cells, &model.name).into_iter();
         let seeds = own.map(|cell| trained_members(cell, store)).collect::<Result<Vec<_>, _>>()?;
         let seeds: Vec<Vec<Fitted>> = seeds.into_iter().flatten().collect();
         if !seeds.is_empty() {

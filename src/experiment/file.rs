@@ -1,13 +1,13 @@
 //! What an experiment is, as its file says it. Keys that nobody knows and values that can't be are errors with their line.
 
+mod check;
+
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::{Spanned, Table, Value};
 
 use super::ExperimentError;
-use crate::effect::place::Place;
 use crate::model::learned::Features;
 use crate::model::{Preset, Term};
 use crate::network::Activation;
@@ -243,10 +243,26 @@ pub struct Point {
 
 /// In a change of the simulation: effects beside those of the training simulation.
 const MORE_EFFECTS: &str = "more_effects";
-/// Seeds of test data begin here, so that no training set has one of them.
-const FIRST_TEST_SEED: u64 = 1_000_000;
-/// Each part of a mixture has seeds of its own.
+/// Most seeds of an experiment.
+const MOST_SEEDS: u64 = 1000;
+/// The parts of a mixture have seeds of their own, so many apart: more than an experiment may have seeds.
 const SEEDS_OF_A_PART: u64 = 10_000;
+/// So many parts of training data have their seeds in a row, then as many of test data, and so on: the two never meet.
+const PARTS_IN_A_ROW: u64 = 100;
+
+/// What data are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Use {
+    Training,
+    Test,
+}
+
+/// The random seed of a part of the data (from 0) at a seed of the experiment (from 0).
+fn random_seed(purpose: Use, seed: u64, part: u64) -> u64 {
+    let row = 2 * (part / PARTS_IN_A_ROW) + u64::from(purpose == Use::Test);
+    let first = u64::from(purpose == Use::Training);
+    (row * PARTS_IN_A_ROW + part % PARTS_IN_A_ROW) * SEEDS_OF_A_PART + first + seed
+}
 
 impl Experiment {
     /// Reads an experiment.
@@ -266,103 +282,12 @@ impl Experiment {
     /// Puts the mapping that is named in place.
     fn use_mapping(&mut self, text: &str) -> Result<(), String> {
         let Some(name) = &self.data.mapping else { return Ok(()) };
-        let place = line_at(text, name.span().start);
+        let place = check::line_at(text, name.span().start);
         if self.data.read.mapping.is_some() {
             return Err(place + "`mapping` and `read.mapping` both say how columns are mapped: keep one");
         }
         let spec = catalogue::mapping(name.get_ref()).map_err(|problem| place + &problem.to_string())?;
         self.data.read.mapping = Some(spec);
-        Ok(())
-    }
-
-    /// What serde does not see: whether parts fit each other.
-    fn check(&self, text: &str) -> Result<(), String> {
-        let at = |offset: usize| line_at(text, offset);
-        let line_of = |what: &str| text.find(what).map_or(String::new(), at);
-        if self.data.simulation.is_some() != self.data.recordings.is_empty() {
-            return Err(line_of("[data") + "`data` needs either a `simulation` or `recordings`, and not both");
-        }
-        if let Some(simulation) = &self.data.simulation {
-            let place = at(simulation.span().start);
-            let source = self.source(&Table::new(), None, &[], 1).map_err(|problem| place.clone() + &problem)?;
-            let Source::Simulated(scenarios) = source else { return Ok(()) };
-            for scenario in scenarios {
-                scenario.check().map_err(|problem| place.clone() + &problem.to_string())?;
-            }
-        }
-        if self.models.is_empty() {
-            return Err("there is no [[model]]: add at least one".to_owned());
-        }
-        for (index, model) in self.models.iter().enumerate() {
-            let place = line_of(&format!("\"{}\"", model.name));
-            if model.preset.is_some() != model.terms.is_empty() {
-                return Err(format!("{place}model `{}` needs either a `preset` or `terms`, and not both", model.name));
-            }
-            if self.models[..index].iter().any(|other| other.name == model.name) {
-                return Err(format!("{place}two models are named `{}`: rename one", model.name));
-            }
-            if let Effects::Named(names) = &model.effects {
-                for name in names {
-                    let wrong = |problem: String| format!("{place}model `{}`: {problem}", model.name);
-                    let effect = Place::from_str(name).map_err(|problem| wrong(problem.to_string()))?.effect;
-                    effect.check_addable().map_err(|problem| wrong(problem.to_string()))?;
-                }
-            }
-            self.plan_of(model, 0)
-                .options
-                .check()
-                .map_err(|problem| format!("{place}model `{}`: {problem}", model.name))?;
-        }
-        let names = self.tests.iter().map(|test| (test.span().start, &test.get_ref().name));
-        for (index, (offset, name)) in names.clone().enumerate() {
-            if names.clone().take(index).any(|(_, other)| other == name) {
-                return Err(at(offset) + &format!("two test sets are named `{name}`: rename one"));
-            }
-        }
-        for (offset, curve) in self.curves.iter().map(|curve| (curve.span().start, curve.get_ref())) {
-            if curve.values.is_empty() {
-                return Err(at(offset) + &format!("curve `{}` has no values", curve.name));
-            }
-        }
-        let spans = self
-            .tests
-            .iter()
-            .map(|test| test.span().start)
-            .chain(self.curves.iter().flat_map(|curve| vec![curve.span().start; curve.get_ref().values.len()]));
-        let sets = self.test_sets_of(0);
-        if sets.is_empty() {
-            return Err("there is no [[test]] and no [[curve]]: add at least one".to_owned());
-        }
-        for (offset, set) in spans.zip(sets) {
-            match set.map_err(|problem| at(offset) + &problem)?.source {
-                Source::Simulated(scenarios) => {
-                    for scenario in scenarios {
-                        scenario.check().map_err(|problem| at(offset) + &problem.to_string())?;
-                    }
-                }
-                Source::Recorded(runs, _) if runs.is_empty() => {
-                    return Err(at(offset) + "a test set of an experiment with recordings needs `recordings`");
-                }
-                Source::Recorded(..) => {}
-            }
-        }
-        let unknown = |kind: &str, name: &str, known: Vec<&str>| {
-            Err(format!(
-                "{}`quick` keeps the {kind} `{name}`, which is not among {}",
-                line_of("[quick"),
-                known.join(", ")
-            ))
-        };
-        for name in &self.quick.models {
-            if self.models.iter().all(|model| &model.name != name) {
-                return unknown("model", name, self.models.iter().map(|model| model.name.as_str()).collect());
-            }
-        }
-        for name in &self.quick.tests {
-            if self.tests.iter().all(|test| &test.get_ref().name != name) {
-                return unknown("test set", name, self.tests.iter().map(|test| test.get_ref().name.as_str()).collect());
-            }
-        }
         Ok(())
     }
 
@@ -410,8 +335,12 @@ impl Experiment {
     /// # Errors
     /// [`ExperimentError::File`] if the simulation is none, which [`Experiment::parse`] has ruled out.
     pub fn training_source(&self, seed: u64) -> Result<Source, ExperimentError> {
-        let source = self.source(&Table::new(), None, &self.data.recordings, 1 + seed);
+        let source = self.training_source_of(seed);
         source.map_err(|problem| ExperimentError::File { file: self.name.clone(), problem })
+    }
+
+    fn training_source_of(&self, seed: u64) -> Result<Source, String> {
+        self.source(&Table::new(), None, &self.data.recordings, (Use::Training, seed))
     }
 
     /// Where a seed's models are measured.
@@ -425,7 +354,7 @@ impl Experiment {
 
     fn test_sets_of(&self, seed: u64) -> Vec<Result<TestSet, String>> {
         // All test sets of a seed have one random seed: a faster set travels the same paths.
-        let seed = FIRST_TEST_SEED + seed;
+        let seed = (Use::Test, seed);
         let test = |test: &Spanned<Test>| {
             let test = test.get_ref();
             let source = self.source(&test.simulation, test.mixture.as_deref(), &test.recordings, seed)?;
@@ -451,7 +380,7 @@ impl Experiment {
         change: &Table,
         mixture: Option<&[Table]>,
         recordings: &[Runs],
-        seed: u64,
+        (purpose, seed): (Use, u64),
     ) -> Result<Source, String> {
         let Some(simulation) = &self.data.simulation else {
             return Ok(Source::Recorded(recordings.to_vec(), Box::new(self.data.read.clone())));
@@ -463,7 +392,7 @@ impl Experiment {
             merge(&mut table, change);
             merge(&mut table, mixed);
             add_effects(&mut table);
-            let seed = seed + SEEDS_OF_A_PART * part as u64;
+            let seed = random_seed(purpose, seed, part as u64);
             table.insert("seed".to_owned(), Value::Integer(i64::try_from(seed).map_err(|error| error.to_string())?));
             Scenario::deserialize(Value::Table(table)).map_err(|error| error.to_string().trim().to_owned())
         };
@@ -498,11 +427,6 @@ impl Experiment {
         let hidden = model.training.hidden.as_ref().or(self.training.hidden.as_ref());
         (hidden, model.training.activation.or(self.training.activation))
     }
-}
-
-/// `line 7: `, where this offset lies.
-fn line_at(text: &str, offset: usize) -> String {
-    format!("line {}: ", text[..offset].lines().count().max(1))
 }
 
 /// Puts the values of `change` over those of `table`; tables are merged, everything else is replaced.
@@ -562,7 +486,7 @@ fn within<'de, D: Deserializer<'de>>(deserializer: D, what: &str, most: u64) -> 
 }
 
 fn seeds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
-    within(deserializer, "seeds", 1000)
+    within(deserializer, "seeds", MOST_SEEDS)
 }
 
 fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
@@ -664,7 +588,7 @@ simulation = { motion = { trajectories = 5 } }
             other => panic!("{other:?}"),
         };
         let Source::Simulated(training) = experiment.training_source(0).unwrap() else { panic!("not simulated") };
-        assert_eq!(scenario(0), Scenario { seed: FIRST_TEST_SEED, ..training[0].clone() });
+        assert_eq!(scenario(0), Scenario { seed: 1_000_000, ..training[0].clone() });
         assert_eq!(scenario(3).speed_scale, 2.0);
         assert_eq!(scenario(3).motion.trajectory_count(), 5);
         assert_ne!(scenario(1).motion, scenario(0).motion);
@@ -676,29 +600,29 @@ simulation = { motion = { trajectories = 5 } }
         let told = [
             (("seeds = 2", "sheds = 2"), vec!["line 4", "unknown field `sheds`", "`seeds`"]),
             (("seeds = 2", "seeds = 0"), vec!["line 4", "choose between 1 and 1000"]),
-            (("range = 10.0", "rage = 10.0"), vec!["line 22", "unknown field `rage`", "`range`"]),
-            (("range = 10.0", "range = -1.0"), vec!["line 22", "range is -1"]),
-            (("mass = 1.0", "mass = \"one\""), vec!["line 5", "invalid type: string \"one\"", "arm.links.mass"]),
+            (("range = 10.0", "rage = 10.0"), vec!["line 23", "unknown field `rage`", "`range`"]),
+            (("range = 10.0", "range = -1.0"), vec!["line 23", "range is -1"]),
+            (("mass = 1.0", "mass = \"one\""), vec!["line 6", "invalid type: string \"one\"", "arm.links.mass"]),
             (
                 ("preset = \"rigid-body\"\n\n[[model]]", "preset = \"body\"\n\n[[model]]"),
                 vec!["line 13", "no model `body`; known: rigid-body"],
             ),
             (
                 ("[\"coulomb-friction@1\"]", "[\"friction@1\"]"),
-                vec!["line 16", "no effect `friction`; known effects: viscous"],
+                vec!["line 18", "no effect `friction`; known effects: viscous"],
             ),
-            (("[\"coulomb-friction@1\"]", "[\"coulomb-friction@0\"]"), vec!["line 16", "joints are counted from 1"]),
+            (("[\"coulomb-friction@1\"]", "[\"coulomb-friction@0\"]"), vec!["line 18", "joints are counted from 1"]),
             (
                 (
                     "speed_scale\"",
                     "speed_scale\"\nmixture = [{ effects = [{ effect = \"viscous-friction\", joint = 0, parameters = [1.0] }] }]",
                 ),
-                vec!["line 26", "write `effect = \"viscous-friction@1\"` instead"],
+                vec!["line 27", "write `effect = \"viscous-friction@1\"` instead"],
             ),
             (("[\"coulomb-friction@1\"]", "\"all\""), vec!["line 18", "either \"diagnosed\" or a list"]),
-            (("name = \"far\"", "name = \"iid\""), vec!["two test sets are named `iid`"]),
+            (("name = \"far\"", "name = \"iid\""), vec!["line 23", "two test sets are named `iid`"]),
             (("values = [1.0, 2.0]", "values = []"), vec!["curve `speed` has no values"]),
-            (("key = \"speed_scale\"", "key = \"motion.range.1\""), vec!["line 26", "invalid type: map", "motion"]),
+            (("key = \"speed_scale\"", "key = \"motion.range.1\""), vec!["line 27", "invalid type: map", "motion"]),
             (("key = \"speed_scale\"", "key = \"sped\""), vec!["unknown field `sped`", "`speed_scale`"]),
         ];
         for ((from, to), parts) in told {
@@ -707,6 +631,46 @@ simulation = { motion = { trajectories = 5 } }
                 assert!(message.contains(part), "{from} -> {to}: {message}");
             }
         }
+    }
+
+    /// A name stands in other places before its model, and a mistake in the second of two models is not in the first.
+    #[test]
+    fn mistakes_are_told_where_they_are_made() {
+        let named = |from: &str, to: &str| problem(from, to).lines().next().unwrap().to_owned();
+        let twice = named("name = \"answer\"", "name = \"rigid-body\"");
+        assert!(twice.starts_with("small: line 16: two models are named `rigid-body`"), "{twice}");
+        let effect =
+            named("effects = [\"coulomb-friction@1\"]", "effects = [\n  \"coulomb-friction@1\",\n  \"answer@1\",\n]");
+        assert!(effect.starts_with("small: line 20: model `answer`: there is no effect `answer`"), "{effect}");
+        let neither = named("preset = \"rigid-body\"\neffects = ", "effects = ");
+        assert!(neither.starts_with("small: line 15: model `answer` needs either"), "{neither}");
+        let rate = named("preset = \"rigid-body\"\neffects", "preset = \"ff-nn\"\ntraining = { rate = -1.0 }\neffects");
+        assert!(rate.starts_with("small: line 18: model `answer`: the learning rate is -1"), "{rate}");
+        let text = format!("{SMALL}\n[quick]\n# [quick] keeps what it names\nmodels = [\"answer\", \"question\"]\n");
+        let quick = Experiment::parse("small", &text).unwrap_err().to_string();
+        assert!(quick.starts_with("small: line 36: `quick` keeps the model `question`"), "{quick}");
+    }
+
+    #[test]
+    fn training_and_test_data_never_have_the_same_random_seed() {
+        let seeds = |purpose| {
+            let of_part = move |part| [0, 1, MOST_SEEDS - 1].map(|seed| random_seed(purpose, seed, part));
+            (0..1000).flat_map(of_part).collect::<std::collections::BTreeSet<u64>>()
+        };
+        let (training, test) = (seeds(Use::Training), seeds(Use::Test));
+        assert_eq!((training.len(), test.len()), (3000, 3000), "nor do two parts");
+        assert!(training.is_disjoint(&test));
+        // A mixture of many parts, as a file has it.
+        let text = SMALL.replacen("[[model]]", &("[[data.mixture]]\n".repeat(150) + "[[model]]"), 1);
+        let experiment = Experiment::parse("small", &text).unwrap();
+        let of = |source: Source| match source {
+            Source::Simulated(scenarios) => scenarios.into_iter().map(|scenario| scenario.seed).collect::<Vec<_>>(),
+            other => panic!("{other:?}"),
+        };
+        let test = of(experiment.test_sets(0).unwrap().remove(0).source);
+        let training: Vec<u64> = (0..3).flat_map(|seed| of(experiment.training_source(seed).unwrap())).collect();
+        assert_eq!((training.len(), test.len()), (450, 150));
+        assert!(training.iter().all(|seed| !test.contains(seed)));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::cell::Cell;
+use super::cell::{self, Cell};
 use super::file::Point;
 use super::metrics::Errors;
 use super::store::Store;
@@ -108,7 +108,7 @@ type Statistic = (f64, Option<[f64; 2]>);
 pub fn summarise(experiment: &Experiment, cells: &[Cell], store: &Store) -> Result<Vec<Row>, ExperimentError> {
     let mut rows = Vec::new();
     for model in &experiment.models {
-        let own: Vec<&Cell> = cells.iter().filter(|cell| cell.model.name == model.name).collect();
+        let own = cell::of_model(cells, &model.name);
         let errors = own.iter().map(|cell| run::errors(store, cell)).collect::<Result<Vec<_>, _>>()?;
         let Some(sets) = own.first().map(|cell| &cell.tests) else { continue };
         for (index, (set, _)) in sets.iter().enumerate() {

@@ -175,7 +175,8 @@ fn figures_are_made_of_what_was_run() {
     let folder = folder.path();
     std::fs::write(folder.join("tiny.toml"), TINY.replace("title", "paper_table = 2\ntitle")).unwrap();
     let nothing = torquescope(&["figures", "tiny.toml", "--quick", "--figure", "errors"], folder).output().unwrap();
-    assert!(String::from_utf8_lossy(&nothing.stderr).contains("nothing to draw: run `experiment run tiny.toml` first"));
+    let said = String::from_utf8_lossy(&nothing.stderr).into_owned();
+    assert!(said.contains("nothing to draw: run `experiment run tiny.toml --quick` first"), "{said}");
     json(&["run", "tiny.toml", "--json"], folder);
     let written = succeeds(&["figures", "tiny.toml", "--format", "svg", "pdf", "csv", "-o", "pictures"], folder);
     for name in ["trajectories", "motions", "torques-iid", "curve-speed", "errors"] {
@@ -203,6 +204,36 @@ fn figures_are_made_of_what_was_run() {
     let (x, z) = (field("trajectories", "line,run 1", 3), field("trajectories", "line,run 1", 4));
     assert!((x.hypot(z) - 1.0).abs() < 1e-9);
     assert!(csv("torques-iid").contains("joint 1: gravity,line,exact,"));
+}
+
+/// After a quick run the commands on the whole experiment say what to add, instead of finding nothing.
+#[test]
+fn what_a_quick_run_left_is_told_to_who_asks_for_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("tiny.toml"), TINY).unwrap();
+    let ask = |arguments: &[&str]| {
+        let output = torquescope(arguments, folder).output().unwrap();
+        let said = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap()).concat();
+        (output.status.code(), said)
+    };
+    let (code, said) = ask(&["collect", "tiny.toml"]);
+    assert!(
+        code == Some(1) && said.contains("nothing of it is in experiments: run `experiment run tiny.toml`"),
+        "{said}"
+    );
+    // Other first weights than those of the whole, so that they share no cell but the rigid body's.
+    succeeds(&["run", "tiny.toml", "--quick", "--only", "network"], folder);
+    let only = ["--only", "network"];
+    let (code, said) = ask(&[&["status", "tiny.toml"][..], &only].concat());
+    assert!(code == Some(0) && said.contains("1 cell of the quick version is there: add --quick"), "{said}");
+    let (code, said) = ask(&[&["collect", "tiny.toml"][..], &only].concat());
+    assert!(code == Some(1) && said.contains("1 cell of the quick version is there: add --quick"), "{said}");
+    let (code, said) = ask(&[&["figures", "tiny.toml", "--figure", "errors"][..], &only].concat());
+    assert!(code == Some(1) && said.contains("1 cell of the quick version is there: add --quick"), "{said}");
+    let (code, said) = ask(&[&["figures", "tiny.toml", "--figure", "motions"][..], &only].concat());
+    assert!(code == Some(0) && said.contains("Only the data are drawn"), "{said}");
+    assert_eq!(ask(&[&["collect", "tiny.toml", "--quick"][..], &only].concat()).0, Some(0));
 }
 
 #[test]
