@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | 8 | [`cli`] | the command line; opens the window |
 //! | 7 | [`app`] | the window |
-//! | 6 | [`session`], [`work`], [`experiment`] | the document and its commands; background jobs; data × models × seeds, resumable |
+//! | 6 | [`session`], [`work`], [`experiment`], [`trial`] | the document and its commands; background jobs; data × models × seeds, resumable; how often the diagnosis is right |
 //! | 5 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
 //! | 4 | [`model`] | a model is a sum of torque terms; identification by least squares |
 //! | 3 | [`effect`] | one file per physical effect |
@@ -34,4 +34,5 @@ pub mod session;
 pub mod signals;
 pub mod simulation;
 pub mod training;
+pub mod trial;
 pub mod work;

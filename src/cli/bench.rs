@@ -2,6 +2,7 @@
 
 mod diagnosis;
 mod recipe;
+mod recordings;
 mod speed;
 mod train;
 mod ui;
@@ -21,7 +22,10 @@ impl Bench {
     /// Runs the benchmark.
     pub fn run(&self) -> anyhow::Result<()> {
         match self {
-            Bench::Diagnosis(bench) => bench.run(),
+            Bench::Diagnosis(bench) => match &bench.recordings {
+                Some(folder) => recordings::run(folder, bench.json, bench.list),
+                None => bench.run(),
+            },
             Bench::Recipe(bench) => bench.run(),
             Bench::Train(bench) => bench.run(),
             Bench::Ui(bench) => bench.run(),

@@ -203,6 +203,11 @@ impl Effect {
         self.facts.look_alikes.iter().any(|look_alike| look_alike.effects == [other.id])
     }
 
+    /// The others whose sum no data tell it from, by their ids; it is then named as that sum.
+    pub fn sum(&self) -> Option<&'static [&'static str]> {
+        self.facts.look_alikes.iter().map(|others| others.effects).find(|effects| effects.len() > 1)
+    }
+
     /// Whether its columns hold those of the other one and more (Stribeck has Coulomb).
     pub fn contains(&self, other: &Effect) -> bool {
         self.facts.includes.contains(&other.id)

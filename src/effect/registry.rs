@@ -48,8 +48,7 @@ pub fn addable() -> impl Iterator<Item = &'static Effect> {
 /// The effects that the diagnosis looks for by their columns: those that a model can have, but for those that data can't tell
 /// from a sum of others, which it names instead.
 pub fn sought() -> Vec<&'static Effect> {
-    let is_sum = |effect: &Effect| effect.facts.look_alikes.iter().any(|others| others.effects.len() > 1);
-    addable().filter(|effect| !is_sum(effect)).collect()
+    addable().filter(|effect| effect.sum().is_none()).collect()
 }
 
 /// The effect that stands for a fault of the readings.

@@ -1,7 +1,7 @@
 //! The seal: the hidden truth of a simulated recording, unreadable until somebody opens it on purpose.
 //!
 //! In memory and in the file the truth is one scrambled block of bytes. Only `session/` and `cli/` (on the user's order)
-//! and the scoring benches may call [`Seal::open`]; `tests/architecture.rs` keeps everybody else from it. The scrambling
+//! and the scoring of `trial/` may call [`Seal::open`]; `tests/architecture.rs` keeps everybody else from it. The scrambling
 //! keeps the truth from eyes that skim a file and from code that parses it by accident; it is not cryptography.
 
 use rand::{Rng, SeedableRng};

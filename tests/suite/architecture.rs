@@ -11,7 +11,7 @@ const FLOORS: &[&[&str]] = &[
     &["effect"],
     &["model"],
     &["simulation", "training", "diagnosis"],
-    &["session", "work", "experiment"],
+    &["session", "work", "experiment", "trial"],
     &["app"],
     &["cli"],
 ];
@@ -22,7 +22,7 @@ const THREADS: &[&str] = &["work", "network", "training"];
 const FILES: &[&str] = &["file.rs", "recording/read/mod.rs", "session", "experiment/store.rs", "cli", "app"];
 /// Who may open a seal: the user's own command, a saved session in which the user had opened it, the seal's tests, and the
 /// scoring of simulated draws.
-const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "cli/bench", "simulation"];
+const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "trial", "simulation"];
 
 /// Where an effect may be named by its id: its own room, and what hides a chosen effect on purpose (the embedded scenario and
 /// the benches that state what they measure). A rule asks `effect::Facts` instead.

@@ -1,0 +1,61 @@
+//! Trials: the diagnosis answers where the truth is known, and is judged by it.
+//!
+//! | truth | who made it | judged by |
+//! |---|---|---|
+//! | [`blind`] | a seed hides effects of the catalogue in a recording that is simulated | [`rates`]: all of them and nothing else |
+//! | [`foreign`] | recordings of other engines, with a file that says what is in each | [`verdict`] on each name; a form of the right effect is told apart from a false one |
+//!
+//! The diagnosis sees recordings only; the truth is looked at when it has spoken. Everything here is data: commands word it, tests
+//! read it.
+
+pub mod blind;
+pub mod foreign;
+pub mod rates;
+pub mod verdict;
+
+use std::collections::BTreeSet;
+
+use crate::diagnosis::MissingEffect;
+use crate::effect::registry;
+use crate::model::ModelError;
+use crate::progress::Stopped;
+use crate::recording::read::ReadError;
+use crate::recording::seal::SealError;
+use crate::simulation::SimulationError;
+
+/// Effects with the places where they act: a joint from 0, or `None` for the whole arm.
+pub type Answer = BTreeSet<(String, Option<usize>)>;
+
+/// An effect that was named, at each of its places.
+pub fn answer_of(named: &MissingEffect) -> Answer {
+    let places = registry::find(&named.effect).map(|effect| effect.places(named.joints.iter().copied()));
+    places.unwrap_or_default().into_iter().map(|place| (named.effect.clone(), place)).collect()
+}
+
+/// A trial can't be held.
+#[derive(Debug, thiserror::Error)]
+pub enum TrialError {
+    /// The truth of a recording can't be read.
+    #[error("{file} does not say what is hidden in its recording: {problem}")]
+    Truth {
+        /// Its name.
+        file: String,
+        /// What is wrong with it.
+        problem: serde_json::Error,
+    },
+    /// A recording can't be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A recording can't be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The model does not fit, or the diagnosis fails.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The seal is damaged.
+    #[error(transparent)]
+    Seal(#[from] SealError),
+    /// Somebody stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
