@@ -1,12 +1,13 @@
 //! What a diagnosis says.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::effect::Axis;
 use crate::model::Parameter;
+use crate::model::fit::joint_number;
 
 /// The answer to "what is missing?".
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// The answer in a word.
     pub verdict: Verdict,
@@ -18,7 +19,7 @@ pub struct Report {
     pub noise_floor_nmse: Option<Vec<f64>>,
     /// Joints, counted from 0 (written counted from 1), whose held-out residual is more than noise even with all effects of
     /// the report in the model.
-    #[serde(serialize_with = "counted_from_one")]
+    #[serde(with = "joint_numbers")]
     pub unexplained_joints: Vec<usize>,
     /// What to do next, in plain words.
     pub advice: String,
@@ -27,7 +28,7 @@ pub struct Report {
 }
 
 /// The answer in a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Effects of the catalogue are missing.
@@ -41,12 +42,12 @@ pub enum Verdict {
 }
 
 /// One missing effect, on one joint or several.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MissingEffect {
     /// Its id in the registry.
     pub effect: String,
     /// The joints, counted from 0; written counted from 1.
-    #[serde(serialize_with = "counted_from_one")]
+    #[serde(with = "joint_numbers")]
     pub joints: Vec<usize>,
     /// Probability that it is this effect, 0 to 1.
     pub confidence: f64,
@@ -61,13 +62,13 @@ pub struct MissingEffect {
     /// The motion that would tell it from the closest of them; `None` without alternatives, or if no motion does better than
     /// the one at hand.
     pub telling_motion: Option<TellingMotion>,
-    /// Residual without it and what it explains, for plots.
+    /// Residual without it and what it explains, for plots; left out where a report is written for people.
     #[serde(skip)]
     pub evidence: Vec<Evidence>,
 }
 
 /// A motion that would tell an effect from a rival.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TellingMotion {
     /// What to record, in plain words.
     pub motion: String,
@@ -91,7 +92,7 @@ impl TellingMotion {
 }
 
 /// The residual of one joint over the state where the effect shows best.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// The joint, counted from 0.
     pub joint: usize,
@@ -104,12 +105,12 @@ pub struct Evidence {
 }
 
 /// One candidate and what speaks for or against it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// Its id in the registry.
     pub effect: String,
     /// The joint, counted from 0; written counted from 1; none for an effect of the whole arm.
-    #[serde(serialize_with = "number_from_one")]
+    #[serde(with = "joint_number")]
     pub joint: Option<usize>,
     /// Cross-validated drop of the squared residual of its joint when it alone is added to the model, 0 to 1; negative if
     /// it makes things worse.
@@ -120,10 +121,17 @@ pub struct Candidate {
     pub reason: String,
 }
 
-fn counted_from_one<S: serde::Serializer>(joints: &[usize], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(joints.iter().map(|joint| joint + 1))
-}
+/// Joints are counted from 0 inside and from 1 in files.
+mod joint_numbers {
+    use serde::{Deserialize, Deserializer, Serializer};
 
-fn number_from_one<S: serde::Serializer>(joint: &Option<usize>, serializer: S) -> Result<S::Ok, S::Error> {
-    joint.map(|joint| joint + 1).serialize(serializer)
+    pub fn serialize<S: Serializer>(joints: &[usize], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(joints.iter().map(|joint| joint + 1))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<usize>, D::Error> {
+        let joint =
+            |number: usize| number.checked_sub(1).ok_or_else(|| serde::de::Error::custom("there is no joint 0"));
+        Vec::<usize>::deserialize(deserializer)?.into_iter().map(joint).collect()
+    }
 }

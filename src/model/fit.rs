@@ -89,7 +89,7 @@ pub struct Parameter {
 }
 
 /// Joints are counted from 0 inside and from 1 in files.
-mod joint_number {
+pub(crate) mod joint_number {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     pub fn serialize<S: Serializer>(joint: &Option<usize>, serializer: S) -> Result<S::Ok, S::Error> {

@@ -5,7 +5,7 @@
 //! measured, nobody can drive the arm again, so the held-out data are cut into blocks and sorted by how fast (or how far out)
 //! they are.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::hidden;
 use super::{SimulationError, demand};
@@ -30,7 +30,7 @@ const FEWEST_IN_GROUP: usize = 4;
 const BAND: [f64; 2] = [0.1, 0.9];
 
 /// In which way the motion leaves the data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stretch {
     /// The same paths, travelled so many times as fast.
@@ -57,7 +57,7 @@ impl Stretch {
 }
 
 /// Where the torque of the curves is from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Basis {
     /// Exact, from the sealed truth of a simulated recording.
@@ -67,7 +67,7 @@ pub enum Basis {
 }
 
 /// Error over scale, for one model or several.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sweep {
     /// What is scaled.
     pub stretch: Stretch,
@@ -78,7 +78,7 @@ pub struct Sweep {
 }
 
 /// The errors of one model.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// Its name.
     pub model: String,
@@ -87,7 +87,7 @@ pub struct Curve {
 }
 
 /// The error at one scale.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Times the speed (range) of the data; of a measured recording relative to the mean of its training part.
     pub scale: f64,

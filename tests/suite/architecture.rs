@@ -155,6 +155,12 @@ fn files_are_opened_only_at_the_doors() {
     only_in(&["fs::", "File::"], FILES);
 }
 
+/// Files are written whole, or not at all, in one way.
+#[test]
+fn files_are_written_at_one_door() {
+    only_in(&["fs::write", "File::create(", "fs::rename", "BufWriter"], &["file.rs"]);
+}
+
 #[test]
 fn a_seal_is_opened_only_on_the_users_order() {
     only_in(&["Truth", "Seal", "seal::"], &[SEALS, &["recording", "session", "app", "cli"]].concat());
