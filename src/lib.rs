@@ -16,7 +16,20 @@
 //! | 0 | [`signals`], [`progress`], [`file`] | one value per joint and sample; what work tells and how it is stopped; files are written whole |
 //!
 //! The way of the data: bytes → [`recording::Recording`] → split → [`model::Model`] → torques by term → screen, file or
-//! [`diagnosis`], which names what the model lacks; adding it is one undoable [`session`] command.
+//! [`diagnosis`], which names what the model lacks; adding it is one undoable [`session`] command:
+//!
+//! ```
+//! use torquescope::prelude::*;
+//!
+//! let monitor = Monitor::new();
+//! // Or `Command::open(vec!["log.csv".into()], ReadOptions::default(), Vec::new())`.
+//! let simulate = Command::Simulate(Box::new(Scenario::embedded()));
+//! let simulated = simulate.run(&Session::default(), &monitor)?;
+//! let diagnosed = Command::Diagnose.run(&simulated, &monitor)?;
+//! let report = diagnosed.report.as_ref().expect("it was diagnosed");
+//! assert_eq!(report.effects[0].effect, "coulomb-friction");
+//! # Ok::<(), torquescope::session::SessionError>(())
+//! ```
 
 pub mod app;
 pub mod arm;
@@ -36,3 +49,17 @@ pub mod simulation;
 pub mod training;
 pub mod trial;
 pub mod work;
+
+/// What most programs that use the library need: `use torquescope::prelude::*;`.
+pub mod prelude {
+    pub use crate::arm::{Arm, Posture};
+    pub use crate::diagnosis::{Report, Verdict};
+    pub use crate::model::{Evaluation, Fitted, Model, Preset};
+    pub use crate::progress::Monitor;
+    pub use crate::recording::read::ReadOptions;
+    pub use crate::recording::split::Split;
+    pub use crate::recording::{Recording, joints_text};
+    pub use crate::session::{Command, Session};
+    pub use crate::simulation::{Excitation, Scenario, simulate};
+    pub use crate::training::fit::Plan;
+}

@@ -61,7 +61,22 @@ pub fn diagnose(
     diagnose_among(&registry::sought(), fitted, recording, split, monitor)
 }
 
-/// [`diagnose`] with other candidates than the whole catalogue, to measure what happens if the right one is not among them.
+/// [`diagnose`] with other candidates than the whole catalogue: with effects of one's own, or without the right one, to measure
+/// what happens then.
+///
+/// ```
+/// use torquescope::diagnosis::diagnose_among;
+/// use torquescope::{effect::registry, model, prelude::*};
+///
+/// let monitor = Monitor::new();
+/// let recording = simulate(&Scenario::embedded(), &monitor)?; // Coulomb friction is hidden in it
+/// let split = Split::automatic(&recording);
+/// let body = model::fit(&Preset::RigidBody.model(&recording)?, &recording, &split, &monitor)?;
+/// let springs = [registry::find("joint-spring")?, registry::find("hardening-spring")?];
+/// let report = diagnose_among(&springs, &body, &recording, &split, &monitor)?;
+/// assert_ne!(report.verdict, Verdict::NothingMissing);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// As [`diagnose`].

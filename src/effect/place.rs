@@ -7,6 +7,14 @@ use super::Effect;
 use super::registry::{self, UnknownEffect};
 
 /// An effect and the joints that it is to act on. People count joints from 1, the program counts them from 0.
+///
+/// ```
+/// use torquescope::effect::place::Place;
+///
+/// let place: Place = "coulomb-friction@1,3".parse()?;
+/// assert_eq!((place.effect.name, place.joints(3)?), ("Coulomb friction", vec![0, 2]));
+/// # Ok::<(), torquescope::effect::place::PlaceError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     /// The effect.

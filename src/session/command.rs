@@ -98,6 +98,15 @@ pub enum Command {
 
 impl Command {
     /// Opens these files as one recording, or a saved session if that is what they are.
+    ///
+    /// ```
+    /// use torquescope::prelude::*;
+    ///
+    /// let log = Command::open(vec!["run-1.csv".into(), "run-2.csv".into()], ReadOptions::default(), Vec::new());
+    /// assert_eq!(log.title(), "open run-1.csv and 1 more");
+    /// let session = Command::open(vec!["mine.torquescope".into()], ReadOptions::default(), Vec::new());
+    /// assert!(matches!(session, Command::Restore { .. }));
+    /// ```
     pub fn open(mut paths: Vec<PathBuf>, options: ReadOptions, held_out: Vec<String>) -> Self {
         if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == file::ENDING) {
             return Command::Restore { path: paths.remove(0) };

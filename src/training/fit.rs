@@ -28,6 +28,15 @@ use crate::recording::{JointKind, Recording, Trajectory};
 use crate::signals::Signals;
 
 /// How a model of the session is trained.
+///
+/// ```
+/// use torquescope::{prelude::*, training::Recipe};
+///
+/// let mut plan = Plan::of(Recipe::Thorough);
+/// (plan.options.epochs, plan.layers.hidden) = (100, vec![32, 32]);
+/// plan.options.check()?;
+/// # Ok::<(), torquescope::training::TrainError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
