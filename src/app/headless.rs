@@ -97,13 +97,17 @@ pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Resu
     picture.png().context("the picture can't be written as PNG")
 }
 
-/// The plots of one screen as they stand in the light window, with all samples in view.
+/// The plots of one screen, with all samples in view.
 ///
 /// # Errors
 /// If there is no such screen, or the window does not settle.
 pub fn plots(session: Session, screen: &About) -> anyhow::Result<Vec<Panel>> {
     let mut app = TorquescopeApp::new(session);
     app.show_screen(screen);
+    let panels = app.figures();
+    if !panels.is_empty() {
+        return Ok(panels);
+    }
     let ctx = egui::Context::default();
     export::begin(&ctx);
     // Its colours are inks of the figure, which has a theme of its own.

@@ -30,6 +30,7 @@ pub use desk::{About, Order, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use settings::Settings;
 
+use crate::figure::Panel;
 use crate::progress::{Epoch, Event, Progress};
 use crate::session::{Command, History, Session, file};
 use crate::training::Ending;
@@ -248,6 +249,22 @@ impl TorquescopeApp {
         for order in std::mem::take(&mut self.orders) {
             self.carry_out(order, ctx);
         }
+    }
+
+    /// What the shown screen shows, as figures, with what is in view.
+    pub fn figures(&mut self) -> Vec<Panel> {
+        let (session, models) = (self.history.current().clone(), self.history.models());
+        let mut desk = Desk {
+            session: &session,
+            focus: &mut self.focus,
+            memo: &mut self.memo,
+            panels: &mut self.panels,
+            orders: &mut self.orders,
+            busy: None,
+            models: &models,
+        };
+        let panels = self.screens.current().figures(&mut desk);
+        self.focus.views.seen(panels)
     }
 
     /// Draws everything.

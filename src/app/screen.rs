@@ -3,6 +3,7 @@
 use egui::Ui;
 
 use super::desk::{About, Desk, Order};
+use crate::figure::Panel;
 use crate::session::{Command, Session};
 
 /// A screen of the window. What it remembers from one frame to the next is its own; what it shares with the others is on the
@@ -10,6 +11,11 @@ use crate::session::{Command, Session};
 pub trait Screen {
     /// Draws it. There is what it [`needs`](About::needs).
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk);
+
+    /// What it shows, as figures: the window prints them, and so do files, without a window.
+    fn figures(&self, _desk: &mut Desk) -> Vec<Panel> {
+        Vec::new()
+    }
 
     /// Whether its work is behind.
     fn is_done(&self, session: &Session) -> bool;

@@ -8,6 +8,7 @@ mod gestures;
 mod header;
 mod linked;
 mod screen;
+pub mod series;
 #[cfg(test)]
 mod tests;
 mod view;

@@ -95,6 +95,12 @@ impl<'a> PanelView<'a> {
         self
     }
 
+    /// Draws it without numbers, grid and frame, and a unit as long in both directions.
+    pub fn drawing(mut self) -> Self {
+        self.panel.bare = true;
+        self
+    }
+
     /// What is spoken of it in place of "plot of" and its title.
     pub fn spoken(mut self, text: impl Into<String>) -> Self {
         self.spoken = Some(text.into());

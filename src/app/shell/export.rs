@@ -46,20 +46,23 @@ impl Exporting {
 
 /// The dialog, while it is open.
 pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
-    let desk = &mut shell.desk;
     if let Some(title) = export::wanted(ui.ctx()) {
-        desk.orders.push(Order::Export(Some(title)));
+        shell.desk.orders.push(Order::Export(Some(title)));
     }
+    let asks = exporting.as_ref().is_some_and(|open| open.plots.is_none());
+    let own = if asks { shell.screens.current().figures(&mut shell.desk) } else { Vec::new() };
+    let desk = &mut shell.desk;
     // A plot that is still being computed is one of them, too.
-    let waits = exporting.as_ref().is_some_and(|open| open.plots.is_none()) && desk.memo.is_busy();
+    let waits = asks && own.is_empty() && desk.memo.is_busy();
     let Some(mut open) = exporting.take_if(|_| !waits) else { return };
     if open.plots.is_none() {
+        let panels = if own.is_empty() { export::panels(ui.ctx()) } else { desk.focus.views.seen(own) };
         let is_wanted = |panel: &Panel| open.only.as_ref().is_none_or(|title| *title == panel.title);
         let with_wish = |panel: Panel| {
             let on = is_wanted(&panel);
             (panel, on)
         };
-        open.plots = Some(export::panels(ui.ctx()).into_iter().map(with_wish).collect());
+        open.plots = Some(panels.into_iter().map(with_wish).collect());
         export::end(ui.ctx());
     }
     let room = ui.ctx().content_rect();

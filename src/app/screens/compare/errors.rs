@@ -2,48 +2,28 @@
 
 use egui::{Button, RichText, ScrollArea, Ui, WidgetInfo};
 
+use super::figures;
 use crate::app::desk::{Desk, is_held_out};
 use crate::app::memo::Question;
-use crate::app::plot::{Along, Chart, Decimator, ticks};
+use crate::app::plot::{PanelView, ticks};
 use crate::app::theme::{GROUP, Palette, SMALL};
 use crate::app::widgets;
 use crate::session::Session;
 
-/// Most points of one plot.
-const MOST_POINTS: usize = 2500;
-
 /// Predicted against measured torque of every joint on held-out data: on the diagonal where the model is right.
 pub fn scatter(ui: &mut Ui, desk: &mut Desk) {
-    let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
-        return;
-    };
     let palette = Palette::in_ui(ui);
-    let samples: usize = desk.session.split.held_out.iter().map(|segment| segment.samples.len()).sum();
-    if samples == 0 {
+    let panels = figures::scatter(desk.session);
+    if panels.is_empty() {
         return;
     }
-    let every = samples.div_ceil(MOST_POINTS).max(1);
     widgets::card(ui, "Predicted against measured, held-out data", |ui| {
-        let joints: Vec<usize> = (0..recording.joint_count()).collect();
-        let columns = if ui.available_width() > 560.0 { joints.len().clamp(1, 3) } else { 1 };
-        for row in joints.chunks(columns) {
+        let columns = if ui.available_width() > 560.0 { panels.len().clamp(1, 3) } else { 1 };
+        for row in panels.chunks(columns) {
             ui.columns(columns, |columns| {
-                for (ui, &joint) in columns.iter_mut().zip(row) {
-                    let mut points = Vec::with_capacity(MOST_POINTS);
-                    for segment in &desk.session.split.held_out {
-                        let measured = &recording.trajectories[segment.trajectory].tau[joint];
-                        let predicted = &step.evaluation.predictions[segment.trajectory].total[joint];
-                        points.extend(segment.samples.clone().step_by(every).map(|n| [measured[n], predicted[n]]));
-                    }
-                    let ends = |[low, high]: [f64; 2], point: &[f64; 2]| [low.min(point[0]), high.max(point[0])];
-                    let extent = points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
-                    let unit = recording.joints[joint].kind.units()[3];
-                    Chart::new(format!("{}: τ̂", recording.joints[joint].name), unit, extent)
-                        .x_axis("measured τ", unit)
-                        .height(200.0)
-                        .curve("", &extent, &extent, (palette.weak, &[3.0, 3.0]))
-                        .points(&points, palette.predicted.gamma_multiply(0.6), 1.2)
-                        .show(ui, desk.focus.views.of(Along::Load(joint)), &mut Decimator::default());
+                for (ui, panel) in columns.iter_mut().zip(row) {
+                    let view = PanelView::new(panel.clone()).height(200.0);
+                    view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
                 }
             });
         }

@@ -1,6 +1,7 @@
 //! Compare: measured against predicted torque of every joint, the residual under it, and the arm at the cursor.
 
 mod errors;
+mod figures;
 mod overlay;
 mod parts;
 
@@ -9,20 +10,22 @@ use std::sync::Arc;
 use egui::{RichText, Slider, Ui, WidgetText};
 
 use errors::Sorting;
+use figures::Torques;
 use overlay::Overlay;
 use parts::Decomposition;
 
 use crate::app::desk::{About, Desk, Needs, held_out_times, time_extent};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
-use crate::app::plot::{Along, Chart, arm, chart, ticks};
+use crate::app::plot::{Along, PanelView, arm, ticks};
 use crate::app::screen::Screen;
-use crate::app::theme::{GAP, MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
+use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{controls, tables, widgets};
 use crate::arm::Arm;
-use crate::model::Term;
-use crate::recording::JointKind;
-use crate::session::Session;
+use crate::figure::Panel;
+use crate::figure::mark::nearest;
+use crate::recording::{JointKind, Recording};
+use crate::session::{Session, Step};
 use crate::signals::Signals;
 
 /// Where the cursor stands at first, as a part of the trajectory.
@@ -89,6 +92,24 @@ impl Screen for Compare {
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
+    fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
+        let (Some(recording), Some(step)) = (&desk.session.recording, desk.session.current()) else {
+            return Vec::new();
+        };
+        let run = desk.focus.trajectory;
+        let Ok(facts) = desk.memo.now(desk.session, Drawn { trajectory: run }) else { return Vec::new() };
+        let parts = self.show_parts.then(|| desk.memo.now(desk.session, Decomposition { trajectory: run }));
+        let parts = parts.and_then(Result::ok);
+        let overlaid = self.overlay.chosen(desk, step);
+        let (held_out, show_terms, parts) = (held_out_times(desk.session, run), self.show_terms, parts.as_ref());
+        let torques = Torques { recording, step, facts: &facts, run, held_out, overlaid: &overlaid, show_terms, parts };
+        let joints = 0..recording.joint_count();
+        let mut panels: Vec<Panel> = joints.flat_map(|joint| [torques.torque(joint), torques.below(joint)]).collect();
+        panels.extend(figures::scatter(desk.session));
+        panels.extend(arm_panel(recording, step, &facts, run, desk.focus.cursor));
+        panels
+    }
+
     fn is_done(&self, session: &Session) -> bool {
         session.current().is_some()
     }
@@ -122,8 +143,7 @@ impl Question for Drawn {
         let prediction = step.evaluation.predictions.get(self.trajectory).ok_or("it was not predicted")?;
         let largest = |torque: &[f64]| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         let acts = |torque: &[f64]| torque.iter().any(|value| *value != 0.0);
-        let mut arm = recording.stated_arm.clone().unwrap_or_else(|| Arm::uniform(recording.joint_count()));
-        arm.posture = recording.posture.unwrap_or(arm.posture);
+        let arm = drawn_arm(recording);
         let tip = |sample: usize| {
             let q: Vec<f64> = run.q.at(sample).collect();
             arm.points(&q).last().copied()
@@ -147,80 +167,63 @@ impl Compare {
         let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
             return;
         };
-        let palette = Palette::in_ui(ui);
-        let index = desk.focus.trajectory;
+        let run = desk.focus.trajectory;
         let Some(facts) = facts(ui, desk) else { return };
-        let run = &recording.trajectories[index];
-        let prediction = &step.evaluation.predictions[index];
-        let extent = time_extent(&run.time);
-        let shades = held_out_times(desk.session, index);
-        let joints = recording.joint_count();
         let decomposition =
-            self.show_parts.then(|| desk.memo.later(ui.ctx(), desk.session, Decomposition { trajectory: index }));
+            self.show_parts.then(|| desk.memo.later(ui.ctx(), desk.session, Decomposition { trajectory: run }));
         let parts = decomposition.flatten().and_then(Result::ok);
         if self.show_parts && parts.is_none() {
             widgets::weak(ui, "The torque is being decomposed…");
         }
         let overlaid = self.overlay.chosen(desk, &step);
-        let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+        let (held_out, show_terms) = (held_out_times(desk.session, run), self.show_terms);
+        let (recording, step, facts) = (&recording, &step, &facts);
+        let torques =
+            Torques { recording, step, facts, run, held_out, overlaid: &overlaid, show_terms, parts: parts.as_ref() };
+        let joints = recording.joint_count();
         let last_extra = 31.0;
         let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 640.0);
+        let above = if parts.is_some() { 0.5 } else { 0.62 };
         for joint in 0..joints {
-            let unit = recording.joints[joint].kind.units()[3];
-            let name = &recording.joints[joint].name;
-            let mut chart = Chart::new(format!("{name}: torque"), unit, extent)
-                .shaded(shades.iter().copied())
-                .under_line("measured τ", &run.time, &run.tau[joint], (palette.measured, MEASURED_DASH));
-            if self.show_terms {
-                for (term, label) in labels.iter().enumerate() {
-                    let torque = &prediction.terms[term][joint];
-                    if facts.acts[term][joint] {
-                        chart = chart.line(label, &run.time, torque, palette.nth(term));
-                    }
-                }
-            }
-            for (number, other) in overlaid.iter().enumerate() {
-                let torque = &other.evaluation.predictions[index].total[joint];
-                chart = chart.line(&other.title, &run.time, torque, palette.nth(number + 3));
-            }
-            chart
-                .line("predicted τ̂", &run.time, &prediction.total[joint], (palette.predicted, PREDICTED_DASH))
-                .cursor(&mut desk.focus.cursor)
-                .without_ticks()
-                .height(per_joint * if parts.is_some() { 0.5 } else { 0.62 })
-                .show(ui, desk.focus.views.of(Along::Time), &mut desk.memo.decimator);
-            let last = joint + 1 == joints;
-            let what = if parts.is_some() { "decomposition" } else { "residual" };
-            let mut chart = Chart::new(format!("{name}: {what}"), unit, extent).shaded(shades.iter().copied());
-            match &parts {
-                None => chart = chart.line("τ − τ̂", &run.time, &facts.residual[joint], (palette.residual, &[])),
-                Some(parts) => {
-                    for (number, part) in parts.iter().enumerate() {
-                        let (color, dash) = palette.nth(number);
-                        let acts = |torque: &&[f64]| torque.iter().any(|value| *value != 0.0);
-                        if let Some(truth) = part.truth.as_ref().map(|truth| &truth[joint]).filter(acts) {
-                            let name = if part.own.is_none() { part.name.as_str() } else { "" };
-                            chart = chart.strong_line(name, &run.time, truth, (color.gamma_multiply(0.45), &[]));
-                        }
-                        if let Some(own) = part.own.as_ref().map(|own| &own[joint]).filter(acts) {
-                            chart = chart.line(&part.name, &run.time, own, (color, dash));
-                        }
-                    }
-                }
-            }
-            let chart = chart.cursor(&mut desk.focus.cursor);
-            let height = per_joint * if parts.is_some() { 0.5 } else { 0.38 };
-            let chart = if last {
-                chart.x_axis("time t", "s").height(height + last_extra)
-            } else {
-                chart.without_ticks().height(height)
-            };
-            chart.show(ui, desk.focus.views.of(Along::Time), &mut desk.memo.decimator);
-            if !last {
+            let upper = PanelView::new(torques.torque(joint)).without_ticks().height(per_joint * above);
+            upper.cursor(&mut desk.focus.cursor).show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
+            let is_last = joint + 1 == joints;
+            let height = per_joint * (1.0 - above);
+            let lower = PanelView::new(torques.below(joint)).cursor(&mut desk.focus.cursor);
+            let lower = if is_last { lower.height(height + last_extra) } else { lower.without_ticks().height(height) };
+            lower.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
+            if !is_last {
                 ui.add_space(4.0);
             }
         }
     }
+}
+
+/// The arm at the cursor; `None` if it slides.
+fn arm_panel(recording: &Recording, step: &Step, facts: &Facts, run: usize, cursor: Option<f64>) -> Option<Panel> {
+    let signals = &recording.trajectories[run];
+    let [first, last] = time_extent(&signals.time);
+    let time = cursor.unwrap_or(first + START * (last - first)).clamp(first, last);
+    let sample = nearest(&signals.time, time);
+    let at = |signal: &Signals| -> Vec<f64> { signal.iter().filter_map(|joint| joint.get(sample).copied()).collect() };
+    let revolute = recording.joints.iter().all(|joint| joint.kind == JointKind::Revolute);
+    let pose = arm::Pose {
+        time,
+        arm: &drawn_arm(recording),
+        q: &at(&signals.q),
+        measured: &at(&signals.tau),
+        predicted: &at(&step.evaluation.predictions[run].total),
+        largest: &facts.largest,
+        path: &facts.tip,
+    };
+    revolute.then(|| arm::panel(&pose))
+}
+
+/// The arm as stated, or links of equal length.
+fn drawn_arm(recording: &Recording) -> Arm {
+    let mut arm = recording.stated_arm.clone().unwrap_or_else(|| Arm::uniform(recording.joint_count()));
+    arm.posture = recording.posture.unwrap_or(arm.posture);
+    arm
 }
 
 fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
@@ -249,28 +252,15 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
         let slider = Slider::new(&mut time, extent[0]..=extent[1]).suffix(" s").fixed_decimals(2);
         let response = ui.add(slider);
         response.widget_info(|| egui::WidgetInfo::slider(true, time, "time cursor"));
-        let sample = chart::nearest(&run.time, time);
+        let sample = nearest(&run.time, time);
         let at = |signal: &Signals| -> Vec<f64> {
             signal.iter().map(|joint| joint.get(sample).copied().unwrap_or(f64::NAN)).collect()
         };
         let (q, measured, predicted) = (at(&run.q), at(&run.tau), at(&prediction.total));
-        if recording.joints.iter().all(|joint| joint.kind == JointKind::Revolute) {
-            let known = recording.stated_arm.clone();
-            let unit_links = known.is_none();
-            let mut shown = known.unwrap_or_else(|| Arm::uniform(recording.joint_count()));
-            if let Some(posture) = recording.posture {
-                shown.posture = posture;
-            }
-            let pose = arm::Pose {
-                time,
-                arm: &shown,
-                q: &q,
-                measured: &measured,
-                predicted: &predicted,
-                largest: &facts.largest,
-                path: &facts.tip,
-            };
-            arm::show(ui, &pose, 250.0);
+        if let Some(panel) = arm_panel(&recording, &step, &facts, index, Some(time)) {
+            let unit_links = recording.stated_arm.is_none();
+            let drawing = PanelView::new(panel).drawing().spoken("the arm at the time cursor").height(250.0);
+            drawing.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             let legend = "Arcs: torque, counter-clockwise positive, full line measured, dashed predicted.";
             ui.label(RichText::new(legend).size(SMALL).color(palette.weak));
             if unit_links {

@@ -2,11 +2,14 @@
 
 use egui::{RichText, Ui};
 
+use super::figures;
 use crate::app::desk::Desk;
 use crate::app::memo::Question;
-use crate::app::plot::{Along, Cells, Chart, Decimator};
+use crate::app::plot::PanelView;
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets;
+use crate::figure::Panel;
+use crate::figure::mark::{Cells, Shades};
 use crate::recording::Recording;
 use crate::recording::spectrum;
 use crate::recording::split::Split;
@@ -30,7 +33,7 @@ impl Question for Coverage {
     }
 }
 
-/// Frequency \[Hz\] and decimal logarithm of the power of the measured torque.
+/// Frequency \[Hz\] and power of the measured torque.
 #[derive(Clone, PartialEq)]
 struct TorqueSpectrum {
     trajectory: usize,
@@ -43,8 +46,7 @@ impl Question for TorqueSpectrum {
     fn answer(&self, session: &Session) -> Result<Vec<[f64; 2]>, String> {
         let runs = session.recording.as_ref().map(|recording| &recording.trajectories);
         let run = runs.and_then(|runs| runs.get(self.trajectory)).ok_or("there is no such trajectory")?;
-        let power = spectrum::power(&[&run.tau[self.joint]], run.time_step());
-        Ok(power.into_iter().map(|[frequency, power]| [frequency, power.max(1e-300).log10()]).collect())
+        Ok(spectrum::power(&[&run.tau[self.joint]], run.time_step()))
     }
 }
 
@@ -76,7 +78,20 @@ fn covered(recording: &Recording, split: &Split, joint: usize) -> Cells {
             *value = if value.is_nan() { 1.0 } else { *value + 1.0 };
         }
     }
-    Cells { size: SIZE, extent: ends, values, signed: false }
+    Cells { size: SIZE, extent: ends, values: values.into(), shades: Shades::Amount }
+}
+
+/// What is shown here, as figures.
+pub fn figures(desk: &mut Desk, recording: &Recording) -> Vec<Panel> {
+    let (session, trajectory, joint) = (desk.session, desk.focus.trajectory, desk.focus.joint);
+    let mut panels = Vec::new();
+    for joint in 0..recording.joint_count() {
+        let cells = desk.memo.now(session, Coverage { joint });
+        panels.extend(cells.map(|cells| figures::coverage(recording, joint, &cells)));
+    }
+    let power = desk.memo.now(session, TorqueSpectrum { trajectory, joint });
+    panels.extend(power.ok().and_then(|power| figures::spectrum(recording, joint, &power)));
+    panels
 }
 
 pub fn show(ui: &mut Ui, desk: &mut Desk) {
@@ -98,12 +113,8 @@ fn density(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 for (ui, &joint) in columns.iter_mut().zip(row) {
                     let answer = desk.memo.later(ui.ctx(), desk.session, Coverage { joint });
                     let Some(Ok(cells)) = answer else { continue };
-                    let unit = recording.joints[joint].kind.units();
-                    Chart::new(format!("{}: q̇", recording.joints[joint].name), unit[1], [0.0, 1.0])
-                        .x_axis("position q", unit[0])
-                        .height(190.0)
-                        .cells(&cells)
-                        .show(ui, desk.focus.views.of(Along::Position(joint)), &mut Decimator::default());
+                    let view = PanelView::new(figures::coverage(recording, joint, &cells)).height(190.0);
+                    view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
                 }
             });
         }
@@ -119,18 +130,11 @@ fn torque_spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let answer = desk.memo.later(ui.ctx(), desk.session, TorqueSpectrum { trajectory, joint });
     let Some(Ok(spectrum)) = answer else { return };
     widgets::card(ui, "Power spectrum of the torque", |ui| {
-        if spectrum.is_empty() {
+        let Some(panel) = figures::spectrum(recording, joint, &spectrum) else {
             widgets::weak(ui, "The trajectory is too short for a spectrum.");
             return;
-        }
-        let (x, y): (Vec<f64>, Vec<f64>) = spectrum.iter().map(|[x, y]| (*x, *y)).unzip();
-        let name = &recording.joints[joint].name;
-        Chart::new(format!("{name}: power of τ, logarithmic"), "", [x[0], x[x.len() - 1]])
-            .logarithmic()
-            .x_axis("frequency", "Hz")
-            .height(170.0)
-            .curve("", &x, &y, (palette.measured, &[]))
-            .show(ui, desk.focus.views.of(Along::Frequency), &mut Decimator::default());
+        };
+        PanelView::new(panel).height(170.0).show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
         let text = "Motion is at the left, noise is the flat part at the right; a peak between them is a vibration.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });

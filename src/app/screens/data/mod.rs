@@ -2,10 +2,12 @@
 
 mod arm_editor;
 mod coverage;
+mod figures;
 mod motion;
 mod simulate;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use egui::{Button, DragValue, RichText, TextEdit, Ui};
 
@@ -15,11 +17,12 @@ use crate::app::controls;
 use crate::app::desk::{About, Desk, Needs, Order, held_out_times, is_held_out, time_extent};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
-use crate::app::plot::{Along, Chart, ticks};
+use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets::{self, thousands};
 use crate::arm::Posture;
+use crate::figure::Panel;
 use crate::model::Preset;
 use crate::recording::check::Severity;
 use crate::recording::read::ReadOptions;
@@ -66,6 +69,14 @@ pub struct Data {
 impl Screen for Data {
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
+        let Some(recording) = &desk.session.recording else { return Vec::new() };
+        let joint = desk.focus.joint_of(recording);
+        let mut panels = figures::signals(desk.session, recording, desk.focus.trajectory, joint);
+        panels.extend(coverage::figures(desk, recording));
+        panels
     }
 
     fn is_done(&self, session: &Session) -> bool {
@@ -191,7 +202,7 @@ fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     });
 }
 
-fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Arc<Recording>) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "Signals", |ui| {
         ui.horizontal_wrapped(|ui| {
@@ -202,29 +213,12 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             controls::fit(ui, desk);
         });
         ui.add_space(4.0);
-        let (index, joint) = (desk.focus.trajectory, desk.focus.joint);
-        let run = &recording.trajectories[index];
-        let extent = time_extent(&run.time);
-        let shades = held_out_times(desk.session, index);
-        let style = palette.nth(joint);
-        let [position, velocity, acceleration, torque] = recording.joints[joint].kind.units();
-        let channels = [
-            ("position q", position, &run.q),
-            ("velocity q̇", velocity, &run.qd),
-            ("acceleration q̈", acceleration, &run.qdd),
-            ("torque τ", torque, &run.tau),
-        ];
-        let name = &recording.joints[joint].name;
-        for (number, (title, unit, signal)) in channels.into_iter().enumerate() {
-            let last = number == 3;
-            let style = if last { (palette.measured, style.1) } else { style };
-            let chart = Chart::new(format!("{name}: {title}"), unit, extent)
-                .line("", &run.time, &signal[joint], (style.0, &[]))
-                .shaded(shades.iter().copied())
-                .cursor(&mut desk.focus.cursor);
-            let chart =
-                if last { chart.x_axis("time t", "s").height(134.0) } else { chart.without_ticks().height(104.0) };
-            chart.show(ui, desk.focus.views.of(Along::Time), &mut desk.memo.decimator);
+        let panels = figures::signals(desk.session, recording, desk.focus.trajectory, desk.focus.joint);
+        let last = panels.len() - 1;
+        for (number, panel) in panels.into_iter().enumerate() {
+            let view = PanelView::new(panel).cursor(&mut desk.focus.cursor);
+            let view = if number == last { view.height(134.0) } else { view.without_ticks().height(104.0) };
+            view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
         }
         let hint = format!("Shaded: held out. {}", controls::HINT);
         ui.label(RichText::new(hint).size(SMALL).color(palette.weak));

@@ -1,6 +1,9 @@
 //! What is missing: the verdict in plain words, the evidence for each effect, and the button that adds it.
 
 mod bet;
+mod figures;
+
+use std::sync::Arc;
 
 use egui::{Align, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
@@ -8,15 +11,15 @@ use bet::Bet;
 
 use crate::app::desk::{About, Busy, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Along, Chart, Decimator, Views, ticks};
+use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
-use crate::app::screens::residuals::table::Quantity;
 use crate::app::screens::{ladder, residuals};
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
-use crate::diagnosis::{Candidate, Evidence, MissingEffect, Report, Verdict};
-use crate::effect::{self, Effect, Scope, registry};
+use crate::diagnosis::{Candidate, MissingEffect, Report, Verdict};
+use crate::effect::{Effect, Scope, registry};
+use crate::figure::Panel;
 use crate::recording::{Recording, joints_text};
 use crate::session::{Command, Session};
 
@@ -57,6 +60,16 @@ impl Screen for Diagnose {
         headline(ui, &report, &recording);
         self.bet.outcome(ui, &report);
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
+        let (Some(recording), Some(report)) = (&desk.session.recording, &desk.session.report) else {
+            return Vec::new();
+        };
+        if self.withholds(desk.session) {
+            return Vec::new();
+        }
+        figures::evidence(report, self.chosen, self.after, recording)
     }
 
     fn is_done(&self, session: &Session) -> bool {
@@ -124,7 +137,7 @@ impl Diagnose {
         }
         chooser(ui, &mut self.chosen, &report);
         let chosen = self.chosen.min(report.effects.len() - 1);
-        effect(ui, desk, &mut self.after, &report.effects[chosen], &recording);
+        effect(ui, desk, &mut self.after, &report, chosen, &recording);
     }
 }
 
@@ -225,8 +238,9 @@ fn chooser(ui: &mut Ui, chosen: &mut usize, report: &Report) {
     ui.add_space(4.0);
 }
 
-fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, effect: &MissingEffect, recording: &Recording) {
+fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, chosen: usize, recording: &Recording) {
     let palette = Palette::in_ui(ui);
+    let effect = &report.effects[chosen];
     let text = effect_text(effect, recording);
     widgets::card(ui, &text, |ui| {
         ui.horizontal_wrapped(|ui| {
@@ -265,13 +279,14 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, effect: &MissingEffect
             ui.radio_value(after, false, "without it");
             ui.radio_value(after, true, "with it");
         });
-        let after = *after;
-        let height = if effect.evidence.len() > 2 { 190.0 } else { 250.0 };
-        let columns = effect.evidence.len().clamp(1, 2);
-        for row in effect.evidence.chunks(columns) {
+        let panels = figures::evidence(report, chosen, *after, recording);
+        let height = if panels.len() > 2 { 190.0 } else { 250.0 };
+        let columns = panels.len().clamp(1, 2);
+        for row in panels.chunks(columns) {
             ui.columns(columns, |columns| {
-                for (ui, evidence) in columns.iter_mut().zip(row) {
-                    evidence_plot(ui, evidence, after, recording, height, &mut desk.focus.views);
+                for (ui, panel) in columns.iter_mut().zip(row) {
+                    let view = PanelView::new(panel.clone()).height(height);
+                    view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
                 }
             });
         }
@@ -303,61 +318,6 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, effect: &MissingEffect
             widgets::weak(ui, format!("Source: {}", spec.source));
         });
     }
-}
-
-fn evidence_plot(ui: &mut Ui, evidence: &Evidence, after: bool, recording: &Recording, height: f32, views: &mut Views) {
-    let palette = Palette::in_ui(ui);
-    let unit = recording.joints[evidence.joint].kind.units();
-    let (name, label, x_unit) = match evidence.axis {
-        effect::Axis::Time => ("time", "time t of each trajectory", "s"),
-        axis => Quantity::from(axis).text(unit),
-    };
-    let along = match evidence.axis {
-        effect::Axis::Time => Along::Time,
-        axis => Quantity::from(axis).along(evidence.joint),
-    };
-    let (x, y): (Vec<f64>, Vec<f64>) = evidence.explained.iter().map(|point| (point[0], point[1])).unzip();
-    let extent = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0)];
-    let title = format!("{}: torque left against {name}", recording.joints[evidence.joint].name);
-    let left = if after { left_after(evidence) } else { evidence.residual.clone() };
-    let chart = Chart::new(title, unit[3], extent).x_axis(label, x_unit).height(height).points(
-        &left,
-        palette.residual.gamma_multiply(0.5),
-        1.3,
-    );
-    // The line lives for this frame only, so its decimation is not to be kept.
-    let mut decimator = Decimator::default();
-    if after {
-        let zero = [0.0, 0.0];
-        chart.curve("", &extent, &zero, (palette.text, &[])).show(ui, views.of(along), &mut decimator);
-        return;
-    }
-    let explained = match is_curve(&y) {
-        true => chart.curve("explained", &x, &y, (palette.predicted, &[])),
-        false => chart.points(&evidence.explained, palette.predicted, 1.3),
-    };
-    explained.show(ui, views.of(along), &mut decimator);
-}
-
-/// What is left once the effect is in the model: both lists are of the same samples, the explained one sorted by state.
-fn left_after(evidence: &Evidence) -> Vec<[f64; 2]> {
-    let mut left = evidence.residual.clone();
-    left.sort_by(|one, other| one[0].total_cmp(&other[0]));
-    for (left, explained) in left.iter_mut().zip(&evidence.explained) {
-        left[1] -= explained[1];
-    }
-    left
-}
-
-/// Whether the values, sorted along the axis, are a function of it. A payload's torque, say, is none of one state: as a line
-/// it would be a scribble.
-fn is_curve(values: &[f64]) -> bool {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
-    let steps: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
-    // A curve goes up and down a few times; a cloud jumps about a third of its height at every sample.
-    steps < 8.0 * (high - low)
 }
 
 /// The page for "nothing" and "unknown": answers too, not failures.
@@ -406,7 +366,8 @@ fn without_effect(ui: &mut Ui, desk: &mut Desk, report: &Report, recording: &Rec
 fn candidates(ui: &mut Ui, desk: &mut Desk, report: &Report) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "All candidates", |ui| {
-        let text = "Drop of the squared residual in cross-validation, when this effect alone is added.";
+        let text = "By how much each effect, added alone, divides the squared residual in cross-validation. Effects that look \
+                    alike all divide it: this is no confidence.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
         ui.add_space(4.0);
         for candidate in &report.ranking {
@@ -433,8 +394,10 @@ fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
                     joints: candidate.joint.into_iter().collect(),
                 });
             }
-            widgets::share_bar(ui, candidate.error_drop, 26.0, color);
-            ui.label(RichText::new(ticks::percent(candidate.error_drop)).color(color));
+            ui.label(RichText::new(divided(candidate.error_drop)).color(color));
+            if !candidate.accepted {
+                ui.label(RichText::new("refused").size(SMALL).color(color));
+            }
             let name_color = if candidate.accepted { palette.text } else { palette.weak };
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 let text = RichText::new(format!("{name}, {place}")).color(name_color);
@@ -445,5 +408,27 @@ fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
     response.response.on_hover_text(&candidate.reason);
     if candidate.accepted {
         ui.label(RichText::new(&candidate.reason).size(SMALL).color(palette.weak));
+    }
+}
+
+/// By how much an error is divided that falls by a share of itself. Not in per cent, as a confidence is.
+fn divided(drop: f64) -> String {
+    match 1.0 / (1.0 - drop) {
+        factor if !factor.is_finite() || factor < 0.0 => "÷ ∞".to_owned(),
+        factor if factor < 1.005 => "no fall".to_owned(),
+        factor if factor < 10.0 => format!("÷ {factor:.2}"),
+        factor => format!("÷ {factor:.0}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::divided;
+
+    /// A candidate that is refused has no bar and no per cent beside the confidence of one that is named.
+    #[test]
+    fn what_an_effect_alone_does_is_not_said_as_a_confidence_is() {
+        assert_eq!([0.99, 0.5, 0.001, -0.3].map(divided), ["÷ 100", "÷ 2.00", "no fall", "no fall"]);
+        assert_eq!(divided(1.0), "÷ ∞");
     }
 }

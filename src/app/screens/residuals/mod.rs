@@ -2,6 +2,7 @@
 //!
 //! A region that is marked in one view is lit in all others and on the time line.
 
+mod figures;
 mod moments;
 pub(in crate::app) mod table;
 mod views;
@@ -10,16 +11,19 @@ use std::sync::Arc;
 
 use egui::{Align, Layout, RichText, Ui, vec2};
 
-use table::{AllSpectra, Lit, MarkedSpectra, Quantity, Samples, Table};
-use views::Looking;
+use figures::Shown;
+use table::{AllSpectra, Lit, MarkedSpectra, MeanMap, Quantity, Samples, Table};
+use views::{Looking, View};
 
 use crate::app::controls;
 use crate::app::desk::{About, Desk, Needs};
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Along, Chart, chart};
+use crate::app::plot::{Along, PanelView};
 use crate::app::screen::Screen;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
-use crate::app::widgets::{self, is_narrow, thousands};
+use crate::app::widgets::{self, is_narrow};
+use crate::figure::Panel;
+use crate::figure::mark::nearest;
 use crate::session::{Command, Session};
 
 /// Least height of the time line \[points\].
@@ -94,6 +98,36 @@ impl Screen for Residuals {
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
+    fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
+        let samples = Samples { joint: desk.focus.joint, held_out: self.held_out_only };
+        let Ok(table) = desk.memo.now(desk.session, samples) else { return Vec::new() };
+        if table.len() == 0 {
+            return Vec::new();
+        }
+        let of_table = || Arc::clone(&table);
+        let lit = self.lit(desk, &table);
+        let spectra = desk.memo.now(desk.session, AllSpectra { table: of_table() }).ok();
+        let marked = self.looking.brush.map(|brush| MarkedSpectra { table: of_table(), brush });
+        let marked = marked.and_then(|question| desk.memo.now(desk.session, question).ok());
+        let cells = desk.memo.now(desk.session, MeanMap { table: of_table(), states: self.looking.map }).ok();
+        let shown = Shown {
+            table: &table,
+            lit: &lit,
+            spectra: spectra.as_ref(),
+            marked: marked.as_ref(),
+            unit: unit(desk),
+            joint: desk.focus.joint,
+            row: moments::row_at_cursor(desk, &table),
+        };
+        let panel = |view: &View| match view {
+            View::Over(x) => Some(shown.over(*x)),
+            View::Map => cells.as_ref().map(|cells| shown.map(self.looking.map, cells)),
+            View::Loop => Some(shown.around_cursor()),
+            View::Of(curve) => shown.curve(*curve),
+        };
+        views::ALL.iter().filter_map(panel).chain([shown.time_line()]).collect()
+    }
+
     fn is_done(&self, session: &Session) -> bool {
         session.current().is_some()
     }
@@ -143,12 +177,14 @@ impl Residuals {
             let question = MarkedSpectra { table: Arc::clone(&table), brush };
             desk.memo.later(ui.ctx(), desk.session, question)?.ok()
         });
-        let shown = views::Shown {
+        let shown = Shown {
             table: &table,
             lit: &lit,
-            spectra: spectra.as_deref(),
-            marked: marked.as_deref(),
+            spectra: spectra.as_ref(),
+            marked: marked.as_ref(),
             unit: unit(desk),
+            joint: desk.focus.joint,
+            row: moments::row_at_cursor(desk, &table),
         };
         let columns = if ui.available_width() > 640.0 { 2 } else { 1 };
         let width = (ui.available_width() - GAP * (columns as f32 - 1.0)) / columns as f32;
@@ -168,26 +204,20 @@ impl Residuals {
 
     /// The residual over the time of all segments, with what is marked and where the cursor is.
     fn time_line(&mut self, ui: &mut Ui, desk: &mut Desk) {
-        let palette = Palette::in_ui(ui);
         let Some(table) = self.table(ui, desk) else { return };
-        let [.., unit] = unit(desk);
         let lit = self.lit(desk, &table);
-        let (time, residual) = (table.column(Quantity::Time), table.column(Quantity::Residual));
-        let extent = [time[0], time[time.len() - 1].max(time[0] + 1e-9)];
-        let mut cursor = moments::row_at_cursor(desk, &table).map(|row| time[row]);
+        let (unit, joint, row) = (unit(desk), desk.focus.joint, moments::row_at_cursor(desk, &table));
+        let shown = Shown { table: &table, lit: &lit, spectra: None, marked: None, unit, joint, row };
+        let time = table.column(Quantity::Time);
+        let mut cursor = row.map(|row| time[row]);
         let before = cursor;
-        let marked = if lit.is_empty() { String::new() } else { format!(": {} samples marked", thousands(lit.len())) };
-        let chart = Chart::new(format!("time line{marked}"), unit, extent)
-            .x_axis("time t, all trajectories end to end", "s")
-            .height((ui.available_height() - 4.0).clamp(LEAST_TIME_LINE, 300.0))
-            .lit(table.stretches(&lit))
-            .line("τ − τ̂", time, residual, (palette.residual, &[]))
-            .cursor(&mut cursor);
-        chart.show(ui, desk.focus.views.of(Along::WholeTime), &mut desk.memo.decimator);
+        let view = PanelView::new(shown.time_line()).lit(table.stretches(&lit)).cursor(&mut cursor);
+        let view = view.height((ui.available_height() - 4.0).clamp(LEAST_TIME_LINE, 300.0));
+        view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
         if cursor != before
             && let Some(at) = cursor
         {
-            moments::jump(desk, &table, chart::nearest(time, at));
+            moments::jump(desk, &table, nearest(time, at));
         }
     }
 }

@@ -4,10 +4,11 @@ use egui::{RichText, Ui, WidgetInfo};
 
 use super::table::{Place, Quantity, Table};
 use crate::app::desk::{Desk, Order};
-use crate::app::plot::{chart, ticks};
+use crate::app::plot::ticks;
 use crate::app::screens::compare;
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets;
+use crate::figure::mark::nearest;
 use crate::recording::Recording;
 
 pub fn show(ui: &mut Ui, desk: &mut Desk, recording: &Recording, table: &Table, unit: &str) {
@@ -50,6 +51,6 @@ pub fn jump(desk: &mut Desk, table: &Table, row: usize) {
 pub fn row_at_cursor(desk: &Desk, table: &Table) -> Option<usize> {
     let trajectory = desk.focus.trajectory;
     let run = desk.session.recording.as_ref()?.trajectories.get(trajectory)?;
-    let sample = desk.focus.cursor.map_or(0, |at| chart::nearest(&run.time, at));
+    let sample = desk.focus.cursor.map_or(0, |at| nearest(&run.time, at));
     table.row(Place { trajectory, sample })
 }

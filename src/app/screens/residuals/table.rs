@@ -4,8 +4,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::app::memo::Question;
-use crate::app::plot::{Along, Cells, Region};
+use crate::app::plot::{Along, Region};
 use crate::effect::Axis;
+use crate::figure::mark::{Cells, Shades};
 use crate::recording::spectrum;
 use crate::session::Session;
 
@@ -114,7 +115,7 @@ pub struct Scatter {
 
 /// What the frequencies and the past of the residual say; empty where there are too few samples that follow each other.
 pub struct Spectra {
-    /// Frequency \[Hz\] and decimal logarithm of the power.
+    /// Frequency \[Hz\] and power.
     pub power: Vec<[f64; 2]>,
     /// Order and amplitude of what repeats with the position.
     pub orders: Vec<[f64; 2]>,
@@ -353,7 +354,8 @@ impl Table {
             *sum = [sum[0] + 1.0, sum[1] + residual];
         }
         let mean = |[count, sum]: [f64; 2]| if count > 0.0 { sum / count } else { f64::NAN };
-        Cells { size: MAP, extent: ends, values: sums.into_iter().map(mean).collect(), signed: true }
+        let values: Vec<f64> = sums.into_iter().map(mean).collect();
+        Cells { size: MAP, extent: ends, values: values.into(), shades: Shades::Signed }
     }
 
     /// Frequencies and the past of some rows, in ascending order: of every stretch of rows that follow each other.
@@ -386,7 +388,7 @@ impl Table {
         let lags = || (0..=LAGS).map(|lag| lag * every).take_while(|lag| *lag < longest);
         let correlation = spectrum::autocorrelation(&residual, lags());
         Spectra {
-            power: power.into_iter().map(|[at, power]| [at, power.max(1e-300).log10()]).collect(),
+            power,
             orders,
             correlation: lags().zip(correlation).map(|(lag, value)| [lag as f64 * self.step, value]).collect(),
         }

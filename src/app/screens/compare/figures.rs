@@ -1,0 +1,123 @@
+//! What the screen shows, as figures.
+
+use std::sync::Arc;
+
+use super::Facts;
+use super::parts::Part;
+use crate::app::desk::time_extent;
+use crate::app::plot::{Along, series};
+use crate::figure::mark::{Line, Points, Shade};
+use crate::figure::{Axis, Ink, Panel, Shared};
+use crate::model::Term;
+use crate::recording::Recording;
+use crate::session::{Session, Step};
+use crate::signals::Signals;
+
+/// Most points of one plot of predicted against measured torque.
+const MOST_POINTS: usize = 2500;
+/// Width of the measured torque, which is seen under the predicted one.
+const UNDER: f64 = 1.36;
+/// Width of the truth.
+const STRONG: f64 = 1.86;
+/// How much of its colour the truth has.
+const PALE: f64 = 0.45;
+/// Inks of models that are drawn over the current one begin behind those of its first terms.
+const FIRST_OVERLAID: usize = 3;
+
+/// Along one trajectory: measured and predicted torque of a joint, and below it what is left, or what it is made of.
+pub struct Torques<'a> {
+    pub recording: &'a Arc<Recording>,
+    pub step: &'a Arc<Step>,
+    pub facts: &'a Arc<Facts>,
+    pub run: usize,
+    /// The held-out stretches \[s\].
+    pub held_out: Vec<[f64; 2]>,
+    /// Other models over it.
+    pub overlaid: &'a [Arc<Step>],
+    pub show_terms: bool,
+    /// In place of the residual.
+    pub parts: Option<&'a Arc<Vec<Part>>>,
+}
+
+impl Torques<'_> {
+    /// A panel over the time of the trajectory; only the last one names it.
+    fn panel(&self, joint: usize, what: &str, is_last: bool) -> Panel {
+        let info = &self.recording.joints[joint];
+        let x = if is_last { Axis::new("time t", "s") } else { Axis::default() };
+        let x = x.range(time_extent(&self.recording.trajectories[self.run].time)).linked(Along::Time);
+        let panel = Panel::new(format!("{}: {what}", info.name), [x, Axis::new("", info.kind.units()[3])]);
+        panel.with_all(self.held_out.iter().map(|stretch| Shade(*stretch)))
+    }
+
+    fn line(&self, name: &str, values: Shared<f64>, ink: Ink) -> Line {
+        Line::new(name, series::time(self.recording, self.run), values, ink).sampled()
+    }
+
+    /// Measured and predicted torque of a joint, with the terms of the model and other models.
+    pub fn torque(&self, joint: usize) -> Panel {
+        let measured = self.line("measured τ", series::torque(self.recording, self.run, joint), Ink::Measured);
+        let mut panel = self.panel(joint, "torque", false).with(measured.width(UNDER));
+        let terms = self.step.fitted.model.terms.iter().map(Term::label).enumerate();
+        for (term, label) in terms.filter(|(term, _)| self.show_terms && self.facts.acts[*term][joint]) {
+            panel.push(self.line(&label, series::term(self.step, self.run, term, joint), Ink::Series(term)));
+        }
+        for (number, other) in self.overlaid.iter().enumerate() {
+            let ink = Ink::Series(number + FIRST_OVERLAID);
+            panel.push(self.line(&other.title, series::predicted(other, self.run, joint), ink));
+        }
+        panel.with(self.line("predicted τ̂", series::predicted(self.step, self.run, joint), Ink::Predicted))
+    }
+
+    /// What the model leaves of the torque of a joint, or the parts of which it is made.
+    pub fn below(&self, joint: usize) -> Panel {
+        let is_last = joint + 1 == self.recording.joint_count();
+        let Some(parts) = self.parts else {
+            let residual = Shared::of(self.facts, move |facts| &facts.residual[joint]);
+            return self.panel(joint, "residual", is_last).with(self.line("τ − τ̂", residual, Ink::Residual));
+        };
+        let mut panel = self.panel(joint, "decomposition", is_last);
+        for (number, part) in parts.iter().enumerate() {
+            let (ink, acts) = (Ink::Series(number), |torque: &[f64]| torque.iter().any(|value| *value != 0.0));
+            if part.truth.as_ref().is_some_and(|truth| acts(&truth[joint])) {
+                let name = if part.own.is_none() { part.name.as_str() } else { "" };
+                let truth = Shared::of(parts, move |parts| torque_of(&parts[number].truth, joint));
+                panel.push(self.line(name, truth, ink).width(STRONG).opacity(PALE).dash(&[]));
+            }
+            if part.own.as_ref().is_some_and(|own| acts(&own[joint])) {
+                let own = Shared::of(parts, move |parts| torque_of(&parts[number].own, joint));
+                panel.push(self.line(&part.name, own, ink));
+            }
+        }
+        panel
+    }
+}
+
+fn torque_of(part: &Option<Signals>, joint: usize) -> &[f64] {
+    part.as_ref().map_or(&[], |part| &part[joint])
+}
+
+/// Predicted against measured torque of every joint on held-out data: on the diagonal where the model is right.
+pub fn scatter(session: &Session) -> Vec<Panel> {
+    let (Some(recording), Some(step)) = (&session.recording, session.current()) else { return Vec::new() };
+    let samples: usize = session.split.held_out.iter().map(|segment| segment.samples.len()).sum();
+    if samples == 0 {
+        return Vec::new();
+    }
+    let every = samples.div_ceil(MOST_POINTS);
+    let panel = |joint: usize| {
+        let mut points = Vec::with_capacity(MOST_POINTS);
+        for segment in &session.split.held_out {
+            let measured = &recording.trajectories[segment.trajectory].tau[joint];
+            let predicted = &step.evaluation.predictions[segment.trajectory].total[joint];
+            points.extend(segment.samples.clone().step_by(every).map(|n| [measured[n], predicted[n]]));
+        }
+        let ends = |[low, high]: [f64; 2], point: &[f64; 2]| [low.min(point[0]), high.max(point[0])];
+        let extent = points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+        let (name, unit) = (&recording.joints[joint].name, recording.joints[joint].kind.units()[3]);
+        let x = Axis::new("measured τ", unit).range(extent).linked(Along::Load(joint));
+        Panel::new(format!("{name}: τ̂"), [x, Axis::new("", unit)])
+            .with(Points::new("", points, Ink::Predicted).radius(0.55).opacity(0.6))
+            .with(Line::through("", extent.map(|end| [end, end]), Ink::Weak).width(STRONG))
+    };
+    (0..recording.joint_count()).map(panel).collect()
+}
