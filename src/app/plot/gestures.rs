@@ -1,6 +1,6 @@
 //! How a plot is used: wheel, drag, double click and keys.
 
-use egui::{CursorIcon, EventFilter, Key, PointerButton, Pos2, Response, Ui};
+use egui::{Context, CursorIcon, EventFilter, Key, PointerButton, Pos2, Response, Ui};
 
 use super::linked::Window;
 use crate::figure::Place;
@@ -29,18 +29,18 @@ pub struct Gestures<'a> {
 
 impl Gestures<'_> {
     /// Wheel, drag, double click and keys. `place` is what was seen last.
-    pub fn take(&mut self, ui: &Ui, response: &Response, place: &Place) {
+    pub fn take(&mut self, ctx: &Context, response: &Response, place: &Place) {
         let plot = place.plot;
         let shown = place.ranges[0];
         let span = shown[1] - shown[0];
         let at = |x: f32| shown[0] + (f64::from(x) - plot.left) / plot.width * span;
-        if response.double_clicked() || (response.has_focus() && ui.input(|input| input.key_pressed(Key::F))) {
+        if response.double_clicked() || (response.has_focus() && ctx.input(|input| input.key_pressed(Key::F))) {
             *self.window = Window::default();
             return;
         }
-        let measuring = self.cursor.is_some() && ui.input(|input| input.modifiers.alt);
+        let measuring = self.cursor.is_some() && ctx.input(|input| input.modifiers.alt);
         if measuring && (response.drag_started() || response.dragged()) {
-            let begin = ui.input(|input| input.pointer.press_origin());
+            let begin = ctx.input(|input| input.pointer.press_origin());
             if let (Some(begin), Some(end)) = (begin, response.interact_pointer_pos()) {
                 let [from, to] = [begin.x.min(end.x), begin.x.max(end.x)];
                 self.window.measured = Some([from, to].map(|x| at(x).clamp(self.extent[0], self.extent[1])));
@@ -49,11 +49,11 @@ impl Gestures<'_> {
         }
         let panning = response.dragged_by(PointerButton::Secondary)
             || response.dragged_by(PointerButton::Middle)
-            || (response.dragged() && ui.input(|input| input.modifiers.shift));
+            || (response.dragged() && ctx.input(|input| input.modifiers.shift));
         if panning {
             let shift = -f64::from(response.drag_delta().x) / plot.width * span;
             self.show([shown[0] + shift, shown[1] + shift], place);
-        } else if !(self.zooms_to_box || ui.input(|input| input.modifiers.shift))
+        } else if !(self.zooms_to_box || ctx.input(|input| input.modifiers.shift))
             && let (Some(cursor), Some(pointer)) = (&mut self.cursor, response.interact_pointer_pos())
         {
             **cursor = Some(at(pointer.x).clamp(self.extent[0], self.extent[1]));
@@ -61,9 +61,9 @@ impl Gestures<'_> {
         let inside = |pointer: &Pos2| super::screen::is_inside(*pointer, &plot);
         if let Some(pointer) = response.hover_pos().filter(inside) {
             if self.cursor.is_some() {
-                ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+                ctx.set_cursor_icon(CursorIcon::Crosshair);
             }
-            let (zoom, wheel) = ui.input(|input| (input.zoom_delta(), input.smooth_scroll_delta()));
+            let (zoom, wheel) = ctx.input(|input| (input.zoom_delta(), input.smooth_scroll_delta()));
             // Only with Ctrl or a pinch, so that the page still scrolls under the wheel.
             let factor = f64::from(1.0 / zoom);
             if factor != 1.0 {
@@ -79,8 +79,8 @@ impl Gestures<'_> {
         {
             // The arrows are ours while the plot has the focus; else they would move the focus.
             let arrows = EventFilter { horizontal_arrows: true, ..EventFilter::default() };
-            ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
-            let pressed = |key| ui.input(|input| input.num_presses(key)) as f64;
+            ctx.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
+            let pressed = |key| ctx.input(|input| input.num_presses(key)) as f64;
             let steps = pressed(Key::ArrowRight) - pressed(Key::ArrowLeft);
             if steps != 0.0 {
                 let from = cursor.unwrap_or(shown[0]);

@@ -66,7 +66,7 @@ impl Header<'_> {
                 break;
             }
             let rect = Rect::from_x_y_ranges(left..=right, self.room.y_range());
-            self.entry(ui, tools, window, rect, entry, &text);
+            self.entry(ui, tools, window, rect, (entry, entries.len() == 1), &text);
             right = left - BETWEEN;
         }
     }
@@ -85,14 +85,26 @@ impl Header<'_> {
         }
     }
 
-    fn entry(&self, ui: &mut Ui, tools: &Tools, window: &mut Window, rect: Rect, entry: &Entry, text: &str) {
+    fn entry(
+        &self,
+        ui: &mut Ui,
+        tools: &Tools,
+        window: &mut Window,
+        rect: Rect,
+        (entry, alone): (&Entry, bool),
+        text: &str,
+    ) {
         let palette = tools.palette;
         let title = &self.of.panel.title;
         let id = ui.scope_id().with(("legend", title, entry.name));
-        let response = ui.interact(rect, id, Sense::click());
         let is_shown = !window.hidden.contains(entry.name);
-        let spoken = format!("{} in {title}", entry.name);
-        response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, is_shown, &spoken));
+        // The only line of a plot is not to be hidden.
+        let sense = if alone && is_shown { Sense::hover() } else { Sense::click() };
+        let response = ui.interact(rect, id, sense);
+        if sense.senses_click() {
+            let spoken = format!("{} in {title}", entry.name);
+            response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, is_shown, &spoken));
+        }
         let middle = rect.center().y - 1.0;
         let mut shapes: Vec<Shape> = Vec::new();
         if is_shown {
@@ -101,7 +113,7 @@ impl Header<'_> {
         }
         let painter = ui.painter().with_clip_rect(self.room);
         painter.extend(shapes);
-        let color = if response.hovered() && is_shown { palette.text } else { palette.weak };
+        let color = if response.hovered() && sense.senses_click() && is_shown { palette.text } else { palette.weak };
         let font = FontId::proportional(SMALL);
         let text = painter.text(pos2(rect.right(), middle), Align2::RIGHT_CENTER, text, font, color);
         if !is_shown {
@@ -120,7 +132,9 @@ impl Header<'_> {
         } else if response.clicked() && !window.hidden.remove(entry.name) {
             window.hidden.insert(entry.name.to_owned());
         }
-        response.on_hover_text("Click: hide or show. Double click: this one alone, or all.");
+        if sense.senses_click() {
+            response.on_hover_text("Click: hide or show. Double click: this one alone, or all.");
+        }
     }
 
     /// Hides all others; all are shown if they are hidden already. The first click of the two has hidden or shown it.

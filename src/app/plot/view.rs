@@ -210,7 +210,6 @@ impl<'a> PanelView<'a> {
         let (panel, cursor) = (&self.panel, &mut self.cursor);
         let mut seen = (panel.clone(), [[0.0, 1.0]; 2]);
         let (told, view, context) = (&mut seen, &mut *window, ui.ctx().clone());
-        let gesture_ui = ui.new_child(UiBuilder::new().max_rect(room));
         let Printed { response, plot, zoomed } = adapter::print(ui, setting, |response: &Response| {
             let columns = plot.width() as usize;
             let mut decimator = tools.decimator.borrow_mut();
@@ -219,7 +218,7 @@ impl<'a> PanelView<'a> {
                 let ranges = ranges(&view.of(panel), plot, columns, &mut decimator);
                 let place = Place { plot: area(plot), ranges, axes: [&panel.x, &panel.y] };
                 let cursor = cursor.as_deref_mut();
-                Gestures { extent, window: view, cursor, zooms_to_box }.take(&gesture_ui, response, &place);
+                Gestures { extent, window: view, cursor, zooms_to_box }.take(&context, response, &place);
             }
             let now = view.of(panel);
             let ranges = ranges(&now, plot, columns, &mut decimator);
