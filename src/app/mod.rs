@@ -32,6 +32,7 @@ pub use settings::Settings;
 
 use crate::figure::Panel;
 use crate::progress::{Epoch, Event, Progress};
+use crate::recording::read;
 use crate::session::{Command, History, Session, file};
 use crate::training::Ending;
 use crate::training::fit::Plan;
@@ -525,7 +526,7 @@ impl TorquescopeApp {
                     dialog.set_title("Export plots").set_file_name(figure).save_file().map(|path| vec![path])
                 }
                 Asks::Open => {
-                    let endings = ["csv", "npz", "npy", "txt", file::ENDING];
+                    let endings: Vec<&str> = read::endings().chain([file::ENDING]).collect();
                     dialog.set_title("Open recordings or a session").add_filter("recordings", &endings).pick_files()
                 }
             })

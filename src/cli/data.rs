@@ -20,7 +20,7 @@ use crate::model::{Fitted, Model, Preset, Term};
 use crate::network::Activation;
 use crate::recording::catalogue;
 use crate::recording::mapping::{MappingError, MappingSpec};
-use crate::recording::read::ReadOptions;
+use crate::recording::read::{READABLE, ReadOptions};
 use crate::session::{Command, Session, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
@@ -72,12 +72,18 @@ impl Reading {
     }
 }
 
+/// The help about files to read; `more` is what else may be given.
+fn recordings_help(more: &str) -> String {
+    format!(
+        "Recordings ({READABLE}, or a folder of NPY arrays); several files are trajectories of one arm, and `FILE+FILE` are files \
+         with channels of the same samples{more}"
+    )
+}
+
 /// Files to read, and how.
 #[derive(Args, Debug, Clone)]
 pub struct Files {
-    /// Recordings (CSV, NPZ, MATLAB .mat, ROS 2 .db3); several files are trajectories of one arm, and `FILE+FILE` are files
-    /// with channels of the same samples.
-    #[arg(required = true)]
+    #[arg(required = true, help = recordings_help(""))]
     files: Vec<PathBuf>,
     #[command(flatten)]
     reading: Reading,
@@ -86,8 +92,7 @@ pub struct Files {
 /// Files that need not be given: without, the embedded recording is taken.
 #[derive(Args, Debug, Clone)]
 pub struct OptionalData {
-    /// Recordings (CSV, NPZ, .mat, .db3), several of which are trajectories of one arm; or a saved session (.torquescope).
-    /// Without any: an embedded arm with a hidden effect.
+    #[arg(help = recordings_help("; or a saved session (.torquescope). Without any: an embedded arm with a hidden effect"))]
     files: Vec<PathBuf>,
     #[command(flatten)]
     reading: Reading,

@@ -75,6 +75,10 @@ pub enum FindingKind {
     Alternatives,
     /// Parts of the file were not read.
     PassedOver,
+    /// A text ends within a line.
+    BrokenOff,
+    /// Samples beside the cuts between time blocks are in no part.
+    Guard,
 }
 
 /// Where something was found; what is `None` does not apply or means everywhere.

@@ -172,6 +172,39 @@ fn a_finger_robot_archive_of_many_runs_reads_by_its_published_layout() {
         assert_eq!(trajectory.tau[2][99], f64::from((value(run, start + 99, 2) + 100.0) as f32));
     }
     assert_eq!(kinds(&import), [FindingKind::PassedOver]);
+
+    // The same arrays as files of a folder.
+    let folder = tempfile::tempdir().unwrap();
+    let arrays = folder.path().join("Sines_full");
+    std::fs::create_dir(&arrays).unwrap();
+    let mut archived = zip::ZipArchive::new(std::io::Cursor::new(&bytes)).unwrap();
+    archived.extract(&arrays).unwrap();
+    std::fs::write(arrays.join("README.md"), "sines").unwrap();
+    let from_folder = read(&[arrays], &options, &Monitor::new()).unwrap();
+    assert_eq!(from_folder.recording, import.recording);
+    let empty = read(&[folder.path().to_owned()], &options, &Monitor::new()).unwrap_err().to_string();
+    assert!(empty.contains("a folder without NPY arrays"), "{empty}");
+}
+
+#[test]
+fn arrays_in_files_of_their_own_stand_side_by_side() {
+    let wave = |phase: f64| (0..600).map(|sample| (f64::from(sample) * 0.01 + phase).sin()).collect::<Vec<f64>>();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("q.npy"), npy("(300, 2)", &wave(0.0))).unwrap();
+    std::fs::write(path("tau.npy"), npy("(300, 2)", &wave(1.0))).unwrap();
+    let both = PathBuf::from(format!("{}+{}", path("q.npy").display(), path("tau.npy").display()));
+    let options = ReadOptions { rate_hz: Some(50.0), ..ReadOptions::default() };
+    let import = read(&[both], &options, &Monitor::new()).unwrap();
+    assert_eq!(import.mapping.q, ["q[0]", "q[1]"]);
+    assert_eq!(import.mapping.tau, ["tau[0]", "tau[1]"]);
+    assert_eq!(import.recording.joint_count(), 2);
+    let whole = ReadOptions { rate_hz: Some(50.0), ..self::options("q=log[0],tau=log[1]") };
+    assert_eq!(read_bytes("log.npy", &npy("(300, 2)", &wave(0.0)), &whole).unwrap().recording.joint_count(), 1);
+    assert!(problem("q.npy", &npy("(300, 2)", &wave(0.0)[..500])).contains("array `q`: the array is damaged"));
+    assert!(problem("q.npz", &npy("(2,)", &[0.0; 2])).contains("rename it"));
+    let small = ReadOptions { largest: 3000, ..options };
+    assert!(read(&[path("q.npy")], &small, &Monitor::new()).unwrap_err().to_string().contains("limit"));
 }
 
 #[test]

@@ -15,6 +15,7 @@ use egui::Ui;
 use super::desk::{About, Desk, Needs, Order};
 use super::screen::Screen;
 use super::widgets;
+use crate::recording::read::READABLE;
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
 
@@ -136,8 +137,9 @@ impl Screens {
     pub fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
         let needs = self.shown().needs;
         if needs != Needs::Nothing && desk.session.recording.is_none() {
-            let sentence = "Open a CSV or NPZ recording, drop one here, or begin with the arm of the demonstration.";
-            if widgets::empty(ui, "There is no recording yet", sentence, "Simulate the demonstration arm") {
+            let sentence =
+                format!("Open a recording ({READABLE}), drop one here, or begin with the arm of the demonstration.");
+            if widgets::empty(ui, "There is no recording yet", &sentence, "Simulate the demonstration arm") {
                 desk.run(Command::Simulate(Box::new(Scenario::embedded())));
             }
             return;

@@ -10,6 +10,7 @@ use super::keys;
 use crate::app::desk::{Desk, Order};
 use crate::app::theme::{self, BODY, GAP, Palette};
 use crate::app::widgets::{self, is_narrow};
+use crate::recording::read::READABLE;
 
 pub fn tools(ui: &mut Ui, shell: &mut Shell) {
     let palette = Palette::in_ui(ui);
@@ -17,7 +18,8 @@ pub fn tools(ui: &mut Ui, shell: &mut Shell) {
     ui.horizontal(|ui| {
         ui.label(RichText::new("Torquescope").size(BODY + 2.0).color(palette.text));
         ui.add_space(GAP);
-        let open = format!("Open recordings, CSV or NPZ ({}), or drop them on the window", keys::text(ui, &keys::OPEN));
+        let keys = keys::text(ui, &keys::OPEN);
+        let open = format!("Open recordings ({READABLE}) with {keys}, or drop them on the window");
         if ui.button("Open…").on_hover_text(open).clicked() {
             desk.orders.push(Order::OpenDialog);
         }

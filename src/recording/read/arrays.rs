@@ -1,10 +1,11 @@
-//! From named arrays to columns: what NPZ archives and MATLAB files have in common.
+//! From named arrays to columns: what NPZ archives, NPY files and MATLAB files have in common.
 
 use std::collections::BTreeMap;
 
 use ndarray::{ArrayD, Axis};
 
 use super::table::{Column, Table};
+use crate::recording::npy::{self, NpyError};
 
 /// The arrays make no table.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -12,6 +13,14 @@ pub enum ArraysError {
     /// It holds other things.
     #[error("the file holds no array of samples{}; save the log with numpy.savez('log.npz', time=time, q=q, tau=tau)", also(.0))]
     None(Vec<String>),
+    /// An array can't be read.
+    #[error("array `{array}`: {problem}")]
+    Array {
+        /// Its name.
+        array: String,
+        /// What is wrong.
+        problem: NpyError,
+    },
     /// It would take too much memory.
     #[error("unpacked it takes more than {limit} MB; cut the log into several files, or raise the limit")]
     TooLarge {
@@ -28,6 +37,49 @@ fn also(passed_over: &[String]) -> String {
 pub(super) const BYTES: u64 = 8;
 /// Arrays with at most so many numbers are constants that a mapping may name, such as gear ratios.
 const LARGEST_CONSTANT: usize = 64;
+
+/// NPY arrays on their way into a table, with the memory that they may still take.
+#[derive(Default)]
+pub(super) struct Gathered {
+    pub arrays: Vec<(String, ArrayD<f64>)>,
+    pub passed_over: Vec<String>,
+    left: u64,
+    limit: u64,
+}
+
+impl Gathered {
+    /// Nothing yet; all arrays together may take `limit` bytes.
+    pub fn within(limit: u64) -> Self {
+        Gathered { left: limit, limit, ..Gathered::default() }
+    }
+
+    /// Whether so many bytes more may be taken.
+    pub fn check(&self, size: u64) -> Result<(), ArraysError> {
+        if size > self.left { Err(ArraysError::TooLarge { limit: self.limit >> 20 }) } else { Ok(()) }
+    }
+
+    /// Takes an array from the bytes of an NPY file; what holds no numbers is passed over.
+    pub fn take(&mut self, array: String, bytes: &[u8]) -> Result<(), ArraysError> {
+        match npy::decode(bytes, (self.left / BYTES) as usize) {
+            Ok(values) => {
+                self.left = self.left.saturating_sub(values.len() as u64 * BYTES);
+                self.arrays.push((array, values));
+                Ok(())
+            }
+            Err(NpyError::TooLarge) => Err(ArraysError::TooLarge { limit: self.limit >> 20 }),
+            Err(NpyError::NotNumbers(reason)) => {
+                self.passed_over.push(format!("`{array}` ({reason})"));
+                Ok(())
+            }
+            Err(problem) => Err(ArraysError::Array { array, problem }),
+        }
+    }
+
+    /// The columns of the arrays.
+    pub fn table(self) -> Result<Table, ArraysError> {
+        table(self.arrays, self.passed_over, self.limit)
+    }
+}
 
 /// How many runs, and how many samples in each.
 type Extent = (usize, usize);

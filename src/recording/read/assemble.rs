@@ -51,6 +51,7 @@ pub(super) fn assemble(
 ) -> Result<Assembled, ReadError> {
     let spec = options.mapping.clone().unwrap_or_default();
     let mut findings = passed_over(table, &spec, file);
+    findings.extend(table.broken_off.map(|line| broken_off(line, file)));
     let channels = convert(table, mapping, &spec, file, options, &mut findings)?;
     check_clock(table, &channels.time, file)?;
 
@@ -110,6 +111,18 @@ fn passed_over(table: &Table, spec: &MappingSpec, file: &str) -> Vec<Finding> {
         place: Place::file(file),
         remedy: String::new(),
     }]
+}
+
+fn broken_off(line: u64, file: &str) -> Finding {
+    Finding {
+        severity: Severity::Info,
+        kind: FindingKind::BrokenOff,
+        what: format!(
+            "line {line}, the last one, has no line end: if the file was broken off there, its last number is cut."
+        ),
+        place: Place::file(file),
+        remedy: "Delete that line if the recorder or a copy was broken off.".to_owned(),
+    }
 }
 
 fn convert(

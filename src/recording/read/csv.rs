@@ -1,6 +1,8 @@
 //! Numbers as text: comma, semicolon, tab or blanks between them, with or without header, comments, quotes, decimal
 //! commas and a row of units.
 
+use std::borrow::Cow;
+
 use super::table::{Column, Table, TextCell};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::mapping::unit_named;
@@ -71,7 +73,7 @@ enum Delimiter {
 
 /// Reads a text. Columns without a header are named `c1`, `c2`, …
 pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = &*with_line_feeds(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
     let delimiter = sniff_delimiter(bytes);
     let decimal_comma = delimiter != Delimiter::Byte(b',');
     let number = |cell: &str| parse(cell, decimal_comma);
@@ -127,8 +129,19 @@ pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
         return Err(CsvError::HeaderOnly { line: first.line });
     }
     table.runs = std::iter::once(0..lines.len()).collect();
+    table.broken_off = lines.last().copied().filter(|_| !bytes.ends_with(b"\n"));
     table.lines = Some(lines);
     Ok(table)
+}
+
+/// The text with a line feed at the end of every line, where some end with a carriage return alone: all below looks for line
+/// feeds.
+fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let is_alone = |at: usize| bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
+    if !(0..bytes.len()).any(is_alone) {
+        return Cow::Borrowed(bytes);
+    }
+    Cow::Owned((0..bytes.len()).map(|at| if is_alone(at) { b'\n' } else { bytes[at] }).collect())
 }
 
 /// A cell as a number; an empty one, or one that says that there is no value, is NaN. `None` if it is text.
@@ -282,6 +295,25 @@ mod tests {
         read(text.as_bytes(), &Monitor::new()).unwrap_err()
     }
 
+    /// Looking for the end of a line in all the rest of the text, for each line, would take minutes here.
+    #[test]
+    fn lines_that_end_with_a_carriage_return_alone_are_lines_like_others() {
+        let rows = 300_000;
+        let text = "t,q1\r".to_owned() + &"0.5,-1.25\r".repeat(rows) + "0.5,x\r";
+        let table = table(&text);
+        assert_eq!(table.runs, std::iter::once(0..rows + 1).collect::<Vec<_>>());
+        assert_eq!(table.columns[1].text.as_ref().map(|cell| cell.line), Some(rows as u64 + 2));
+    }
+
+    #[test]
+    fn a_last_line_without_an_end_may_be_cut_within_its_last_number() {
+        assert_eq!(table("t,q1\n0.5,-1.25\n1.5,-1.2").broken_off, Some(3));
+        assert_eq!(table("t q1\n0.5 -1.25\n1.5 -1.2").broken_off, Some(3));
+        for whole in ["t,q1\n0.5,-1.25\n", "t,q1\r\n0.5,-1.25\r\n", "t,q1\r0.5,-1.25\r", "t,q1\n0.5,-1.25\n\n"] {
+            assert_eq!(table(whole).broken_off, None, "{whole:?}");
+        }
+    }
+
     #[test]
     fn reads_the_same_table_in_many_dialects() {
         for text in [
@@ -292,6 +324,8 @@ mod tests {
             "t\tq1\tq2\n0.5\t-1.5\t2e3\n1.5\t4\t5",
             "t\tq1\tq2\n0,5\t-1,5\t2e3\n1,5\t4\t5",
             "t q1 q2\n0.5 -1.5 2e3\n1.5 4 5\n",
+            "t,q1,q2\r0.5,-1.5,2e3\r1.5,4,5\r",
+            "t q1 q2\r0.5 -1.5 2e3\r1.5 4 5\r",
             "  t   q1  q2\n  0.5  -1.5  2e3\n  1.5   4    5\n",
             "# a comment, with commas\nt,q1,q2\n0.5,-1.5,2e3\n# another\n\n1.5,4,5\n",
             "# made by a rig\n# t,q1,q2\n0.5,-1.5,2e3\n1.5,4,5\n",

@@ -24,8 +24,9 @@ pub use arrays::ArraysError;
 pub use join::JoinError;
 pub use mat::MatError;
 pub use npz::NpzError;
-pub use sniff::{Format, FormatError, sniff};
+pub use sniff::{Format, FormatError, READABLE, endings, sniff};
 
+use self::arrays::Gathered;
 use self::npz::Content;
 use self::table::Table;
 use super::check::{Finding, FindingKind, Place, Severity, check};
@@ -75,7 +76,7 @@ pub struct Import {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// No file was named.
-    #[error("no file was named; name at least one log (CSV, NPZ, MATLAB or ROS 2 bag)")]
+    #[error("no file was named; name at least one log ({READABLE})")]
     NoFile,
     /// An option makes no sense.
     #[error("{option} is {value}, but must be a number of Hz above 0")]
@@ -128,6 +129,14 @@ pub enum ReadError {
         file: String,
         /// What is wrong.
         problem: Box<NpzError>,
+    },
+    /// Arrays in files of their own can't be read.
+    #[error("{file}: {problem}")]
+    Npy {
+        /// Name of the file or folder.
+        file: String,
+        /// What is wrong.
+        problem: ArraysError,
     },
     /// The MATLAB file can't be read.
     #[error("{file}: {problem}")]
@@ -277,7 +286,8 @@ fn and_passed_over(parts: &[String]) -> String {
 }
 
 /// Reads one recording; several files become trajectories of one arm, all mapped like the first. A path such as
-/// `angles.csv+currents.csv` stands for files with channels of the same samples, which are put side by side.
+/// `angles.csv+currents.csv` stands for files with channels of the same samples, which are put side by side; a folder stands for
+/// the arrays of its `.npy` files, as if they were in one archive.
 ///
 /// # Errors
 /// [`ReadError`] says which file, where in it, what is wrong and what to do. Nothing is returned then.
@@ -354,17 +364,48 @@ fn open(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content
 
 fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
+    if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
+        return folder(path, options, monitor);
+    }
+    decode(&bytes(path, options)?, &file_name(path), &ending(path), options.largest, monitor)
+}
+
+/// The bytes of a plain file that is not too large.
+fn bytes(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, ReadError> {
+    let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
     let about = std::fs::metadata(path).map_err(unreadable)?;
     if !about.is_file() {
-        return Err(unreadable(std::io::Error::other("it is not a file; name the files themselves, not their folder")));
+        return Err(unreadable(std::io::Error::other("it is not a file, but a device or the like")));
     }
     let (size, limit) = (about.len(), options.largest);
     if size > limit {
         return Err(ReadError::TooLarge { file: file_name(path), size: size >> 20, limit: limit >> 20 });
     }
-    let bytes = std::fs::read(path).map_err(unreadable)?;
-    let ending = path.extension().map_or_else(String::new, |ending| ending.to_string_lossy().into_owned());
-    decode(&bytes, &file_name(path), &ending, limit, monitor)
+    std::fs::read(path).map_err(unreadable)
+}
+
+/// The arrays of a folder of NPY files, each named by its file.
+fn folder(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
+    let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
+    let wrong = |problem| ReadError::Npy { file: file_name(path), problem };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(path).map_err(unreadable)? {
+        files.push(entry.map_err(unreadable)?.path());
+    }
+    files.retain(|file| Format::Npy.endings().contains(&ending(file).as_str()));
+    if files.is_empty() {
+        let what = "it is a folder without NPY arrays; name the files themselves";
+        return Err(unreadable(std::io::Error::other(what)));
+    }
+    files.sort();
+    let mut gathered = Gathered::within(options.largest);
+    for file in files {
+        monitor.check()?;
+        let bytes = bytes(&file, options)?;
+        gathered.check(bytes.len() as u64).map_err(wrong)?;
+        gathered.take(stem(&file), &bytes).map_err(wrong)?;
+    }
+    Ok(Content::Table(gathered.table().map_err(wrong)?))
 }
 
 fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor) -> Result<Content, ReadError> {
@@ -379,6 +420,11 @@ fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor)
             NpzError::Stopped(stopped) => stopped.into(),
             problem => ReadError::Npz { file: file(), problem: Box::new(problem) },
         }),
+        Format::Npy => {
+            let mut gathered = Gathered::within(limit);
+            let table = gathered.take(stem(Path::new(&file())), bytes).and_then(|()| gathered.table());
+            table.map(Content::Table).map_err(|problem| ReadError::Npy { file: file(), problem })
+        }
         Format::Mat => match mat::read(bytes, limit, monitor) {
             Ok(table) => Ok(Content::Table(table)),
             Err(MatError::Stopped(stopped)) => Err(stopped.into()),
@@ -394,6 +440,11 @@ fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor)
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// In small letters, without the dot.
+fn ending(path: &Path) -> String {
+    path.extension().map_or_else(String::new, |ending| ending.to_string_lossy().to_lowercase())
 }
 
 fn stem(path: &Path) -> String {

@@ -6,11 +6,10 @@ use std::io::{Cursor, Read};
 use ndarray::{ArrayD, Ix2, s};
 use zip::ZipArchive;
 
-use super::arrays::{self, ArraysError, BYTES};
+use super::arrays::{ArraysError, Gathered};
 use super::table::Table;
 use crate::progress::{Monitor, Stopped};
 use crate::recording::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION, Version};
-use crate::recording::npy::{self, NpyError};
 use crate::recording::seal::Seal;
 use crate::recording::{Channels, Recording, RecordingError, Trajectory};
 use crate::signals::Signals;
@@ -28,14 +27,6 @@ pub enum NpzError {
         entry: String,
         /// What went wrong.
         problem: String,
-    },
-    /// An array can't be read.
-    #[error("array `{array}`: {problem}")]
-    Array {
-        /// Its name.
-        array: String,
-        /// What is wrong.
-        problem: NpyError,
     },
     /// Its arrays make no table.
     #[error(transparent)]
@@ -72,37 +63,32 @@ pub(super) enum Content {
 
 /// Reads an archive; unpacked it may take `limit` bytes.
 pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Content, NpzError> {
-    let Unpacked { arrays, passed_over, manifest, truth } = unpack(bytes, limit, monitor)?;
+    let Unpacked { gathered, manifest, truth } = unpack(bytes, limit, monitor)?;
     match manifest {
-        Some(manifest) => Ok(Content::Recording(Box::new(recording(arrays, &manifest, truth)?))),
-        None => Ok(Content::Table(arrays::table(arrays, passed_over, limit)?)),
+        Some(manifest) => Ok(Content::Recording(Box::new(recording(gathered.arrays, &manifest, truth)?))),
+        None => Ok(Content::Table(gathered.table()?)),
     }
 }
 
-#[derive(Default)]
 struct Unpacked {
-    arrays: Vec<(String, ArrayD<f64>)>,
-    passed_over: Vec<String>,
+    gathered: Gathered,
     manifest: Option<Vec<u8>>,
     truth: Option<Vec<u8>>,
 }
 
 fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzError> {
     let mut archive = ZipArchive::new(Cursor::new(bytes))?;
-    let mut unpacked = Unpacked::default();
-    let mut left = limit;
+    let mut unpacked = Unpacked { gathered: Gathered::within(limit), manifest: None, truth: None };
     for index in 0..archive.len() {
         monitor.check()?;
         let entry = archive.by_index(index)?;
         let name = String::from_utf8_lossy(entry.name_raw()).into_owned();
         let array = name.strip_suffix(".npy").map(str::to_owned);
         if array.is_none() && name != MANIFEST && name != TRUTH {
-            unpacked.passed_over.push(format!("`{name}` (no array)"));
+            unpacked.gathered.passed_over.push(format!("`{name}` (no array)"));
             continue;
         }
-        if entry.size() > left {
-            return Err(ArraysError::TooLarge { limit: limit >> 20 }.into());
-        }
+        unpacked.gathered.check(entry.size())?;
         let damaged = |problem: String| NpzError::Entry { entry: name.clone(), problem };
         // What the archive claims is checked as it is unpacked, so that a false claim does not take memory either.
         let claimed = entry.size();
@@ -112,15 +98,7 @@ fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzEr
             return Err(damaged(format!("{} bytes instead of {claimed}", content.len())));
         }
         match array {
-            Some(array) => match npy::decode(&content, (left / BYTES) as usize) {
-                Ok(values) => {
-                    left = left.saturating_sub(values.len() as u64 * BYTES);
-                    unpacked.arrays.push((array, values));
-                }
-                Err(NpyError::TooLarge) => return Err(ArraysError::TooLarge { limit: limit >> 20 }.into()),
-                Err(NpyError::NotNumbers(reason)) => unpacked.passed_over.push(format!("`{array}` ({reason})")),
-                Err(problem) => return Err(NpzError::Array { array, problem }),
-            },
+            Some(array) => unpacked.gathered.take(array, &content)?,
             None if name == TRUTH => unpacked.truth = Some(content),
             None => unpacked.manifest = Some(content),
         }

@@ -1,16 +1,64 @@
 //! What a file is, told from its bytes, and whether its name says so.
 
-/// What we can read.
+/// What we can read: the one list of it, for file dialogs, texts and help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Numbers as text, in columns.
     Csv,
     /// A ZIP archive, which we hope holds numpy arrays.
     Npz,
+    /// A single numpy array.
+    Npy,
     /// A MATLAB file of version 5 to 7.2.
     Mat,
     /// A ROS 2 bag: an SQLite database.
     Bag,
+}
+
+/// All formats in the words of a sentence, such as `Recordings (…)`.
+pub const READABLE: &str = "CSV, NPZ, NPY, MATLAB or ROS 2 bag";
+
+impl Format {
+    /// All of them, the commonest first.
+    pub const ALL: [Format; 5] = [Format::Csv, Format::Npz, Format::Npy, Format::Mat, Format::Bag];
+
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Csv => "CSV",
+            Format::Npz => "NPZ",
+            Format::Npy => "NPY",
+            Format::Mat => "MATLAB",
+            Format::Bag => "ROS 2 bag",
+        }
+    }
+
+    /// The endings of its files' names.
+    pub fn endings(self) -> &'static [&'static str] {
+        match self {
+            Format::Csv => &["csv", "tsv", "txt"],
+            Format::Npz => &["npz"],
+            Format::Npy => &["npy"],
+            Format::Mat => &["mat"],
+            Format::Bag => &["db3"],
+        }
+    }
+
+    /// What a file of it is, seen from its bytes alone.
+    fn is(self) -> &'static str {
+        match self {
+            Format::Csv => "text",
+            Format::Npz => "a ZIP archive",
+            Format::Npy => "a single numpy array",
+            Format::Mat => "a MATLAB file",
+            Format::Bag => "an SQLite database",
+        }
+    }
+}
+
+/// The endings of all files that can be read.
+pub fn endings() -> impl Iterator<Item = &'static str> {
+    Format::ALL.into_iter().flat_map(Format::endings).copied()
 }
 
 /// The file is not one that we read.
@@ -29,7 +77,7 @@ pub enum FormatError {
     },
     /// Bytes that look like nothing we know.
     #[error(
-        "it is neither text with columns of numbers nor a numpy archive (NPZ), a MATLAB file or a ROS 2 bag; export the log as CSV or NPZ"
+        "it is neither text with columns of numbers nor anything else that is read ({READABLE}); export the log as CSV or NPZ"
     )]
     Unknown,
     /// It is readable, but its name promises something else.
@@ -49,12 +97,9 @@ const PICKLE: &str = "reading a pickle runs the code that stands in it. Convert 
 const FROM_MATLAB: &str = "save it in MATLAB as version 7: save('log.mat', '-v7')";
 const FROM_HDF5: &str = "convert it, in Python: f = h5py.File('log.h5'); \
     numpy.savez('log.npz', time=f['time'], q=f['q'], qd=f['qd'], tau=f['tau'])";
-const FROM_NPY: &str =
-    "put the arrays into one archive, in Python: numpy.savez('log.npz', time=time, q=q, qd=qd, tau=tau)";
 
 /// First bytes, what they tell, and what to do.
 const SIGNATURES: &[(&[u8], &str, &str)] = &[
-    (b"\x93NUMPY", "a single numpy array (NPY)", FROM_NPY),
     (b"MATLAB 7.3", "a MATLAB 7.3 file", FROM_MATLAB),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file", FROM_HDF5),
     (b"\x89MCAP0\r\n", "an MCAP log", TO_CSV),
@@ -77,25 +122,8 @@ const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"(lp", "a Python pickle", PICKLE),
 ];
 
-/// Endings that promise a format.
-const PROMISES: &[(&str, Option<Format>)] = &[
-    ("csv", Some(Format::Csv)),
-    ("tsv", Some(Format::Csv)),
-    ("txt", Some(Format::Csv)),
-    ("npz", Some(Format::Npz)),
-    ("npy", None),
-    ("mat", Some(Format::Mat)),
-    ("h5", None),
-    ("hdf5", None),
-    ("pickle", None),
-    ("pkl", None),
-    ("parquet", None),
-    ("mcap", None),
-    ("bag", None),
-    ("db3", Some(Format::Bag)),
-    ("xlsx", None),
-    ("png", None),
-];
+/// Endings that promise something that is not read.
+const UNREAD: [&str; 9] = ["h5", "hdf5", "pickle", "pkl", "parquet", "mcap", "bag", "xlsx", "png"];
 
 /// Tells the format from the bytes, and compares it with the ending of the name (without dot, any case, may be empty).
 ///
@@ -104,18 +132,11 @@ const PROMISES: &[(&str, Option<Format>)] = &[
 pub fn sniff(bytes: &[u8], ending: &str) -> Result<Format, FormatError> {
     let format = by_bytes(bytes)?;
     let ending = ending.to_lowercase();
-    match PROMISES.iter().find(|(known, _)| *known == ending) {
-        Some((_, promised)) if *promised != Some(format) => {
-            let is = match format {
-                Format::Csv => "text",
-                Format::Npz => "a ZIP archive",
-                Format::Mat => "a MATLAB file",
-                Format::Bag => "an SQLite database",
-            };
-            Err(FormatError::Misnamed { ending, is })
-        }
-        _ => Ok(format),
+    let promises_other = |other: &Format| *other != format && other.endings().contains(&ending.as_str());
+    if UNREAD.contains(&ending.as_str()) || Format::ALL.iter().any(promises_other) {
+        return Err(FormatError::Misnamed { ending, is: format.is() });
     }
+    Ok(format)
 }
 
 fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
@@ -130,6 +151,9 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
     let unsupported = |is, remedy| Err(FormatError::Unsupported { is, remedy });
     if let Some((_, is, remedy)) = SIGNATURES.iter().find(|(signature, ..)| bytes.starts_with(signature)) {
         return unsupported(is, remedy);
+    }
+    if bytes.starts_with(b"\x93NUMPY") {
+        return Ok(Format::Npy);
     }
     if bytes.starts_with(b"MATLAB 5.0") {
         return Ok(Format::Mat);
@@ -175,12 +199,20 @@ mod tests {
             (b"\xff\xfet\0i\0", "UTF-16"),
             (b"{\"q\": 1}", "JSON"),
             (b"<!doctype html>", "web page"),
-            (b"\x93NUMPY\x01\0", "savez"),
+            (b"\x93NUMPY\x01\0", "a single numpy array; rename"),
             (b"\0\x01\x02\x03", "neither"),
         ] {
             let message = sniff(bytes, "csv").unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
         }
+    }
+
+    #[test]
+    fn the_words_for_what_is_read_name_every_format() {
+        let names = Format::ALL.map(Format::name);
+        let (last, others) = names.split_last().unwrap();
+        assert_eq!(READABLE, format!("{} or {last}", others.join(", ")));
+        assert!(["csv", "tsv", "npy", "mat", "db3"].iter().all(|ending| endings().any(|known| known == *ending)));
     }
 
     #[test]

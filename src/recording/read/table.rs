@@ -13,6 +13,8 @@ pub(super) struct Table {
     pub runs: Vec<Range<usize>>,
     /// Line of the file that each row stands on, for text files.
     pub lines: Option<Vec<u64>>,
+    /// Line of the last row, where the text ends without ending that line.
+    pub broken_off: Option<u64>,
     /// Time between rows \[s\], where the file states it apart from a time column.
     pub step: Option<f64>,
     /// Numbers of the file that hold for all samples, such as gear ratios; a mapping may name them.

@@ -25,7 +25,7 @@ use crate::arm::Posture;
 use crate::figure::Panel;
 use crate::model::Preset;
 use crate::recording::check::Severity;
-use crate::recording::read::ReadOptions;
+use crate::recording::read::{READABLE, ReadOptions};
 use crate::recording::{Origin, Recording};
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
@@ -114,8 +114,8 @@ fn opening(session: &Session) -> Option<(&Vec<PathBuf>, &ReadOptions, &Vec<Strin
 
 fn measured(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else {
-        let sentence = "Drop a CSV or NPZ file here, open one, or simulate one.";
-        if widgets::empty(ui, "There is no recording yet", sentence, "Simulate the demonstration arm") {
+        let sentence = format!("Drop a recording here ({READABLE}), open one, or simulate one.");
+        if widgets::empty(ui, "There is no recording yet", &sentence, "Simulate the demonstration arm") {
             desk.run(Command::Simulate(Box::new(Scenario::embedded())));
         }
         return;
@@ -290,7 +290,8 @@ fn split_line(ui: &mut Ui, extent: [f64; 2], held_out: &[[f64; 2]]) {
 impl Data {
     fn sources(&mut self, ui: &mut Ui, desk: &mut Desk) {
         widgets::card(ui, "Open a recording", |ui| {
-            widgets::weak(ui, "CSV or NPZ with position, torque and, where measured, velocity and acceleration.");
+            let sentence = format!("{READABLE} with position, torque and, where measured, velocity and acceleration.");
+            widgets::weak(ui, sentence);
             let label = ui.label("Path of a file");
             let edit = TextEdit::singleline(&mut self.path).hint_text("path/to/log.csv").desired_width(f32::INFINITY);
             let entered = ui.add(edit).labelled_by(label.id).lost_focus()
