@@ -279,7 +279,7 @@ fn degrees(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
 }
 
 fn derivatives(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
-    let Provenance { velocity, acceleration } = &recording.provenance;
+    let Provenance { velocity, acceleration, .. } = &recording.provenance;
     let comparisons: [(&Origin, FindingKind, [&str; 3], Pick, Pick); 2] = [
         (velocity, FindingKind::VelocityMismatch, ["q̇", "dq/dt", "qd"], |t| &t.q, |t| &t.qd),
         (acceleration, FindingKind::AccelerationMismatch, ["q̈", "dq̇/dt", "qdd"], |t| &t.qd, |t| &t.qdd),
@@ -414,7 +414,7 @@ mod tests {
             name: "swing".into(),
             joints: vec![Joint::numbered(1)],
             trajectories: vec![Trajectory::new("swing", channels).unwrap()],
-            provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
+            provenance: Provenance::MEASURED,
             posture: None,
             stated_arm: None,
             chain: None,

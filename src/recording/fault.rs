@@ -8,9 +8,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::differentiate::default_cutoff;
-use super::segment::Segment;
-use super::{Origin, Recording, Trajectory};
+use super::segment::{Segment, filter_memory};
+use super::{Recording, Trajectory};
 
 /// What is wrong with the readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,10 +48,8 @@ const AT_LIMIT: [usize; 2] = [20, 4];
 const PILED_UP: usize = 3;
 /// How far below counts as just below, as a share of the range.
 const JUST_BELOW: f64 = 0.01;
-/// Time on either side of a fault \[s\] that is left out with it where acceleration was measured.
+/// Time on either side of a fault \[s\] that is left out with it where nothing was derived.
 const MARGIN: f64 = 0.1;
-/// The same in periods of the filter where acceleration was derived.
-const MARGIN_PERIODS: f64 = 1.5;
 
 /// All faults of the torque channels. A channel that never changes at all is not among them: it has no good reading.
 pub fn find(recording: &Recording) -> Vec<Fault> {
@@ -136,12 +133,8 @@ pub fn without(recording: &Recording, faults: &[Fault], segments: Vec<Segment>) 
 
 /// How many samples on either side of a fault a filter may have smeared.
 fn margin(recording: &Recording, trajectory: usize) -> usize {
-    let trajectory = &recording.trajectories[trajectory];
-    let step = trajectory.time_step();
-    let seconds = match recording.provenance.acceleration {
-        Origin::Measured => MARGIN,
-        Origin::Derived(_) => MARGIN_PERIODS / default_cutoff(&trajectory.q, &trajectory.qd, step),
-    };
+    let step = recording.trajectories[trajectory].time_step();
+    let seconds = filter_memory(recording, trajectory).unwrap_or(MARGIN);
     if step > 0.0 { (seconds / step).round() as usize } else { 0 }
 }
 
@@ -249,7 +242,7 @@ mod tests {
             name: "swing".into(),
             joints: vec![Joint::numbered(1)],
             trajectories: vec![trajectory],
-            provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
+            provenance: Provenance::MEASURED,
             posture: None,
             stated_arm: None,
             chain: None,

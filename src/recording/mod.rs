@@ -83,12 +83,22 @@ impl JointKind {
 }
 
 /// Where the derivatives of position came from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Of q̇.
     pub velocity: Origin,
     /// Of q̈.
     pub acceleration: Origin,
+    /// Lowest cut-off \[Hz\] of the filter that what was derived has passed; `None` where nothing was, and in files that do not
+    /// say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub low_pass_hz: Option<f64>,
+}
+
+impl Provenance {
+    /// All channels stand in the file.
+    pub const MEASURED: Provenance =
+        Provenance { velocity: Origin::Measured, acceleration: Origin::Measured, low_pass_hz: None };
 }
 
 /// A recording does not keep what its types promise.

@@ -1,14 +1,31 @@
-//! A stretch of one trajectory, the unit of which the parts of a recording are made.
+//! A stretch of one trajectory, the unit of which the parts of a recording are made, and how far a filter reaches beyond it.
 
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::differentiate::default_cutoff;
+use super::{Origin, Recording};
+
 /// A stretch of one trajectory.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Segment {
-    /// Index into [`super::Recording::trajectories`].
+    /// Index into [`Recording::trajectories`].
     pub trajectory: usize,
     /// Its samples.
     pub samples: Range<usize>,
+}
+
+/// How many periods of its cut-off a filter for derivatives remembers: what is further away counts for less than 3 %
+/// (its slowest pole falls as exp(−2.4 t f)).
+const MEMORY: f64 = 1.5;
+
+/// How far a filter smeared what was measured \[s\], to either side, where velocity or acceleration was derived.
+pub(super) fn filter_memory(recording: &Recording, trajectory: usize) -> Option<f64> {
+    let provenance = &recording.provenance;
+    if [&provenance.velocity, &provenance.acceleration].into_iter().all(|origin| *origin == Origin::Measured) {
+        return None;
+    }
+    let run = &recording.trajectories[trajectory];
+    Some(MEMORY / provenance.low_pass_hz.unwrap_or_else(|| default_cutoff(&run.q, &run.qd, run.time_step())))
 }

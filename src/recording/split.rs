@@ -1,14 +1,19 @@
 //! Training and held-out parts of a recording: by trajectory or by time block, never by sample.
 //!
-//! Neighbouring samples are nearly copies of each other, so a split by sample would hold out nothing.
+//! Neighbouring samples are nearly copies of each other, so a split by sample would hold out nothing. Where velocity or
+//! acceleration was derived, a filter has carried each sample into its neighbours: there what it remembers is left out on both
+//! sides of each cut between time blocks, and a finding says so.
 
 use serde::{Deserialize, Serialize};
 
+use super::check::{Finding, FindingKind, Place, Severity};
+use super::segment::filter_memory;
 use super::{Recording, Trajectory, fault};
 
 pub use super::segment::Segment;
 
-/// Which stretches train and which are held out. The two never overlap; torque readings at [`fault`] are in neither.
+/// Which stretches train and which are held out. The two never overlap; torque readings at [`fault`] are in neither, nor is what
+/// a filter has carried over the cut between them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, Default)]
 pub struct Split {
     /// Used to estimate parameters.
@@ -39,6 +44,8 @@ const FEWEST_TRAJECTORIES: usize = 4;
 const BLOCKS: usize = 20;
 /// Every how manieth trajectory or block is held out.
 const EVERY: usize = 5;
+/// A time block is at least so many times as long as what is left out at each of its ends.
+const LONGEST_GUARD: usize = 4;
 
 impl Split {
     /// The split that is used when the user does not choose: every fifth trajectory is held out or, with fewer than four
@@ -49,11 +56,11 @@ impl Split {
             let held_out = |index: usize| index % EVERY == EVERY.min(trajectories.len()) - 1;
             return Split::by_trajectory(trajectories, held_out).clear_of_faults(recording);
         }
-        let per_trajectory = BLOCKS.div_ceil(trajectories.len());
         let mut split = Split::default();
         for (trajectory, data) in trajectories.iter().enumerate() {
-            for block in 0..per_trajectory {
-                let samples = data.len() * block / per_trajectory..data.len() * (block + 1) / per_trajectory;
+            let TimeBlocks { count, guard } = TimeBlocks::of(recording, trajectory);
+            for block in 0..count {
+                let samples = data.len() * block / count..data.len() * (block + 1) / count;
                 if samples.is_empty() {
                     continue;
                 }
@@ -65,8 +72,38 @@ impl Split {
                     _ => part.push(Segment { trajectory, samples }),
                 }
             }
+            // What ends within the trajectory ends at a cut between the parts.
+            for Segment { samples, .. } in
+                split.train.iter_mut().chain(&mut split.held_out).filter(|segment| segment.trajectory == trajectory)
+            {
+                samples.start += if samples.start > 0 { guard } else { 0 };
+                samples.end -= if samples.end < data.len() { guard } else { 0 };
+            }
         }
         split.clear_of_faults(recording)
+    }
+
+    /// What is to be said of [`Split::automatic`]: how much is left out beside its cuts, and why.
+    pub fn findings(recording: &Recording) -> Vec<Finding> {
+        let count = recording.trajectories.len();
+        let guards = (0..count).filter(|_| count < FEWEST_TRAJECTORIES).map(|trajectory| {
+            let guard = TimeBlocks::of(recording, trajectory).guard;
+            (guard, guard as f64 * recording.trajectories[trajectory].time_step())
+        });
+        let Some((samples, seconds)) = guards.max_by_key(|(samples, _)| *samples).filter(|(samples, _)| *samples > 0)
+        else {
+            return Vec::new();
+        };
+        vec![Finding {
+            severity: Severity::Info,
+            kind: FindingKind::Guard,
+            what: format!(
+                "training and held-out time blocks keep {seconds:.3} s ({samples} samples) away from each cut between them: that \
+                 far the filter of the derived channels carries one part into the other."
+            ),
+            place: Place::default(),
+            remedy: String::new(),
+        }]
     }
 
     /// Holds out the trajectories with these names.
@@ -109,6 +146,28 @@ impl Split {
     }
 }
 
+/// How one trajectory is cut.
+struct TimeBlocks {
+    /// How many blocks.
+    count: usize,
+    /// How many samples are left out on either side of a cut between training and held-out blocks.
+    guard: usize,
+}
+
+impl TimeBlocks {
+    fn of(recording: &Recording, trajectory: usize) -> Self {
+        let data = &recording.trajectories[trajectory];
+        let (samples, step) = (data.len(), data.time_step());
+        let most = BLOCKS.div_ceil(recording.trajectories.len());
+        let memory = filter_memory(recording, trajectory).filter(|_| step > 0.0);
+        let wanted = memory.map_or(0, |seconds| (seconds / step).round() as usize);
+        // Fewer and longer blocks where the filter remembers long; in a log of a few seconds it is given less than it wants.
+        let longest = samples / (LONGEST_GUARD * wanted).max(1);
+        let count = if wanted == 0 { most } else { longest.clamp(EVERY.min(most), most) };
+        TimeBlocks { count, guard: wanted.min(samples / count / LONGEST_GUARD) }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,7 +185,7 @@ mod tests {
             name: "test".into(),
             joints: vec![Joint::numbered(1)],
             trajectories: lengths.iter().enumerate().map(trajectory).collect(),
-            provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
+            provenance: Provenance::MEASURED,
             posture: None,
             stated_arm: None,
             chain: None,
@@ -166,6 +225,49 @@ mod tests {
             let split = Split::automatic(&recording);
             let share = size(&split.held_out) as f64 / recording.sample_count() as f64;
             assert!((0.12..=0.3).contains(&share), "{lengths:?}: {share}");
+        }
+    }
+
+    /// The same with an acceleration that a filter of this cut-off \[Hz\] has passed; a sample a hundredth of a second.
+    fn filtered(lengths: &[usize], low_pass_hz: f64) -> Recording {
+        let mut recording = recording(lengths);
+        for run in &mut recording.trajectories {
+            run.channels_mut().time.iter_mut().for_each(|time| *time *= 0.01);
+        }
+        let derived = Origin::Derived("by a filter".into());
+        recording.provenance =
+            Provenance { acceleration: derived, low_pass_hz: Some(low_pass_hz), ..Provenance::MEASURED };
+        recording
+    }
+
+    fn gaps(split: &Split) -> Vec<usize> {
+        let mut all: Vec<&Segment> = split.train.iter().chain(&split.held_out).collect();
+        all.sort_by_key(|segment| (segment.trajectory, segment.samples.start));
+        let within = all.windows(2).filter(|pair| pair[0].trajectory == pair[1].trajectory);
+        within.map(|pair| pair[1].samples.start - pair[0].samples.end).collect()
+    }
+
+    #[test]
+    fn what_the_filter_remembers_is_in_neither_part() {
+        // One and a half periods of 6 Hz are a quarter of a second, 25 samples.
+        let recording = filtered(&[4000, 4000], 6.0);
+        let split = Split::automatic(&recording);
+        assert_eq!(gaps(&split), [50; 8]);
+        assert!((0.12..=0.3).contains(&(size(&split.held_out) as f64 / (size(&split.train) as f64))));
+        let finding = &Split::findings(&recording)[0];
+        assert!(finding.what.contains("0.250 s (25 samples)"), "{}", finding.what);
+        assert_eq!(Split::findings(&super::tests::recording(&[4000])), []);
+        assert_eq!(Split::findings(&filtered(&[4000; 6], 6.0)), [], "whole trajectories are not cut");
+    }
+
+    #[test]
+    fn a_filter_that_remembers_long_leaves_longer_blocks_and_a_short_log_is_still_split() {
+        let split = Split::automatic(&filtered(&[4000], 1.0));
+        assert!(gaps(&split).iter().all(|gap| *gap == 300), "{:?}", gaps(&split));
+        assert!(size(&split.held_out) >= 300 && size(&split.train) >= 1200);
+        for samples in [5, 20, 60, 200] {
+            let split = Split::automatic(&filtered(&[samples], 2.0));
+            assert!(size(&split.held_out) > 0 && size(&split.train) > 0, "{samples} samples: {split:?}");
         }
     }
 

@@ -127,13 +127,17 @@ impl Command {
         match self {
             Command::Open { paths, options, held_out } => {
                 let import = read::read(paths, options, monitor)?;
+                let mut findings = import.findings;
                 let split = match held_out.as_slice() {
-                    [] => Split::automatic(&import.recording),
+                    [] => {
+                        findings.extend(Split::findings(&import.recording));
+                        Split::automatic(&import.recording)
+                    }
                     names => Split::holding_out(&import.recording, names)?,
                 };
                 let loaded = Session {
                     recording: Some(Arc::new(import.recording)),
-                    findings: Arc::new(import.findings),
+                    findings: Arc::new(findings),
                     opened_by: Some(Arc::new(self.clone())),
                     mapping: Some(Arc::new(import.mapping)),
                     split,

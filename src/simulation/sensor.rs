@@ -35,7 +35,7 @@ pub(super) fn read_encoders(trajectory: &mut Trajectory, resolution: f64) -> f64
 /// Where velocity and acceleration come from, with or without encoders; the cut-offs are those of the trajectories \[Hz\].
 pub(super) fn provenance(encoder_resolution: Option<f64>, cutoffs: &[f64]) -> Provenance {
     let Some(resolution) = encoder_resolution else {
-        return Provenance { velocity: Origin::Measured, acceleration: Origin::Measured };
+        return Provenance::MEASURED;
     };
     let lowest = cutoffs.iter().copied().fold(f64::INFINITY, f64::min);
     let highest = cutoffs.iter().copied().fold(0.0, f64::max);
@@ -43,5 +43,6 @@ pub(super) fn provenance(encoder_resolution: Option<f64>, cutoffs: &[f64]) -> Pr
     Provenance {
         velocity: derived(&format!("q of an encoder with steps of {resolution} rad")),
         acceleration: derived("q̇"),
+        low_pass_hz: Some(lowest),
     }
 }

@@ -549,8 +549,12 @@ impl Merge {
             Some(_) => Origin::Measured,
             None => Origin::Derived(description(of, lowest..=highest)),
         };
-        let provenance =
-            Provenance { velocity: origin(&self.mapping.qd, "q"), acceleration: origin(&self.mapping.qdd, "q̇") };
+        let is_derived = self.mapping.qd.is_none() || self.mapping.qdd.is_none();
+        let provenance = Provenance {
+            velocity: origin(&self.mapping.qd, "q"),
+            acceleration: origin(&self.mapping.qdd, "q̇"),
+            low_pass_hz: is_derived.then_some(lowest),
+        };
         let recording = Recording {
             name,
             joints: self.joints,
