@@ -1,16 +1,64 @@
-//! The one way in which the program writes a file: whole, or not at all.
+//! The one way in which the program writes a file, whole or not at all, and the door for files that people name.
 //!
-//! The bytes are written beside the file and brought to the disk; then they take its place by one rename. So at every moment,
+//! What is no plain file, or larger than what it should be can be, is refused before it is read: a pipe would be waited for,
+//! `/dev/zero` has no end. The bytes that are written go beside the file and are brought to the disk; then they take its place by one rename. So at every moment,
 //! also when the power fails or the disk is full, there is either the old file or the new one.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Ending of the copy of what a document was before it was saved last.
 pub const OLD: &str = ".bak";
+
+/// No recording, and no session that holds one, is larger \[bytes\], unless somebody says so.
+pub const LARGEST: u64 = 1 << 30;
+/// No model and no checkpoint is larger \[bytes\].
+pub const LARGEST_MODEL: u64 = 1 << 28;
+/// No text that people write (an arm, a scenario, a mapping, an experiment) is larger \[bytes\].
+pub const LARGEST_TEXT: u64 = 1 << 24;
+
+/// How large a plain file is \[bytes\].
+///
+/// # Errors
+/// What the system says, or that it is a folder, a device or the like.
+pub fn size(path: &Path) -> io::Result<u64> {
+    let about = fs::metadata(path)?;
+    match (about.is_file(), about.is_dir()) {
+        (true, _) => Ok(about.len()),
+        (false, true) => Err(io::Error::other("it is a folder; name a file in it")),
+        (false, false) => Err(io::Error::other("it is no plain file, but a pipe, a device or the like")),
+    }
+}
+
+/// The bytes of a plain file, at most so many.
+///
+/// # Errors
+/// As [`size`], and if the file is larger.
+pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let too_large = || {
+        let what = format!("it has more than {} MB, which nothing of its kind has; name another file", most >> 20);
+        Err(io::Error::other(what))
+    };
+    if size(path)? > most {
+        return too_large();
+    }
+    // It may grow while it is read.
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { too_large() } else { Ok(bytes) }
+}
+
+/// A text that people write, from a plain file of at most [`LARGEST_TEXT`].
+///
+/// # Errors
+/// As [`read`], and if it is not UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(read(path, LARGEST_TEXT)?)
+        .map_err(|_| io::Error::other("it is no text in UTF-8; save it as that"))
+}
 
 /// Writes a file, in the place of the one that is there.
 ///
@@ -109,6 +157,31 @@ mod tests {
         let mut names: Vec<String> = names.collect();
         names.sort();
         names
+    }
+
+    #[test]
+    fn only_plain_files_of_a_likely_size_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        fs::write(&path, b"12345").unwrap();
+        assert_eq!(read(&path, 5).unwrap(), b"12345");
+        assert_eq!(read_text(&path).unwrap(), "12345");
+        assert!(read(&path, 4).unwrap_err().to_string().contains("more than"));
+        assert!(read(folder.path(), 5).unwrap_err().to_string().contains("a folder"));
+        fs::write(&path, b"\xff").unwrap();
+        assert!(read_text(&path).unwrap_err().to_string().contains("UTF-8"));
+    }
+
+    /// Reading them would never end.
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        for path in [pipe.as_path(), Path::new("/dev/zero")] {
+            assert!(read(path, 5).unwrap_err().to_string().contains("no plain file"), "{}", path.display());
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ use super::failure::OrUsage;
 use super::progress;
 use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
-use crate::file::is_same;
+use crate::file::{self, is_same};
 use crate::model::learned::{Features, Layers, MOST_NEURONS};
 use crate::model::{Fitted, Model, Preset, Term};
 use crate::network::Activation;
@@ -247,7 +247,7 @@ fn parse_mapping(text: &str) -> Result<MappingSpec, String> {
         let known = catalogue::mapping(text);
         return known.map_err(|unknown| format!("{unknown}; or give a file .toml, or columns such as q=pos*,tau=tau*"));
     }
-    let content = std::fs::read_to_string(text).map_err(|error| format!("can't read {text}: {error}"))?;
+    let content = file::read_text(Path::new(text)).map_err(|error| format!("can't read {text}: {error}"))?;
     MappingSpec::from_toml(&content).map_err(|error| error.to_string())
 }
 
@@ -448,15 +448,15 @@ impl Data {
 
 /// Reads a model that `train` saved.
 pub fn read_model(path: &Path) -> anyhow::Result<Fitted> {
-    let bytes = std::fs::read(path).with_context(|| format!("can't read {}", path.display())).or_usage()?;
+    let bytes =
+        file::read(path, file::LARGEST_MODEL).with_context(|| format!("can't read {}", path.display())).or_usage()?;
     training::fit::from_bytes(&bytes).with_context(|| format!("{}", path.display())).or_usage()
 }
 
 /// Reads an arm file.
 pub fn read_arm(path: &Path) -> anyhow::Result<Arm> {
     let read = || {
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("can't read the arm file {}", path.display()))?;
+        let text = file::read_text(path).with_context(|| format!("can't read the arm file {}", path.display()))?;
         let arm: Arm = serde_json::from_str(&text).with_context(|| {
             format!("{} is not an arm file (JSON with `links`, each with mass, length, com, inertia)", path.display())
         })?;

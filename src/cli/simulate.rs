@@ -11,6 +11,7 @@ use super::failure::OrUsage;
 use super::{progress, write_file};
 use crate::arm::{Arm, MOST_JOINTS};
 use crate::effect::place::{Place, PlaceError};
+use crate::file;
 use crate::recording::seal::HiddenEffect;
 use crate::recording::write;
 use crate::simulation::{self, Excitation, Scenario};
@@ -211,6 +212,6 @@ impl Simulate {
 }
 
 fn read_scenario(path: &Path) -> anyhow::Result<Scenario> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
+    let text = file::read_text(path).with_context(|| format!("can't read {}", path.display()))?;
     serde_json::from_str(&text).with_context(|| format!("{} is not a scenario", path.display()))
 }

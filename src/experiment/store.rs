@@ -22,6 +22,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::ExperimentError;
+use crate::file;
 
 /// A claim that shows no sign of life for so long is abandoned.
 const ABANDONED: Duration = Duration::from_secs(600);
@@ -112,7 +113,7 @@ impl Store {
     /// [`ExperimentError::Store`]
     pub fn write(&self, key: &str, file: &str, bytes: &[u8]) -> Result<(), ExperimentError> {
         let path = self.path(key, file);
-        crate::file::write(&path, bytes).map_err(|problem| ExperimentError::Store { path, problem })
+        file::write(&path, bytes).map_err(|problem| ExperimentError::Store { path, problem })
     }
 
     /// [`Store::write`] of a value as JSON.
@@ -228,7 +229,7 @@ impl Drop for Claim {
 /// # Errors
 /// [`ExperimentError::Store`]
 pub fn read(path: &Path) -> Result<Vec<u8>, ExperimentError> {
-    fs::read(path).map_err(|problem| ExperimentError::Store { path: path.to_owned(), problem })
+    file::read(path, file::LARGEST_MODEL).map_err(|problem| ExperimentError::Store { path: path.to_owned(), problem })
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@
 //! checkpoint of each that was trained, `report.cbor` and `sweep.cbor`; predictions and errors are computed anew when it is
 //! opened. What the file was before is kept as `.bak`.
 
-use std::fs;
 use std::io::{Cursor, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,6 +15,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::{Generation, Session, Step, TrainedRun};
 use crate::diagnosis::{Evidence, Report};
+use crate::file;
 use crate::model::{Evaluation, ModelError, Preset, Term};
 use crate::progress::{Epoch, Monitor, Stopped};
 use crate::recording::check::Finding;
@@ -310,7 +310,7 @@ fn with_evidence((mut report, evidence): WholeReport) -> Report {
 /// [`SessionFileError`] with the file that can't be written.
 pub fn save(path: &Path, session: &Session) -> Result<(), SessionFileError> {
     let problem = |problem| SessionFileError::File { path: path.to_owned(), problem };
-    crate::file::write_keeping_old(path, &to_bytes(session)?).map_err(problem)
+    file::write_keeping_old(path, &to_bytes(session)?).map_err(problem)
 }
 
 /// Opens a saved session.
@@ -318,7 +318,8 @@ pub fn save(path: &Path, session: &Session) -> Result<(), SessionFileError> {
 /// # Errors
 /// [`SessionFileError`] says what is wrong; the file is left as it is.
 pub fn open(path: &Path, monitor: &Monitor) -> Result<Session, SessionFileError> {
-    let bytes = fs::read(path).map_err(|problem| SessionFileError::File { path: path.to_owned(), problem })?;
+    let bytes =
+        file::read(path, file::LARGEST).map_err(|problem| SessionFileError::File { path: path.to_owned(), problem })?;
     from_bytes(&bytes, monitor)
 }
 

@@ -63,7 +63,8 @@ pub enum RunFileError {
 /// # Errors
 /// [`RunFileError`]
 pub fn load(path: &Path) -> Result<SavedRun, RunFileError> {
-    let bytes = std::fs::read(path).map_err(|error| RunFileError::Read { path: path.to_owned(), error })?;
+    let bytes =
+        file::read(path, file::LARGEST_MODEL).map_err(|error| RunFileError::Read { path: path.to_owned(), error })?;
     SavedRun::from_bytes(&bytes).map_err(|error| RunFileError::Content { path: path.to_owned(), error })
 }
 

@@ -35,6 +35,7 @@ use super::mapping::{Channel, Mapping, MappingError, MappingSpec};
 use super::transform::TransformError;
 use super::{Joint, Origin, Provenance, Recording, RecordingError};
 use crate::arm::{Arm, Posture};
+use crate::file;
 use crate::progress::{Monitor, Stopped};
 
 /// How to read.
@@ -57,7 +58,7 @@ pub struct ReadOptions {
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        ReadOptions { mapping: None, zero: None, arm: None, rate_hz: None, low_pass_hz: None, largest: 1 << 30 }
+        ReadOptions { mapping: None, zero: None, arm: None, rate_hz: None, low_pass_hz: None, largest: file::LARGEST }
     }
 }
 
@@ -373,15 +374,11 @@ fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Con
 /// The bytes of a plain file that is not too large.
 fn bytes(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, ReadError> {
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
-    let about = std::fs::metadata(path).map_err(unreadable)?;
-    if !about.is_file() {
-        return Err(unreadable(std::io::Error::other("it is not a file, but a device or the like")));
-    }
-    let (size, limit) = (about.len(), options.largest);
+    let (size, limit) = (file::size(path).map_err(unreadable)?, options.largest);
     if size > limit {
         return Err(ReadError::TooLarge { file: file_name(path), size: size >> 20, limit: limit >> 20 });
     }
-    std::fs::read(path).map_err(unreadable)
+    file::read(path, limit).map_err(unreadable)
 }
 
 /// The arrays of a folder of NPY files, each named by its file.
