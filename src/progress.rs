@@ -251,7 +251,10 @@ mod tests {
             let whole = whole.clone();
             move |event| match event {
                 Event::Progress(progress) => whole.report(0.5 * progress.fraction, &progress.activity),
-                other => Ok(whole.tell(other.clone())),
+                other => {
+                    whole.tell(other.clone());
+                    Ok(())
+                }
             }
         });
         part.report(1.0, "first half").unwrap();

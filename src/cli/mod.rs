@@ -27,7 +27,7 @@ mod train;
 mod truth;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -126,7 +126,7 @@ impl Arguments {
 }
 
 /// Where a result is written; standard output if not given.
-fn write_file(path: &PathBuf, bytes: &[u8]) -> anyhow::Result<()> {
+fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     use anyhow::Context;
     file::write(path, bytes)
         .with_context(|| format!("can't write {}: check the folder and its permissions", path.display()))

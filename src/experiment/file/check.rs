@@ -118,7 +118,7 @@ impl Experiment {
                 return Err((test.span().start, format!("two test sets are named `{name}`: rename one")));
             }
         }
-        for curve in self.curves.iter().filter(|curve| curve.get_ref().values.is_empty()) {
+        if let Some(curve) = self.curves.iter().find(|curve| curve.get_ref().values.is_empty()) {
             return Err((curve.span().start, format!("curve `{}` has no values", curve.get_ref().name)));
         }
         if self.tests.is_empty() && self.curves.is_empty() {
