@@ -8,7 +8,6 @@ use egui::{
 use egui_tiles::{Behavior, Linear, LinearDir, SimplificationOptions, TabState, TileId, Tiles, Tree, UiResponse};
 
 use super::desk::{Change, Desk, Order, Side};
-use super::plot::export;
 use super::theme::{GAP, RADIUS};
 use super::widgets::{self, is_narrow};
 
@@ -86,32 +85,11 @@ pub fn show<S>(screen: &mut S, ui: &mut Ui, desk: &mut Desk, name: &str, arrange
             hidden.into_iter().for_each(|id| tree.set_visible(id, true));
         }
     } else {
-        let room = ui.available_rect_before_wrap();
-        let mut drawer = Drawer { panels: &panels, drawn: Vec::new(), tabs: Vec::new(), screen, desk };
+        let mut drawer = Drawer { panels: &panels, tabs: Vec::new(), screen, desk };
         tree.ui(&mut drawer, ui);
-        let Drawer { drawn, tabs: drawn_tabs, .. } = drawer;
-        tabs = Some(drawn_tabs);
-        if export::is_collecting(ui.ctx()) {
-            describe_hidden(screen, ui, desk, &panels, &drawn, room);
-        }
+        tabs = Some(drawer.tabs);
     }
     desk.panels.drawn(key, tree, panels.iter().map(|(name, _)| *name).collect(), tabs);
-}
-
-/// What stands behind another tab is not seen, but its plots belong to the screen.
-fn describe_hidden<S>(
-    screen: &mut S,
-    ui: &mut Ui,
-    desk: &mut Desk,
-    panels: &[(&'static str, Draw<S>)],
-    drawn: &[String],
-    room: Rect,
-) {
-    for (name, draw) in panels.iter().filter(|(name, _)| !drawn.iter().any(|other| other == name)) {
-        let builder = UiBuilder::new().id_salt(name).max_rect(room).invisible();
-        let mut hidden = ui.new_child(builder);
-        draw(screen, &mut hidden, desk);
-    }
 }
 
 /// What the keys ask of the panel whose tab has the focus.
@@ -135,7 +113,6 @@ fn by_keys(tab: &Response) -> Option<Change> {
 /// Draws panels for the tree that places them.
 struct Drawer<'a, 'b, S> {
     panels: &'a [(&'static str, Draw<S>)],
-    drawn: Vec<String>,
     tabs: Vec<Id>,
     screen: &'a mut S,
     desk: &'a mut Desk<'b>,
@@ -152,7 +129,6 @@ impl<S> Behavior<String> for Drawer<'_, '_, S> {
                     .auto_shrink(false)
                     .show(ui, |ui| draw(self.screen, ui, self.desk));
             });
-            self.drawn.push(name.clone());
         }
         UiResponse::None
     }

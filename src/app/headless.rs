@@ -7,7 +7,6 @@ use anyhow::{Context as _, bail};
 use cpu_time::ThreadTime;
 use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 
-use super::plot::export;
 use super::raster::{Picture, Raster};
 use super::theme::{self, Palette};
 use super::{About, Order, Shown, TorquescopeApp, screens};
@@ -98,22 +97,10 @@ pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Resu
 }
 
 /// The plots of one screen, with all samples in view.
-///
-/// # Errors
-/// If there is no such screen, or the window does not settle.
-pub fn plots(session: Session, screen: &About) -> anyhow::Result<Vec<Panel>> {
+pub fn plots(session: Session, screen: &About) -> Vec<Panel> {
     let mut app = TorquescopeApp::new(session);
     app.show_screen(screen);
-    let panels = app.figures();
-    if !panels.is_empty() {
-        return Ok(panels);
-    }
-    let ctx = egui::Context::default();
-    export::begin(&ctx);
-    // Its colours are inks of the figure, which has a theme of its own.
-    let options = ScreenshotOptions { theme: Look::Light, ..ScreenshotOptions::default() };
-    settle(&ctx, &mut app, &options, |output| output.textures_delta.clear())?;
-    Ok(export::panels(&ctx))
+    app.figures()
 }
 
 /// Runs an app until nothing moves any more and draws its last frame.

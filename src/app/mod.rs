@@ -365,7 +365,7 @@ impl TorquescopeApp {
             Order::SaveDialog => self.open_dialog(ctx, Asks::Save),
             Order::OpenDialog => self.open_dialog(ctx, Asks::Open),
             Order::ExportDialog => self.open_dialog(ctx, Asks::Export),
-            Order::Export(only) => self.overlays.export(ctx, self.history.current(), self.screens.shown(), only),
+            Order::Export(only) => self.overlays.export(self.history.current(), self.screens.shown(), only),
             Order::Draw(drawing) => self.write_figure(*drawing, ctx),
             Order::Tell(notice) => self.messages.notices.push(notice),
             Order::Dismiss(notice) => self.messages.dismiss(notice),

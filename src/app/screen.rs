@@ -13,9 +13,7 @@ pub trait Screen {
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk);
 
     /// What it shows, as figures: the window prints them, and so do files, without a window.
-    fn figures(&self, _desk: &mut Desk) -> Vec<Panel> {
-        Vec::new()
-    }
+    fn figures(&self, desk: &mut Desk) -> Vec<Panel>;
 
     /// Whether its work is behind.
     fn is_done(&self, session: &Session) -> bool;

@@ -234,18 +234,6 @@ impl Palette {
         }
     }
 
-    /// What a colour of a plot stands for in a figure; a paler shade is the same ink.
-    pub fn ink(&self, color: Color32) -> Ink {
-        let named = [Ink::Measured, Ink::Predicted, Ink::Residual, Ink::Text, Ink::Weak];
-        let inks = named.into_iter().chain((0..self.series.len()).map(Ink::Series));
-        let [red, green, blue, _] = color.to_srgba_unmultiplied().map(i32::from);
-        let distance = |ink: &Ink| {
-            let [r, g, b, _] = self.color(*ink).to_array().map(i32::from);
-            (r - red).pow(2) + (g - green).pow(2) + (b - blue).pow(2)
-        };
-        inks.min_by_key(distance).unwrap_or(Ink::Text)
-    }
-
     /// Colour and dash of the n-th joint, effect or term.
     pub fn nth(&self, n: usize) -> (Color32, Dash) {
         (self.series[n % self.series.len()], DASHES[n % DASHES.len()])

@@ -74,7 +74,7 @@ impl FigureCommand {
         let format = Format::of(&self.output)?;
         self.data.check_output(&self.output)?;
         let session = prepared(self.screen, &self.data.session_or_embedded()?)?;
-        let mut panels = app::plots(session, self.screen)?;
+        let mut panels = app::plots(session, self.screen);
         let titles: Vec<String> = panels.iter().map(|panel| format!("“{}”", panel.title)).collect();
         if titles.is_empty() {
             bail!("the screen `{}` shows no plot of these data", self.screen.id);

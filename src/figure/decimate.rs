@@ -41,7 +41,6 @@ pub struct Sight {
 pub struct Decimator {
     kept: HashMap<Key, Kept<Pieces>>,
     blocks: HashMap<[Identity; 2], Kept<Arc<Blocks>>>,
-    borrowed: HashMap<(usize, usize, usize, [u64; 2], usize, bool), Pieces>,
 }
 
 /// Signals, range as bits, columns, gaps, positive.
@@ -76,22 +75,6 @@ impl Decimator {
         let pieces = Arc::new(decimate(x, y, sight, blocks.as_deref()));
         self.kept.insert(key, Kept { of: of(), what: Arc::clone(&pieces) });
         pieces
-    }
-
-    /// Forgets what lies at addresses.
-    pub fn clear(&mut self) {
-        self.borrowed.clear();
-    }
-
-    /// The same of signals that are told apart by where they lie, so it has to be cleared when the data change.
-    pub fn pieces(&mut self, x: &[f64], y: &[f64], range: [f64; 2], columns: usize, gaps: bool) -> Pieces {
-        let addresses = (x.as_ptr() as usize, y.as_ptr() as usize, x.len());
-        let key = (addresses.0, addresses.1, addresses.2, range.map(f64::to_bits), columns, gaps);
-        if self.borrowed.len() > MOST_KEPT {
-            self.borrowed.clear();
-        }
-        let sight = Sight { range, columns, gaps, positive: false };
-        Arc::clone(self.borrowed.entry(key).or_insert_with(|| Arc::new(pieces(x, y, sight))))
     }
 
     /// How many views of lines are remembered.

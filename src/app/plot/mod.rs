@@ -1,8 +1,7 @@
-//! Plots: one [`Chart`] widget for time series and point clouds, and what it is made of.
+//! Plots: panels of figures, printed in the window, and what can be done with them.
 
 mod adapter;
 pub mod arm;
-pub mod chart;
 pub mod export;
 mod gestures;
 mod header;
@@ -14,7 +13,6 @@ mod tests;
 mod view;
 
 pub use crate::figure::{decimate, ticks};
-pub use chart::{Cells, Chart};
 pub use decimate::Decimator;
 pub use gestures::Region;
 pub use linked::{Along, Views, Window};

@@ -143,7 +143,7 @@ impl<'a> PanelView<'a> {
         let spoken = self.spoken.take().unwrap_or_else(|| format!("plot of {}", self.panel.heading()));
         let role = if self.panel.bare { Role::Image } else { Role::GraphicsObject };
         shown.response.widget_info(|| WidgetInfo::labeled(role, true, &spoken));
-        super::export::offer(ui, &shown.response, || shown.panel.clone());
+        super::export::offer(ui, &shown.response, &shown.panel.title);
         if ui.is_rect_visible(outer) {
             self.overlay(ui, &tools, window, &shown);
             if !self.panel.bare {

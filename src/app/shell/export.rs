@@ -25,7 +25,7 @@ const THEMES: [(Theme, &str); 3] = [(Theme::Print, "for print"), (Theme::Light, 
 pub struct Exporting {
     /// Only the plot of this title.
     only: Option<String>,
-    /// The plots of the screen, and which are wanted; `None` until the screen was drawn.
+    /// The plots of the screen, and which are wanted; `None` until all is computed.
     plots: Option<Vec<(Panel, bool)>>,
     format: Format,
     style: Style,
@@ -49,27 +49,24 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
     if let Some(title) = export::wanted(ui.ctx()) {
         shell.desk.orders.push(Order::Export(Some(title)));
     }
-    let asks = exporting.as_ref().is_some_and(|open| open.plots.is_none());
-    let own = if asks { shell.screens.current().figures(&mut shell.desk) } else { Vec::new() };
-    let desk = &mut shell.desk;
-    // A plot that is still being computed is one of them, too.
-    let waits = asks && own.is_empty() && desk.memo.is_busy();
+    // What is still being computed belongs to the plots, too.
+    let waits = exporting.as_ref().is_some_and(|open| open.plots.is_none()) && shell.desk.memo.is_busy();
     let Some(mut open) = exporting.take_if(|_| !waits) else { return };
+    let Shell { desk, screens, .. } = shell;
     if open.plots.is_none() {
-        let panels = if own.is_empty() { export::panels(ui.ctx()) } else { desk.focus.views.seen(own) };
+        let panels = screens.current().figures(desk);
         let is_wanted = |panel: &Panel| open.only.as_ref().is_none_or(|title| *title == panel.title);
         let with_wish = |panel: Panel| {
             let on = is_wanted(&panel);
             (panel, on)
         };
-        open.plots = Some(panels.into_iter().map(with_wish).collect());
-        export::end(ui.ctx());
+        open.plots = Some(desk.focus.views.seen(panels).into_iter().map(with_wish).collect());
     }
     let room = ui.ctx().content_rect();
     let mut closes = false;
     let modal = Modal::new(egui::Id::unique("export")).show(ui.ctx(), |ui| {
         ui.set_width((room.width() - 80.0).min(520.0));
-        closes = ask(ui, desk, shell.screens.shown(), &mut open);
+        closes = ask(ui, desk, screens.shown(), &mut open);
     });
     if !closes && !modal.should_close() {
         *exporting = Some(open);

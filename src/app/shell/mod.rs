@@ -17,7 +17,6 @@ pub use frame::Shell;
 use palette::CommandPalette;
 
 use super::desk::{About, Order};
-use super::plot;
 use super::screens::Screens;
 use super::theme::{GROUP, Palette};
 use super::widgets::is_narrow;
@@ -35,9 +34,8 @@ pub struct Overlays {
 }
 
 impl Overlays {
-    /// Asks how to export the plots of a screen, or one of them. The screen describes them when it is drawn next.
-    pub fn export(&mut self, ctx: &Context, session: &Session, screen: &About, only: Option<String>) {
-        plot::export::begin(ctx);
+    /// Asks how to export the plots of a screen, or one of them.
+    pub fn export(&mut self, session: &Session, screen: &About, only: Option<String>) {
         self.exporting = Some(Exporting::new(session, screen, only));
     }
 

@@ -1,23 +1,24 @@
 //! Experiments: data × models × seeds, their cells as they are done, the table as it fills, curves with bands.
 
+mod figures;
 mod trials;
 
 use std::sync::Arc;
 
 use egui::{Checkbox, RichText, ScrollArea, TextEdit, Ui, WidgetText};
 
-use trials::{Joined, Said, Trials};
+use trials::{Joined, Said, Trials, join};
 
 use crate::app::desk::{About, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
-use crate::app::plot::Window;
-use crate::app::plot::{Chart, Decimator, ticks};
+use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
+use crate::experiment::Row;
 use crate::experiment::catalogue;
 use crate::experiment::run::State;
-use crate::experiment::{Row, summary::Curve};
+use crate::figure::Panel;
 use crate::session::Session;
 
 /// What the table can show: name in a row's data, name for people.
@@ -41,7 +42,7 @@ pub static ABOUT: About = About {
 };
 
 const PANELS: Part<Experiments> = Part::Beside(&[
-    (2.9, Part::Panel("Results", |screen, ui, _| outcome(ui, &mut screen.trials))),
+    (2.9, Part::Panel("Results", |screen, ui, desk| outcome(ui, desk, &mut screen.trials))),
     (1.0, Part::Panel("Choose", |screen, ui, _| choices(ui, &mut screen.trials))),
 ]);
 
@@ -60,20 +61,21 @@ impl Screen for Experiments {
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
+    fn figures(&self, _: &mut Desk) -> Vec<Panel> {
+        let joined = self.trials.joined.clone().or_else(|| join(&self.trials.shown).ok().map(Arc::new));
+        let Some(joined) = joined else { return Vec::new() };
+        let name = names_of_curves(&joined).get(self.trials.curve).copied();
+        name.and_then(|name| figures::curve(&joined, name, &self.trials.left_out)).into_iter().collect()
+    }
+
     fn is_done(&self, _: &Session) -> bool {
         false
     }
 
     fn hear(&mut self, order: &Order) -> Vec<Order> {
-        match order {
-            Order::Experiment(shown) => {
-                self.trials.shown = shown.clone();
-                return vec![Order::Show(&ABOUT)];
-            }
-            Order::FitAll => self.trials.window = Window::default(),
-            _ => (),
-        }
-        Vec::new()
+        let Order::Experiment(shown) = order else { return Vec::new() };
+        self.trials.shown = shown.clone();
+        vec![Order::Show(&ABOUT)]
     }
 
     fn poll(&mut self) {
@@ -85,10 +87,10 @@ impl Screen for Experiments {
     }
 }
 
-fn outcome(ui: &mut Ui, trials: &mut Trials) {
+fn outcome(ui: &mut Ui, desk: &mut Desk, trials: &mut Trials) {
     run(ui, trials);
     match trials.joined.clone() {
-        Some(joined) => results(ui, trials, &joined),
+        Some(joined) => results(ui, desk, trials, &joined),
         None if trials.is_busy() => drop(widgets::weak(ui, "Reading…")),
         None => (),
     }
@@ -138,7 +140,7 @@ fn run(ui: &mut Ui, trials: &mut Trials) {
     });
 }
 
-fn results(ui: &mut Ui, trials: &mut Trials, joined: &Joined) {
+fn results(ui: &mut Ui, desk: &mut Desk, trials: &mut Trials, joined: &Joined) {
     if joined.cells.is_empty() {
         let text =
             "This experiment needs recordings that do not come with the program: give their folder at the right.";
@@ -147,7 +149,7 @@ fn results(ui: &mut Ui, trials: &mut Trials, joined: &Joined) {
     }
     cells(ui, joined);
     table(ui, trials, joined);
-    curve(ui, trials, joined);
+    curve(ui, desk, trials, joined);
 }
 
 /// Where each model stands at each seed.
@@ -242,24 +244,21 @@ fn text_of(row: &Row, quantity: &str) -> String {
     }
 }
 
-/// A curve ready to be drawn: decimal logarithms of the mean, and the band from the least seed to the largest.
-struct Drawn<'a> {
-    curve: &'a Curve,
-    number: usize,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    band: Vec<[f64; 3]>,
-}
-
-/// The chosen curve of all models.
-fn curve(ui: &mut Ui, trials: &mut Trials, joined: &Joined) {
-    let palette = Palette::in_ui(ui);
+/// The curves that there are, each once.
+fn names_of_curves(joined: &Joined) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for curve in &joined.curves {
         if !names.contains(&curve.curve.as_str()) {
             names.push(&curve.curve);
         }
     }
+    names
+}
+
+/// The chosen curve of all models.
+fn curve(ui: &mut Ui, desk: &mut Desk, trials: &mut Trials, joined: &Joined) {
+    let palette = Palette::in_ui(ui);
+    let names = names_of_curves(joined);
     if names.is_empty() {
         return;
     }
@@ -269,33 +268,12 @@ fn curve(ui: &mut Ui, trials: &mut Trials, joined: &Joined) {
             for (index, name) in names.iter().enumerate() {
                 if ui.selectable_label(trials.curve == index, *name).clicked() {
                     trials.curve = index;
-                    trials.window = Default::default();
                 }
             }
         });
-        let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
-        let own = joined.curves.iter().filter(|curve| curve.curve == names[trials.curve]);
-        let drawn: Vec<Drawn> = own
-            .filter(|curve| !trials.left_out.contains(&curve.model))
-            .map(|curve| Drawn {
-                number: joined.experiment.models.iter().position(|model| model.name == curve.model).unwrap_or(0),
-                x: curve.points.iter().map(|point| point[0]).collect(),
-                y: curve.points.iter().map(|point| log(point[1])).collect(),
-                band: curve.points.iter().map(|[x, _, least, most]| [*x, log(*least), log(*most)]).collect(),
-                curve,
-            })
-            .collect();
-        let Some(axis) = drawn.first().map(|drawn| drawn.curve.axis.clone()) else { return };
-        let all = || drawn.iter().flat_map(|drawn| drawn.x.iter().copied());
-        let extent = [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)];
-        let mut chart =
-            Chart::new("nMSE of the torque, logarithmic", "", extent).logarithmic().x_axis(&axis, "").height(CURVE);
-        for Drawn { curve, number, x, y, band } in &drawn {
-            let style = palette.nth(*number);
-            chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(&curve.model, x, y, style);
-        }
-        // The lines live for this frame only, so their decimation is not to be kept.
-        chart.cursor(&mut trials.cursor).show(ui, &mut trials.window, &mut Decimator::default());
+        let Some(panel) = figures::curve(joined, names[trials.curve], &trials.left_out) else { return };
+        let view = PanelView::new(panel).cursor(&mut trials.cursor).height(CURVE);
+        view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
         let text = "Lines: mean over the seeds. Bands: from the least seed to the largest.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });

@@ -4,7 +4,6 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::app::desk::Shown;
-use crate::app::plot::Window;
 use crate::experiment::run::{State, state};
 use crate::experiment::summary::{Curve, curves};
 use crate::experiment::{Experiment, ExperimentError, Report, Row, Shard, plan, run, summarise};
@@ -24,7 +23,7 @@ pub struct Joined {
 }
 
 /// Reads the folder.
-fn join(shown: &Shown) -> Result<Joined, ExperimentError> {
+pub fn join(shown: &Shown) -> Result<Joined, ExperimentError> {
     let experiment = shown.open()?;
     let store = shown.store();
     // Without its recordings an experiment can still be described.
@@ -60,8 +59,6 @@ pub struct Trials {
     pub quantity: usize,
     /// Which curve is drawn.
     pub curve: usize,
-    /// The part of it that is in view.
-    pub window: Window,
     /// Where on it one looks.
     pub cursor: Option<f64>,
     /// The newest reading.
@@ -102,7 +99,6 @@ impl Trials {
         }
         if self.read.as_ref().is_none_or(|(shown, _)| *shown != wanted.0) {
             self.joined = None;
-            self.window = Window::default();
             self.cursor = None;
         }
         let (shown, context) = (wanted.0.clone(), ctx.clone());

@@ -1,24 +1,26 @@
 //! The structure of a model as a drawing: what goes into each term, the layers of its networks with their sizes, and the sum.
 
-use egui::{Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2};
-
-use crate::app::plot::export;
-use crate::app::theme::{Palette, RADIUS, SMALL};
 use crate::figure::mark::{Arrow, Frame, Line, Word};
 use crate::figure::{Axis, Ink, Panel};
 use crate::model::learned::{Layers, LearnedTerm};
 use crate::model::{Model, Term};
 
 /// Height of one line of boxes \[points\].
-const ROW: f32 = 46.0;
+const ROW: f64 = 46.0;
 /// Width of the boxes at both ends \[points\].
-const END: f32 = 46.0;
+const END: f64 = 46.0;
 /// Between boxes of a line \[points\].
-const GAP: f32 = 16.0;
+const GAP: f64 = 16.0;
+/// Height of a box \[points\].
+const BOX: f64 = ROW - 10.0;
+/// Above the first and below the last line \[points\].
+const EDGE: f64 = 4.0;
 /// Radius of the sum \[points\].
-const SUM: f32 = 12.0;
-/// Width for which an exported drawing is laid out \[points\].
-const EXPORTED: f32 = 760.0;
+const SUM: f64 = 12.0;
+/// Between the lines of text in a box \[points\].
+const LINE: f64 = 14.0;
+/// Corners of the polygon that stands for a circle.
+const CORNERS: usize = 48;
 
 /// One line from the motion to the sum: boxes with a title and, below it, a size.
 struct Lane {
@@ -26,109 +28,87 @@ struct Lane {
     term: usize,
 }
 
-/// A box with lines of text.
-struct Node {
-    place: Rect,
-    lines: Vec<String>,
-    ink: Ink,
+/// Where a box stands: its middle, width and height.
+#[derive(Clone, Copy)]
+struct Place {
+    middle: [f64; 2],
+    size: [f64; 2],
 }
 
-/// Everything with its place, from the corner at the left and top.
-struct Drawing {
-    size: Vec2,
-    nodes: Vec<Node>,
-    wires: Vec<[Pos2; 2]>,
-    sum: Pos2,
+impl Place {
+    fn left(self) -> [f64; 2] {
+        [self.middle[0] - self.size[0] / 2.0, self.middle[1]]
+    }
+
+    fn right(self) -> [f64; 2] {
+        [self.middle[0] + self.size[0] / 2.0, self.middle[1]]
+    }
 }
 
-impl Drawing {
-    fn new(model: &Model, joints: usize, width: f32) -> Self {
-        let lanes: Vec<Lane> =
-            model.terms.iter().enumerate().flat_map(|(place, term)| lanes(term, place, joints)).collect();
-        let height = lanes.len().max(2) as f32 * ROW + 8.0;
-        let input = Rect::from_min_size(pos2(0.0, 4.0), vec2(END, height - 8.0));
-        let sum = pos2(width - END - 34.0, 0.5 * height);
-        let output = Rect::from_center_size(pos2(width - END / 2.0, sum.y), vec2(END, ROW - 10.0));
-        let motion = ["q", "q̇", "q̈"].map(str::to_owned).to_vec();
-        let mut nodes = vec![Node { place: input, lines: motion, ink: Ink::Text }];
-        let mut wires = Vec::new();
-        for (number, lane) in lanes.iter().enumerate() {
-            let y = 4.0 + ROW * (number as f32 + 0.5) + (height - 8.0 - ROW * lanes.len() as f32) / 2.0;
-            let (left, right) = (input.right() + 22.0, sum.x - 46.0);
-            let count = lane.boxes.len() as f32;
-            let width = (right - left - GAP * (count - 1.0)) / count;
-            let mut from = pos2(input.right(), y);
-            for (column, [title, size]) in lane.boxes.iter().enumerate() {
-                let corner = pos2(left + column as f32 * (width + GAP), y - ROW / 2.0 + 5.0);
-                let place = Rect::from_min_size(corner, vec2(width, ROW - 10.0));
-                wires.push([from, place.left_center()]);
-                let lines = [title, size].into_iter().filter(|line| !line.is_empty()).cloned().collect();
-                nodes.push(Node { place, lines, ink: Ink::Series(lane.term) });
-                from = place.right_center();
-            }
-            wires.push([from, sum - (sum - from).normalized() * (SUM + 1.0)]);
+/// How high the drawing of a model is \[points\].
+pub fn height(model: &Model, joints: usize) -> f64 {
+    lanes_of(model, joints).len().max(2) as f64 * ROW + 2.0 * EDGE
+}
+
+/// The drawing, laid out for this width \[points\].
+pub fn figure(model: &Model, joints: usize, width: f64) -> Panel {
+    let (lanes, height) = (lanes_of(model, joints), height(model, joints));
+    // The edges of boxes at the border have a width, too.
+    let axis = |size: f64| Axis::default().range([-2.0, size + 2.0]);
+    let panel = Panel::new("structure of the model", [axis(width), axis(height)]).aspect(height / width).bare();
+    let middle = height / 2.0;
+    let input = Place { middle: [END / 2.0, middle], size: [END, height - 2.0 * EDGE] };
+    let output = Place { middle: [width - END / 2.0, middle], size: [END, BOX] };
+    let sum = [width - END - 34.0, middle];
+    let mut panel = boxed(panel, input, &["q", "q̇", "q̈"], Ink::Text);
+    for (number, lane) in lanes.iter().enumerate() {
+        let y = middle + ROW * (0.5 * lanes.len() as f64 - 0.5 - number as f64);
+        let (left, right) = (input.right()[0] + 22.0, sum[0] - 46.0);
+        let count = lane.boxes.len() as f64;
+        let width = (right - left - GAP * (count - 1.0)) / count;
+        let mut from = [input.right()[0], y];
+        for (column, [title, size]) in lane.boxes.iter().enumerate() {
+            let x = left + (column as f64 + 0.5) * width + column as f64 * GAP;
+            let place = Place { middle: [x, y], size: [width, BOX] };
+            panel.push(Arrow { ends: [from, place.left()], ink: Ink::Text });
+            let lines: Vec<&str> =
+                [title, size].into_iter().filter(|line| !line.is_empty()).map(String::as_str).collect();
+            panel = boxed(panel, place, &lines, Ink::Series(lane.term));
+            from = place.right();
         }
-        wires.push([sum + vec2(SUM, 0.0), output.left_center()]);
-        nodes.push(Node { place: output, lines: vec!["τ̂".to_owned(), joints.to_string()], ink: Ink::Predicted });
-        Drawing { size: vec2(width, height), nodes, wires, sum }
+        let away = [from[0] - sum[0], from[1] - sum[1]];
+        let share = (SUM + 1.0) / away[0].hypot(away[1]);
+        let at_sum = [sum[0] + share * away[0], sum[1] + share * away[1]];
+        panel.push(Arrow { ends: [from, at_sum], ink: Ink::Text });
     }
-
-    fn paint(&self, painter: &Painter, palette: &Palette, corner: Vec2) {
-        let wire = Stroke::new(1.2, palette.weak);
-        self.wires.iter().for_each(|[from, to]| arrow(painter, *from + corner, *to + corner, wire));
-        self.nodes.iter().for_each(|node| node.paint(painter, palette, corner));
-        painter.circle(self.sum + corner, SUM, palette.canvas, Stroke::new(1.4, palette.text));
-        let font = FontId::proportional(SMALL + 4.0);
-        painter.text(self.sum + corner, Align2::CENTER_CENTER, "+", font, palette.text);
-    }
-
-    /// The same as data.
-    fn panel(&self) -> Panel {
-        let Vec2 { x: width, y: height } = self.size;
-        let point = |at: Pos2| [f64::from(at.x), f64::from(height - at.y)];
-        // The edges of boxes at the border have a width, too.
-        let axis = |size: f32| Axis::default().range([-2.0, f64::from(size) + 2.0]);
-        let aspect = f64::from(height / width);
-        let mut panel = Panel::new("structure of the model", [axis(width), axis(height)]).aspect(aspect).bare();
-        panel = panel.with_all(self.wires.iter().map(|ends| Arrow { ends: ends.map(point), ink: Ink::Text }));
-        for Node { place, lines, ink } in &self.nodes {
-            let [left, low] = point(place.left_bottom());
-            let [right, high] = point(place.right_top());
-            panel.push(Frame { sides: [[left, right], [low, high]], ink: *ink });
-            let room = right - left - 6.0;
-            let words = lines.iter().zip(line_heights(lines.len()));
-            panel = panel.with_all(words.map(|(text, down)| {
-                let at = point(place.center() + vec2(0.0, down));
-                Word { text: text.clone(), at, room, ink: Ink::Text }
-            }));
-        }
-        let around = (0..=48).map(|n| Vec2::angled(std::f32::consts::TAU * n as f32 / 48.0) * SUM);
-        panel.push(Line::path("", around.map(|way| point(self.sum + way)), Ink::Measured));
-        let (at, room) = (point(self.sum), f64::from(SUM));
-        panel.push(Word { text: "+".to_owned(), at, room, ink: Ink::Text });
-        panel
-    }
+    panel.push(Arrow { ends: [[sum[0] + SUM, sum[1]], output.left()], ink: Ink::Text });
+    let panel = boxed(panel, output, &["τ̂", &joints.to_string()], Ink::Predicted);
+    let corner = |number: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * number as f64 / CORNERS as f64).sin_cos();
+        [sum[0] + SUM * cos, sum[1] + SUM * sin]
+    };
+    panel.with(Line::path("", (0..=CORNERS).map(corner), Ink::Measured)).with(Word {
+        text: "+".to_owned(),
+        at: sum,
+        room: SUM,
+        ink: Ink::Text,
+    })
 }
 
-/// How far below the middle of a box each of its lines stands.
-fn line_heights(count: usize) -> impl Iterator<Item = f32> {
-    (0..count).map(move |line| 14.0 * (line as f32 - 0.5 * (count as f32 - 1.0)))
+/// A box with lines of text, added to a panel.
+fn boxed(panel: Panel, place: Place, lines: &[&str], ink: Ink) -> Panel {
+    let [x, y] = place.middle;
+    let sides = [0, 1].map(|axis| [-0.5, 0.5].map(|side| place.middle[axis] + side * place.size[axis]));
+    let first = y + LINE * 0.5 * (lines.len() as f64 - 1.0);
+    let word = |(number, text): (usize, &&str)| {
+        let at = [x, first - LINE * number as f64];
+        Word { text: (*text).to_owned(), at, room: place.size[0] - 6.0, ink: Ink::Text }
+    };
+    panel.with(Frame { sides, ink }).with_all(lines.iter().enumerate().map(word))
 }
 
-/// Draws the model over the full width.
-pub fn show(ui: &mut Ui, model: &Model, joints: usize) {
-    let palette = Palette::in_ui(ui);
-    let drawing = Drawing::new(model, joints, ui.available_width());
-    let (rect, response) = ui.allocate_exact_size(drawing.size, Sense::click());
-    let labels: Vec<String> = model.terms.iter().map(Term::label).collect();
-    let spoken = format!("structure of the model: the sum of {}", labels.join(", "));
-    response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, &spoken));
-    export::offer(ui, &response, || Drawing::new(model, joints, EXPORTED).panel());
-    let painter = ui.painter().with_clip_rect(rect.expand(2.0));
-    drawing.paint(&painter, palette, rect.min.to_vec2());
-    if response.has_focus() {
-        painter.rect_stroke(rect, RADIUS, Stroke::new(1.5, palette.accent), StrokeKind::Inside);
-    }
+fn lanes_of(model: &Model, joints: usize) -> Vec<Lane> {
+    model.terms.iter().enumerate().flat_map(|(place, term)| lanes(term, place, joints)).collect()
 }
 
 /// The boxes of a term; a structured Lagrangian has two networks, so two lines.
@@ -166,31 +146,4 @@ fn lanes(term: &Term, place: usize, joints: usize) -> Vec<Lane> {
             vec![lane(vec![named("effects", names.len().to_string())])]
         }
     }
-}
-
-impl Node {
-    fn paint(&self, painter: &Painter, palette: &Palette, corner: Vec2) {
-        let place = self.place.translate(corner);
-        painter.rect_filled(place, 4, palette.canvas);
-        painter.rect_stroke(place, 4, Stroke::new(1.2, palette.color(self.ink)), StrokeKind::Inside);
-        // A box too narrow for its title has a smaller one.
-        let fits = |points: &f32| {
-            let title = self.lines[0].clone();
-            let galley = painter.layout_no_wrap(title, FontId::proportional(*points), palette.text);
-            galley.size().x <= place.width() - 4.0
-        };
-        let points = [SMALL, SMALL - 2.0].into_iter().find(fits).unwrap_or(SMALL - 4.0);
-        for (text, down) in self.lines.iter().zip(line_heights(self.lines.len())) {
-            let at = place.center() + vec2(0.0, down);
-            painter.text(at, Align2::CENTER_CENTER, text, FontId::proportional(points), palette.text);
-        }
-    }
-}
-
-fn arrow(painter: &Painter, from: Pos2, to: Pos2, stroke: Stroke) {
-    painter.line_segment([from, to], stroke);
-    let along = (to - from).normalized();
-    let across = vec2(-along.y, along.x);
-    let head = vec![to, to - along * 6.0 + across * 3.0, to - along * 6.0 - across * 3.0];
-    painter.add(egui::Shape::convex_polygon(head, stroke.color, Stroke::NONE));
 }

@@ -1,23 +1,25 @@
 //! Model: its terms as cards, each with its formula, its parameters and its share of the torque; and how they are wired.
 
 mod diagram;
+mod figures;
+mod share;
 
 use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichText, Ui, WidgetInfo, WidgetText};
+
+use share::{Share, Shares};
 
 use super::train;
 use crate::app::desk::{About, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
-use crate::app::memo::Question;
-use crate::app::plot::{export, ticks};
+use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::effect::{Effect, Scope, registry};
-use crate::figure::mark::Bars;
-use crate::figure::{Axis, Ink, Panel};
+use crate::figure::Panel;
 use crate::model::learned::LearnedTerm;
-use crate::model::{Parameter, Preset, RigidBody, Term};
+use crate::model::{Model, Parameter, Preset, RigidBody, Term};
 use crate::recording::{JointKind, Recording};
 use crate::session::{Command, Session, Step, TermEdit};
 
@@ -55,40 +57,16 @@ impl Screen for Terms {
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
+    fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
+        let (Some(recording), Some(step)) = (&desk.session.recording, desk.session.current()) else {
+            return Vec::new();
+        };
+        let Ok(shares) = desk.memo.now(desk.session, Shares) else { return Vec::new() };
+        figures::figures(recording, step, &shares)
+    }
+
     fn is_done(&self, session: &Session) -> bool {
         session.current().is_some()
-    }
-}
-
-/// How much of the torque a term carries on one joint.
-#[derive(Debug, Clone, Copy)]
-struct Share {
-    /// Its root mean square \[N m\].
-    rms: f64,
-    /// The same as a part of that of the measured torque.
-    part: f64,
-}
-
-/// How much each term carries on each joint, over all of the recording: `shares[term][joint]`.
-#[derive(Clone, PartialEq)]
-struct Shares;
-
-impl Question for Shares {
-    type Answer = Vec<Vec<Share>>;
-
-    fn answer(&self, session: &Session) -> Result<Vec<Vec<Share>>, String> {
-        let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.current().ok_or("there is no model")?;
-        let square = |torque: &[f64]| torque.iter().map(|value| value * value).sum::<f64>();
-        let samples = recording.sample_count().max(1) as f64;
-        let share = |term: usize, joint: usize| {
-            let of_term = step.evaluation.predictions.iter().map(|run| square(&run.terms[term][joint])).sum::<f64>();
-            let measured = recording.trajectories.iter().map(|run| square(&run.tau[joint])).sum::<f64>();
-            Share { rms: (of_term / samples).sqrt(), part: (of_term / measured).sqrt() }
-        };
-        let joints = recording.joint_count();
-        let terms = 0..step.fitted.model.terms.len();
-        Ok(terms.map(|term| (0..joints).map(|joint| share(term, joint)).collect()).collect())
     }
 }
 
@@ -96,11 +74,8 @@ fn terms(ui: &mut Ui, desk: &mut Desk) {
     let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
         return;
     };
-    widgets::card(ui, "How it is wired", |ui| diagram::show(ui, &step.fitted.model, recording.joint_count()));
+    widgets::card(ui, "How it is wired", |ui| wiring(ui, desk, &step.fitted.model, recording.joint_count()));
     let shares = desk.memo.later(ui.ctx(), desk.session, Shares).and_then(Result::ok);
-    if let Some(shares) = &shares {
-        export::add(ui, || shares_panel(&recording, &step, shares));
-    }
     for (place, term) in step.fitted.model.terms.iter().enumerate() {
         let shares = shares.as_ref().map_or(&[][..], |shares| &shares[place]);
         card(ui, desk, &recording, &step, place, term, shares);
@@ -110,20 +85,13 @@ fn terms(ui: &mut Ui, desk: &mut Desk) {
     }
 }
 
-/// What each term carries, as bars.
-fn shares_panel(recording: &Recording, step: &Step, shares: &[Vec<Share>]) -> Panel {
-    let terms = step.fitted.model.terms.iter().map(Term::label).collect();
-    let axes = [Axis::names("", terms), Axis::new("RMS over that of the measured torque", "")];
-    let mut panel = Panel::new("what each term carries", axes);
-    let joints = recording.joint_count();
-    let width = 0.7 / joints.max(1) as f64;
-    for (joint, info) in recording.joints.iter().enumerate() {
-        let at = |term: usize| term as f64 + (joint as f64 - (joints as f64 - 1.0) / 2.0) * width;
-        let bars = shares.iter().enumerate();
-        let bars = bars.map(|(term, shares)| [at(term), shares[joint].part, f64::NAN, f64::NAN]).collect();
-        panel.push(Bars { name: info.name.clone(), bars, width: 0.9 * width, ink: Ink::Series(joint), written: None });
-    }
-    panel
+/// The structure of the model over the full width.
+fn wiring(ui: &mut Ui, desk: &mut Desk, model: &Model, joints: usize) {
+    let panel = diagram::figure(model, joints, f64::from(ui.available_width()));
+    let labels: Vec<String> = model.terms.iter().map(Term::label).collect();
+    let spoken = format!("structure of the model: the sum of {}", labels.join(", "));
+    let view = PanelView::new(panel).height(diagram::height(model, joints) as f32).spoken(spoken);
+    view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
 }
 
 fn terms_text(count: usize) -> String {

@@ -1,5 +1,7 @@
 //! Train: which model, how its networks learn, and the curves while they do and after.
 
+mod figures;
+
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -7,11 +9,12 @@ use egui::{Align, Button, Checkbox, Color32, ComboBox, DragValue, Layout, RadioB
 
 use crate::app::desk::{About, Busy, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
-use crate::app::plot::{Along, Chart, Decimator, ticks};
+use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
-use crate::app::theme::{GAP, PREDICTED_DASH, Palette, SMALL};
+use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets::thousands;
 use crate::app::{tables, widgets};
+use crate::figure::Panel;
 use crate::model::learned::Features;
 use crate::model::{Preset, Term};
 use crate::network::Activation;
@@ -25,8 +28,6 @@ use crate::training::{Ending, Options, Precision, Recipe};
 
 /// Height of the chart of the learning rate \[points\].
 const RATE: f32 = 112.0;
-/// Most points of the plan that are drawn.
-const MOST_PLANNED: u64 = 400;
 /// Height of a line in the list of trainings \[points\].
 const RUN: f32 = 56.0;
 
@@ -63,6 +64,18 @@ impl Screen for Train {
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
+    fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
+        let batches = |plan: &Plan| batches(desk.session, &plan.options);
+        match epochs(desk) {
+            Some((epochs, plan)) => {
+                let errors = figures::errors(epochs, self.smoothing, &self.others(desk));
+                vec![errors, figures::rate(epochs, plan, batches(plan))]
+            }
+            None if is_learned(self.preset) => vec![figures::rate(&[], &self.plan, batches(&self.plan))],
+            None => Vec::new(),
+        }
+    }
+
     fn is_done(&self, session: &Session) -> bool {
         session.current().is_some_and(|step| !step.history.is_empty())
     }
@@ -94,6 +107,15 @@ fn summary(desk: &Desk) -> String {
     let how = if step.fitted.model.is_learned() { "was trained" } else { "was solved for, not trained" };
     let (terms, errors) = (terms.join(" + "), errors.join(" · "));
     format!("The current model ({terms}) {how}. Held-out error by joint (nMSE): {errors}.")
+}
+
+/// The epochs of the running training or else of the current model, and the plan; `None` if nothing was trained.
+fn epochs<'a>(desk: &Desk<'a>) -> Option<(&'a [Epoch], &'a Plan)> {
+    if let Some(Busy { epochs, plan: Some(plan), .. }) = desk.busy {
+        return Some((epochs, plan));
+    }
+    let step = desk.session.current().filter(|step| !step.history.is_empty())?;
+    Some((&step.history, step.run.as_ref().map_or(&desk.session.plan, |run| &run.plan)))
 }
 
 fn is_learned(preset: Preset) -> bool {
@@ -167,40 +189,14 @@ impl Train {
 
     /// The learning rate: of the whole plan ahead, and of the epochs that are done, the last of which is marked.
     fn rate_chart(&mut self, ui: &mut Ui, desk: &mut Desk, done: &[Epoch], plan: &Plan, height: f32) {
-        let palette = Palette::in_ui(ui);
-        let (options, batches) = (&plan.options, batches(desk.session, &plan.options));
-        let every = options.epochs.div_ceil(MOST_PLANNED).max(1);
-        let planned = (1..=options.epochs).step_by(every as usize).chain([options.epochs]);
-        let (x, y): (Vec<f64>, Vec<f64>) = planned.map(|epoch| (epoch as f64, options.rate_in(epoch, batches))).unzip();
-        let (at, rate): (Vec<f64>, Vec<f64>) = done.iter().map(|epoch| (epoch.epoch as f64, epoch.rate)).unzip();
-        let now: Vec<[f64; 2]> = done.last().map(|last| [last.epoch as f64, last.rate]).into_iter().collect();
-        let extent = [1.0, x.last().copied().unwrap_or(2.0).max(2.0)];
-        let mut chart =
-            Chart::new("learning rate", "", extent).curve("planned", &x, &y, (palette.weak, PREDICTED_DASH));
-        if !done.is_empty() {
-            chart = chart.curve("done", &at, &rate, palette.nth(4));
-        }
-        chart
-            .points(&now, palette.text, 4.5)
-            .cursor(&mut self.cursor)
-            .x_axis("epoch, to the end of the plan", "")
-            .height(height)
-            .show(ui, desk.focus.views.of(Along::Epoch), &mut Decimator::default());
+        let panel = figures::rate(done, plan, batches(desk.session, &plan.options));
+        let view = PanelView::new(panel).cursor(&mut self.cursor).height(height);
+        view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
     }
 
     /// Loss, held-out error and learning rate over the epochs.
     fn curves(&mut self, ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], plan: &Plan, height: f32) {
-        let palette = Palette::in_ui(ui);
-        let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
-        // What is not above 0 has no place on a logarithmic axis: it leaves a gap.
-        let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
-        let loss: Vec<f64> = epochs.iter().map(|epoch| log(epoch.loss)).collect();
-        let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.map_or(f64::NAN, log)).collect();
-        let best: Vec<[f64; 2]> =
-            best(epochs).and_then(|epoch| Some([epoch.epoch as f64, log(epoch.held_out?)])).into_iter().collect();
-        let others = self.other_curves(desk, palette);
-        let ends = others.iter().filter_map(|other| other.x.last()).chain(x.last()).copied();
-        let extent = [1.0, ends.fold(2.0, f64::max)];
+        let others = self.others(desk);
         // Epochs are counted in whole numbers.
         self.cursor = self.cursor.map(f64::round);
         widgets::card(ui, "Loss and held-out error by epoch (logarithmic)", |ui| {
@@ -208,28 +204,14 @@ impl Train {
                 widgets::weak(ui, "No epoch is done yet.");
                 return;
             }
-            // The lines live for this frame only, so their decimation is not to be kept.
-            let mut decimator = Decimator::default();
-            let smooth = [&loss, &held_out].map(|raw| smoothed(raw, self.smoothing));
-            let mut chart = Chart::new("errors", "", extent).logarithmic().points(&best, palette.text, 4.5);
-            if self.smoothing > 0.0 {
-                let raw = |color: Color32| (color.gamma_multiply(0.35), &[][..]);
-                chart =
-                    chart.line("", &x, &loss, raw(palette.nth(0).0)).line("", &x, &held_out, raw(palette.predicted));
-            }
-            for other in &others {
-                chart = chart.curve(&other.name, &other.x, &other.held_out, (other.color, PREDICTED_DASH));
-            }
-            chart
-                .curve("loss on train", &x, &smooth[0], palette.nth(0))
-                .curve("held-out nMSE", &x, &smooth[1], (palette.predicted, PREDICTED_DASH))
-                .cursor(&mut self.cursor)
-                .height((height - RATE - 128.0).clamp(180.0, 420.0))
-                .show(ui, desk.focus.views.of(Along::Epoch), &mut decimator);
+            let panel = figures::errors(epochs, self.smoothing, &others);
+            let height = (height - RATE - 128.0).clamp(180.0, 420.0);
+            let view = PanelView::new(panel).cursor(&mut self.cursor).height(height);
+            view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             self.rate_chart(ui, desk, epochs, plan, RATE);
             let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch, \
                         whose weights are kept; on the schedule, the present step.";
-            ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+            ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
             ui.horizontal(|ui| {
                 let label = ui.label("Smoothing");
                 let slider = Slider::new(&mut self.smoothing, 0.0..=0.98).max_decimals(2);
@@ -242,20 +224,11 @@ impl Train {
         run.step().is_some_and(|step| self.unseen.contains(&step.generation))
     }
 
-    fn other_curves(&self, desk: &Desk, palette: &Palette) -> Vec<OtherCurve> {
-        let runs = desk.session.runs.iter().enumerate();
-        let shown = runs.filter(|(_, run)| !self.is_unseen(run) && (desk.busy.is_some() || !is_current(desk, run)));
-        let error = |epoch: &Epoch| if best_error(epoch) > 0.0 { best_error(epoch).log10() } else { f64::NAN };
-        let curve = |(number, run): (usize, &TrainedRun)| {
-            let step = run.step()?;
-            Some(OtherCurve {
-                name: format!("training {}", number + 1),
-                x: step.history.iter().map(|epoch| epoch.epoch as f64).collect(),
-                held_out: step.history.iter().map(error).collect(),
-                color: color_of(number, palette),
-            })
-        };
-        shown.filter_map(curve).collect()
+    /// The earlier trainings whose curves are drawn, by their number.
+    fn others<'a>(&self, desk: &Desk<'a>) -> Vec<(usize, &'a Step)> {
+        let is_drawn = |run: &TrainedRun| !self.is_unseen(run) && (desk.busy.is_some() || !is_current(desk, run));
+        let runs = desk.session.runs.iter().enumerate().filter(|(_, run)| is_drawn(run));
+        runs.filter_map(|(number, run)| Some((number, run.step()?.as_ref()))).collect()
     }
 
     /// All trainings of this recording, to be compared and chosen from; the newest first.
@@ -286,7 +259,7 @@ impl Train {
                             self.unseen.insert(step.generation)
                         };
                     }
-                    let error = best(&step.history).map_or(f64::NAN, best_error);
+                    let error = figures::best(&step.history).map_or(f64::NAN, figures::best_error);
                     ui.label(ticks::number(error))
                         .on_hover_text("The best held-out nMSE, or loss if nothing is held out");
                     if current {
@@ -466,34 +439,13 @@ fn batches(session: &Session, options: &Options) -> u64 {
     (samples / options.batch.max(1)).max(1) as u64
 }
 
-/// The running mean, in which each epoch before counts `share` times as much as the next; gaps stay gaps.
-fn smoothed(raw: &[f64], share: f64) -> Vec<f64> {
-    let (mut sum, mut weight) = (0.0, 0.0);
-    let mut mean = |value: &f64| {
-        if !value.is_finite() {
-            return *value;
-        }
-        (sum, weight) = (share * sum + value, share * weight + 1.0);
-        sum / weight
-    };
-    raw.iter().map(&mut mean).collect()
-}
-
-/// The held-out error of an earlier training.
-struct OtherCurve {
-    name: String,
-    x: Vec<f64>,
-    held_out: Vec<f64>,
-    color: Color32,
-}
-
 /// Which training the current model is.
 fn is_current(desk: &Desk, run: &TrainedRun) -> bool {
     matches!((run.step(), desk.session.current()), (Some(own), Some(current)) if own.generation == current.generation)
 }
 
 fn color_of(run: usize, palette: &Palette) -> Color32 {
-    palette.nth(run + 5).0
+    palette.color(figures::ink_of(run))
 }
 
 /// The settings of a training in a line.
@@ -512,18 +464,8 @@ fn settings_text(plan: &Plan) -> String {
     )
 }
 
-/// What decides which epoch is the best: the held-out error, or the loss where nothing is held out.
-fn best_error(epoch: &Epoch) -> f64 {
-    epoch.held_out.unwrap_or(epoch.loss)
-}
-
-/// The epoch whose weights are kept: of the lowest held-out error, or loss where nothing is held out.
-fn best(epochs: &[Epoch]) -> Option<&Epoch> {
-    epochs.iter().min_by(|one, other| best_error(one).total_cmp(&best_error(other)))
-}
-
 fn ending(ui: &mut Ui, step: &Step) {
-    let (Some(last), Some(best)) = (step.history.last(), best(&step.history)) else { return };
+    let (Some(last), Some(best)) = (step.history.last(), figures::best(&step.history)) else { return };
     let (done, all) = (thousands_of(last.epoch), thousands_of(last.epochs));
     let how = match &step.ending {
         Some(Ending::Stopped(reason)) => format!("Stopped after {done} of {all} epochs, because {reason}."),

@@ -1,20 +1,23 @@
 //! Extrapolation: how the error of the models grows when the arm moves faster or wider than in the data, and the torque there.
 
+mod figures;
+
 use std::collections::HashSet;
 use std::sync::Arc;
 
 use egui::{RichText, Slider, Ui, WidgetInfo, WidgetText};
 
-use crate::app::desk::{About, Desk, Needs, time_extent};
+use crate::app::desk::{About, Desk, Needs};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
-use crate::app::plot::{Along, Chart, Decimator, ticks};
+use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
-use crate::app::theme::{GAP, GROUP, MEASURED_DASH, PREDICTED_DASH, Palette, SMALL};
+use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::{controls, widgets};
+use crate::figure::Panel;
 use crate::recording::Recording;
 use crate::session::{Command, Generation, Session, Step};
-use crate::simulation::extrapolation::{Basis, Curve, Point, Replay, Stretch, Sweep, replay};
+use crate::simulation::extrapolation::{Basis, Curve, Replay, Stretch, Sweep, replay};
 
 /// Scales that the replay can have.
 const REPLAYED: std::ops::RangeInclusive<f64> = 1.0..=3.0;
@@ -60,6 +63,16 @@ impl Screen for Extrapolation {
         let Some(recording) = desk.session.recording.clone() else { return };
         widgets::headline(ui, "Outside the data", &sentence(desk, &recording));
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
+    }
+
+    fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
+        let Some(recording) = &desk.session.recording else { return Vec::new() };
+        let mut panels = Vec::new();
+        panels.extend(desk.session.sweep.as_ref().map(|sweep| figures::errors(recording, sweep, self.joint)));
+        if let Ok(replay) = desk.memo.now(desk.session, self.replay_of(desk.focus.trajectory)) {
+            panels.extend(figures::replay(recording, &replay, desk.focus.joint_of(recording)));
+        }
+        panels
     }
 
     fn is_done(&self, session: &Session) -> bool {
@@ -152,24 +165,13 @@ impl Extrapolation {
                     ui.selectable_value(&mut self.joint, Some(joint), &info.name);
                 }
             });
-            let shown = self.joint.filter(|joint| *joint < recording.joint_count());
-            let lines: Vec<Drawn> = by_title(&sweep.curves).iter().map(|group| Drawn::of(group, shown)).collect();
-            let scales = || lines.iter().flat_map(|line| line.x.iter().copied());
-            let extent = [scales().fold(f64::INFINITY, f64::min), scales().fold(f64::NEG_INFINITY, f64::max)];
-            let axis = format!("times the {}", sweep.stretch.name());
-            let mut chart = Chart::new("error (nMSE), logarithmic", "", extent)
-                .logarithmic()
-                .x_axis(&axis, "")
-                .height((ui.available_height() - 128.0).clamp(130.0, 420.0));
-            for (number, Drawn { name, x, y, band }) in lines.iter().enumerate() {
-                let style = palette.nth(number);
-                chart = chart.band(band, style.0.gamma_multiply(0.16)).curve(name, x, y, style);
-            }
-            let mut cursor = self.scale;
-            // The lines live for this frame only, so their decimation is not to be kept.
-            chart.cursor(&mut cursor).show(ui, desk.focus.views.of(Along::Stretch), &mut Decimator::default());
-            if cursor != self.scale {
-                self.scale = cursor.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
+            let panel = figures::errors(recording, sweep, self.joint);
+            let mut scale = self.scale;
+            let height = (ui.available_height() - 128.0).clamp(130.0, 420.0);
+            let view = PanelView::new(panel).cursor(&mut scale).height(height);
+            view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
+            if scale != self.scale {
+                self.scale = scale.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
             }
             let text = "Bands: four in five blocks of a second, or all trainings of a model that was trained several times, whose \
                         median is the line. nMSE: squared error over squared torque. Drag: scale of the replay.";
@@ -198,30 +200,12 @@ impl Extrapolation {
                 controls::joint(ui, desk, &recording);
             });
             let Some(replay) = self.current_replay(ui, desk) else { return };
-            let joint = desk.focus.joint;
-            let unit = recording.joints[joint].kind.units();
-            let motion = &replay.motion;
-            let extent = time_extent(&motion.time);
-            let name = &recording.joints[joint].name;
             let height = (ui.available_height() - 190.0).clamp(90.0, 300.0);
-            let mut decimator = Decimator::default();
-            let mut chart = Chart::new(format!("{name}: torque at this scale"), unit[3], extent)
-                .cursor(&mut self.cursor)
-                .without_ticks()
-                .height(height);
-            if replay.exact {
-                let word = if recording.seal.is_some() { "exact τ" } else { "measured τ" };
-                chart = chart.under_line(word, &motion.time, &motion.tau[joint], (palette.measured, MEASURED_DASH));
-            }
-            chart
-                .line("predicted τ̂", &motion.time, &replay.predicted[joint], (palette.predicted, PREDICTED_DASH))
-                .show(ui, desk.focus.views.of(Along::ReplayTime), &mut decimator);
-            Chart::new(format!("{name}: velocity q̇"), unit[1], extent)
-                .line("q̇", &motion.time, &motion.qd[joint], palette.nth(joint))
-                .cursor(&mut self.cursor)
-                .x_axis("time t", "s")
-                .height(110.0)
-                .show(ui, desk.focus.views.of(Along::ReplayTime), &mut decimator);
+            let [torque, velocity] = figures::replay(&recording, &replay, desk.focus.joint);
+            let torque = PanelView::new(torque).cursor(&mut self.cursor).without_ticks().height(height);
+            torque.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
+            let velocity = PanelView::new(velocity).cursor(&mut self.cursor).height(110.0);
+            velocity.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             let text = if replay.exact {
                 format!("Model: {}. {}", step.title, controls::HINT)
             } else {
@@ -232,11 +216,13 @@ impl Extrapolation {
         });
     }
 
+    fn replay_of(&self, trajectory: usize) -> Replayed {
+        Replayed { trajectory, stretch: self.stretch, scale: self.scale.unwrap_or(1.0) }
+    }
+
     /// The replay of what is chosen; while it is computed the one before it, so that the slider moves a picture.
     fn current_replay(&mut self, ui: &mut Ui, desk: &mut Desk) -> Option<Arc<Replay>> {
-        let scale = self.scale.unwrap_or(1.0);
-        let question = Replayed { trajectory: desk.focus.trajectory, stretch: self.stretch, scale };
-        match desk.memo.later(ui.ctx(), desk.session, question) {
+        match desk.memo.later(ui.ctx(), desk.session, self.replay_of(desk.focus.trajectory)) {
             Some(Ok(replay)) => self.newest = Some(replay),
             Some(Err(error)) => {
                 ui.label(RichText::new(format!("It can't be replayed: {error}.")).color(Palette::in_ui(ui).error));
@@ -305,58 +291,5 @@ impl Extrapolation {
                 ui.add_space(GROUP / 4.0);
             }
         });
-    }
-}
-
-/// Models of the same title are trainings of one model from several seeds.
-fn by_title(curves: &[Curve]) -> Vec<Vec<&Curve>> {
-    let mut groups: Vec<Vec<&Curve>> = Vec::new();
-    for curve in curves {
-        match groups.iter_mut().find(|group| group[0].model == curve.model) {
-            Some(group) => group.push(curve),
-            None => groups.push(vec![curve]),
-        }
-    }
-    groups
-}
-
-/// A curve ready to be drawn: decimal logarithms of the errors, and of the band around them.
-struct Drawn {
-    name: String,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    band: Vec<[f64; 3]>,
-}
-
-impl Drawn {
-    /// Of one joint or of all together. One model has the band of its blocks, if of all joints; several have that from the best
-    /// to the worst, around their median.
-    fn of(curves: &[&Curve], joint: Option<usize>) -> Self {
-        let log = |value: f64| if value > 0.0 { value.log10() } else { f64::NAN };
-        let error = |point: &Point| log(joint.map_or(point.overall, |joint| point.joints[joint]));
-        let first = &curves[0].points;
-        let mut drawn = Drawn {
-            name: curves[0].model.clone(),
-            x: first.iter().map(|point| point.scale).collect(),
-            y: first.iter().map(error).collect(),
-            band: Vec::new(),
-        };
-        let within = |band: &[f64; 3]| band.iter().all(|value| value.is_finite());
-        if curves.len() == 1 {
-            let of_blocks = |point: &Point| [point.scale, log(point.band[0]), log(point.band[1])];
-            if joint.is_none() {
-                drawn.band = first.iter().map(of_blocks).filter(within).collect();
-            }
-            return drawn;
-        }
-        drawn.name = format!("{}, {} trainings", drawn.name, curves.len());
-        for (number, y) in drawn.y.iter_mut().enumerate() {
-            let mut errors: Vec<f64> = curves.iter().filter_map(|curve| curve.points.get(number)).map(error).collect();
-            errors.sort_by(f64::total_cmp);
-            *y = 0.5 * (errors[(errors.len() - 1) / 2] + errors[errors.len() / 2]);
-            drawn.band.push([drawn.x[number], errors[0], errors[errors.len() - 1]]);
-        }
-        drawn.band.retain(within);
-        drawn
     }
 }

@@ -1,0 +1,100 @@
+//! What happens outside the data, as figures.
+
+use std::sync::Arc;
+
+use crate::app::desk::time_extent;
+use crate::app::plot::Along;
+use crate::figure::mark::{Band, Line};
+use crate::figure::{Axis, Ink, Panel, Shared};
+use crate::recording::Recording;
+use crate::simulation::extrapolation::{Curve, Point, Replay, Sweep};
+
+/// Width of a curve relative to that of other lines.
+const CURVE: f64 = 1.8;
+/// Width of a line that is seen under another one.
+const UNDER: f64 = 1.36;
+/// How much of a band is seen.
+const FAINT: f64 = 0.16;
+
+/// The error of every model over the scale, of one joint or of all together.
+pub fn errors(recording: &Recording, sweep: &Sweep, joint: Option<usize>) -> Panel {
+    let joint = joint.filter(|joint| *joint < recording.joint_count());
+    let scales = || sweep.curves.iter().flat_map(|curve| &curve.points).map(|point| point.scale);
+    let extent = [scales().fold(f64::INFINITY, f64::min), scales().fold(f64::NEG_INFINITY, f64::max)];
+    let x = Axis::new(format!("times the {}", sweep.stretch.name()), "").range(extent).linked(Along::Stretch);
+    let mut panel = Panel::new("error (nMSE), logarithmic", [x, Axis::default().logarithmic()]);
+    for (number, group) in by_title(&sweep.curves).iter().enumerate() {
+        let (ink, Drawn { name, line, band }) = (Ink::Series(number), Drawn::of(group, joint));
+        panel.push(Band { opacity: FAINT, ..Band::new("", band, ink) });
+        panel.push(Line::through(name, line, ink).width(CURVE));
+    }
+    panel
+}
+
+/// Torque and velocity of one joint along a replay.
+pub fn replay(recording: &Recording, replay: &Arc<Replay>, joint: usize) -> [Panel; 2] {
+    let info = &recording.joints[joint];
+    let [_, velocity, _, torque] = info.kind.units();
+    let time = Shared::of(replay, |replay| &replay.motion.time);
+    let x = |label| Axis::new(label, "s").range(time_extent(&time)).linked(Along::ReplayTime);
+    let of = |title: &str, label, unit| Panel::new(format!("{}: {title}", info.name), [x(label), Axis::new("", unit)]);
+    let mut torques = of("torque at this scale", "", torque);
+    torques.x.unit.clear();
+    if replay.exact {
+        let word = if recording.seal.is_some() { "exact τ" } else { "measured τ" };
+        let exact = Shared::of(replay, move |replay| &replay.motion.tau[joint]);
+        torques.push(Line::new(word, time.clone(), exact, Ink::Measured).sampled().width(UNDER));
+    }
+    let predicted = Shared::of(replay, move |replay| &replay.predicted[joint]);
+    torques.push(Line::new("predicted τ̂", time.clone(), predicted, Ink::Predicted).sampled());
+    let speed = Shared::of(replay, move |replay| &replay.motion.qd[joint]);
+    let line = Line::new("q̇", time.clone(), speed, Ink::Series(joint)).sampled();
+    [torques, of("velocity q̇", "time t", velocity).with(line)]
+}
+
+/// Models of the same title are trainings of one model from several seeds.
+fn by_title(curves: &[Curve]) -> Vec<Vec<&Curve>> {
+    let mut groups: Vec<Vec<&Curve>> = Vec::new();
+    for curve in curves {
+        match groups.iter_mut().find(|group| group[0].model == curve.model) {
+            Some(group) => group.push(curve),
+            None => groups.push(vec![curve]),
+        }
+    }
+    groups
+}
+
+/// A curve ready to be drawn.
+struct Drawn {
+    name: String,
+    line: Vec<[f64; 2]>,
+    band: Vec<[f64; 3]>,
+}
+
+impl Drawn {
+    /// Of one joint or of all together. One model has the band of its blocks, if of all joints; several have that from the best
+    /// to the worst, around their median, the geometric mean of the two in the middle.
+    fn of(curves: &[&Curve], joint: Option<usize>) -> Self {
+        let error = |point: &Point| joint.map_or(point.overall, |joint| point.joints[joint]);
+        let (name, first) = (curves[0].model.clone(), &curves[0].points);
+        let within = |band: &[f64; 3]| band.iter().all(|value| value.is_finite() && *value > 0.0);
+        if curves.len() == 1 {
+            let of_blocks = |point: &Point| [point.scale, point.band[0], point.band[1]];
+            let line = first.iter().map(|point| [point.scale, error(point)]).collect();
+            let band = first.iter().filter(|_| joint.is_none()).map(of_blocks).filter(within).collect();
+            return Drawn { name, line, band };
+        }
+        let mut drawn =
+            Drawn { name: format!("{name}, {} trainings", curves.len()), line: Vec::new(), band: Vec::new() };
+        for (number, point) in first.iter().enumerate() {
+            let mut errors: Vec<f64> = curves.iter().filter_map(|curve| curve.points.get(number)).map(error).collect();
+            errors.sort_by(f64::total_cmp);
+            let (least, most) = (errors[0], errors[errors.len() - 1]);
+            let median = (errors[(errors.len() - 1) / 2] * errors[errors.len() / 2]).sqrt();
+            drawn.line.push([point.scale, median]);
+            drawn.band.push([point.scale, least, most]);
+        }
+        drawn.band.retain(within);
+        drawn
+    }
+}

@@ -1,0 +1,38 @@
+//! The ladder as a figure.
+
+use crate::figure::mark::{Bars, Line};
+use crate::figure::{Axis, Ink, Panel, ticks};
+use crate::session::Session;
+
+/// Held-out error of every joint by step, down from 100 % on a logarithmic axis; a line marks the noise floor. Empty where nothing
+/// is held out.
+pub fn figures(session: &Session) -> Vec<Panel> {
+    let Some(recording) = session.recording.as_deref() else { return Vec::new() };
+    let floor = session.current().and_then(|step| step.evaluation.noise_floor_nmse.clone());
+    let errors: Vec<Vec<f64>> = session.ladder.iter().map(|step| step.evaluation.held_out_nmse()).collect();
+    let Some(range) = decades(errors.iter().chain(&floor).flatten().copied()) else { return Vec::new() };
+    let titles = session.ladder.iter().map(|step| step.title.clone()).collect();
+    let y = Axis::new("held-out nMSE", "").logarithmic().range(range);
+    let mut panel = Panel::new("held-out error by step", [Axis::names("", titles), y]);
+    for (joint, info) in recording.joints.iter().enumerate() {
+        let heights: Vec<[f64; 3]> = errors.iter().map(|errors| [errors[joint], f64::NAN, f64::NAN]).collect();
+        let place = [joint, recording.joint_count()];
+        let bars = Bars::beside(&info.name, place, &heights, Ink::Series(joint)).written(ticks::percent);
+        let sides = bars.bars.iter().map(|[x, ..]| [x - bars.width / 2.0, x + bars.width / 2.0]).collect::<Vec<_>>();
+        panel.push(bars);
+        if let Some(noise) = floor.as_ref().map(|floor| floor[joint]) {
+            let over = |sides: [f64; 2]| Line::through("noise floor", sides.map(|x| [x, noise]), Ink::Text);
+            panel = panel.with_all(sides.into_iter().map(over));
+        }
+    }
+    vec![panel]
+}
+
+/// From the power of ten below the smallest error to that above the largest; `None` if there is none above 0.
+fn decades(errors: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    let ends = |[low, high]: [f64; 2], error: f64| [low.min(error), high.max(error)];
+    let shown = errors.filter(|error| error.is_finite() && *error > 0.0);
+    let [low, high] = shown.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    let decade = |error: f64| 10f64.powf(error);
+    (low <= high).then(|| [decade((0.7 * low).log10().floor()), decade((1.05 * high).log10().ceil())])
+}

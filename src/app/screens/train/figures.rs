@@ -1,0 +1,94 @@
+//! Training as figures: errors and learning rate over the epochs.
+
+use crate::app::plot::Along;
+use crate::figure::colours::PREDICTED_DASH;
+use crate::figure::mark::{Line, Points};
+use crate::figure::{Axis, Ink, Panel};
+use crate::progress::Epoch;
+use crate::session::Step;
+use crate::training::fit::Plan;
+
+/// Most points of the plan that are drawn.
+const MOST_PLANNED: u64 = 400;
+/// Width of a curve relative to that of other lines.
+const CURVE: f64 = 1.8;
+/// Size of the point that marks one epoch, relative to that of other points.
+const MARKED: f64 = 2.0;
+/// How much is seen of what was smoothed.
+const RAW: f64 = 0.35;
+
+/// Loss and held-out error of a training, smoothed by `share`, and the held-out errors of earlier ones by their number.
+pub fn errors(epochs: &[Epoch], share: f64, others: &[(usize, &Step)]) -> Panel {
+    let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
+    let loss: Vec<f64> = epochs.iter().map(|epoch| epoch.loss).collect();
+    let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.unwrap_or(f64::NAN)).collect();
+    let ends = others.iter().filter_map(|(_, step)| step.history.last()).chain(epochs.last());
+    let last = ends.map(|epoch| epoch.epoch as f64).fold(2.0, f64::max);
+    let mut panel = Panel::new("errors", [axis("", last), Axis::default().logarithmic()]);
+    if let Some((epoch, error)) = best(epochs).and_then(|epoch| Some((epoch.epoch as f64, epoch.held_out?))) {
+        panel.push(Points::new("", vec![[epoch, error]], Ink::Text).radius(MARKED));
+    }
+    let inks = [Ink::Series(0), Ink::Predicted];
+    if share > 0.0 {
+        let raw = |(y, ink): (&Vec<f64>, Ink)| Line::new("", x.clone(), y.clone(), ink).dash(&[]).opacity(RAW);
+        panel = panel.with_all([&loss, &held_out].into_iter().zip(inks).map(raw));
+    }
+    for (number, step) in others {
+        let points = step.history.iter().map(|epoch| [epoch.epoch as f64, best_error(epoch)]);
+        let curve = Line::through(format!("training {}", number + 1), points, ink_of(*number));
+        panel.push(curve.dash(PREDICTED_DASH).width(CURVE));
+    }
+    for ((name, y), ink) in [("loss on train", &loss), ("held-out nMSE", &held_out)].into_iter().zip(inks) {
+        panel.push(Line::new(name, x.clone(), smoothed(y, share), ink).width(CURVE));
+    }
+    panel
+}
+
+/// The learning rate: of the whole plan ahead, and of the epochs that are done, the last of which is marked.
+pub fn rate(done: &[Epoch], plan: &Plan, batches: u64) -> Panel {
+    let options = &plan.options;
+    let every = options.epochs.div_ceil(MOST_PLANNED).max(1);
+    let planned = (1..=options.epochs).step_by(every as usize).chain([options.epochs]);
+    let planned = planned.map(|epoch| [epoch as f64, options.rate_in(epoch, batches)]);
+    let planned = Line::through("planned", planned, Ink::Weak).dash(PREDICTED_DASH).width(CURVE);
+    let axes = [axis("epoch, to the end of the plan", options.epochs.max(2) as f64), Axis::default()];
+    let mut panel = Panel::new("learning rate", axes).with(planned);
+    if let Some(last) = done.last() {
+        let rates = done.iter().map(|epoch| [epoch.epoch as f64, epoch.rate]);
+        panel.push(Line::through("done", rates, Ink::Series(4)).width(CURVE));
+        panel.push(Points::new("", vec![[last.epoch as f64, last.rate]], Ink::Text).radius(MARKED));
+    }
+    panel
+}
+
+fn axis(label: &str, last: f64) -> Axis {
+    Axis::new(label, "").range([1.0, last]).linked(Along::Epoch)
+}
+
+/// The colour of an earlier training.
+pub fn ink_of(run: usize) -> Ink {
+    Ink::Series(run + 5)
+}
+
+/// The running mean of the logarithms, in which each epoch before counts `share` times as much as the next; gaps stay gaps.
+fn smoothed(raw: &[f64], share: f64) -> Vec<f64> {
+    let (mut sum, mut weight) = (0.0, 0.0);
+    let mut mean = |value: &f64| {
+        if !(value.is_finite() && *value > 0.0) {
+            return f64::NAN;
+        }
+        (sum, weight) = (share * sum + value.ln(), share * weight + 1.0);
+        (sum / weight).exp()
+    };
+    if share > 0.0 { raw.iter().map(&mut mean).collect() } else { raw.to_vec() }
+}
+
+/// What decides which epoch is the best: the held-out error, or the loss where nothing is held out.
+pub fn best_error(epoch: &Epoch) -> f64 {
+    epoch.held_out.unwrap_or(epoch.loss)
+}
+
+/// The epoch whose weights are kept: of the lowest held-out error, or loss where nothing is held out.
+pub fn best(epochs: &[Epoch]) -> Option<&Epoch> {
+    epochs.iter().min_by(|one, other| best_error(one).total_cmp(&best_error(other)))
+}
