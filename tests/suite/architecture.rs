@@ -146,6 +146,11 @@ fn egui_is_drawn_with_only_in_the_window() {
 }
 
 #[test]
+fn the_physics_engine_is_asked_only_by_the_world() {
+    only_in(&["rapier2d::", "parry2d::"], &["simulation/world"]);
+}
+
+#[test]
 fn threads_are_started_only_in_jobs_and_kernels() {
     only_in(&["thread::spawn", "thread::Builder", "thread::scope"], THREADS);
 }
