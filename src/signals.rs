@@ -67,7 +67,7 @@ impl Signals {
     /// From values sample after sample, as networks and tables have them; what is left over behind the last whole sample is not
     /// taken.
     pub fn from_samples<T: Copy + Into<f64>>(joints: usize, values: &[T]) -> Self {
-        let samples = if joints == 0 { 0 } else { values.len() / joints };
+        let samples = values.len().checked_div(joints).unwrap_or(0);
         Signals::from_fn(joints, samples, |joint, sample| values[sample * joints + joint].into())
     }
 
