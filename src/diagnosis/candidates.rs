@@ -6,10 +6,10 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use crate::effect::{Effect, Scope};
-use crate::model::design::{Design, Equations, PreparedColumn};
-use crate::model::fit::{self, Fitted};
-use crate::model::terms::{Alteration, Found};
-use crate::model::{EffectTerm, Model, ModelError};
+use crate::model::design::Design;
+use crate::model::equations::{Equations, PreparedColumn};
+use crate::model::terms::{Alteration, Found, OperatingPoint};
+use crate::model::{EffectTerm, Fitted, Model, ModelError};
 use crate::progress::Monitor;
 use crate::recording::Recording;
 use crate::signals::Signals;
@@ -101,7 +101,7 @@ impl Group {
 }
 
 impl<'a> Library<'a> {
-    /// Collects all candidates among `effects` that the model does not have yet. Effects that can't be computed for these data are left
+    /// Collects all candidates among `effects`, in whatever order they come, that the model does not have yet. Effects that can't be computed for these data are left
     /// out; their reasons come back beside the library.
     ///
     /// # Errors
@@ -113,20 +113,17 @@ impl<'a> Library<'a> {
         monitor: &Monitor,
     ) -> Result<(Library<'a>, Vec<String>), ModelError> {
         let model = &fitted.model;
-        let alterations = &fitted.setting().alterations;
-        let mut design = if alterations.is_empty() {
-            design
-        } else {
-            design.with_body(design.setting.body.clone(), alterations.clone())
-        };
-        design.found = fitted.effects();
-        let mut columns = fit::prepared_columns(model, &design, fitted.shapes())?;
+        let (body, alterations) = (design.point().body.clone(), fitted.setting().alterations.clone());
+        let design = design.at(OperatingPoint { body, effects: fitted.effects(), alterations });
+        let mut columns = design.columns(model, fitted.shapes())?;
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;
-        let positions = sorted_positions(design.recording);
+        let positions = sorted_positions(design.recording());
         let mut places: Vec<Group> = Vec::new();
-        for &effect in effects {
-            for joint in effect.places(0..design.recording.joint_count()) {
+        let mut effects = effects.to_vec();
+        effects.sort_by_key(|effect| effect.id);
+        for effect in effects {
+            for joint in effect.places(0..design.joint_count()) {
                 if is_covered(model, effect, joint) {
                     continue;
                 }
@@ -140,7 +137,7 @@ impl<'a> Library<'a> {
         }
         let prepare = |group: &Group| {
             monitor.check()?;
-            fit::effect_columns(&group.term(), &design, &group.shape)
+            design.effect_columns(&group.term(), &group.shape)
         };
         let prepared: Vec<Result<Vec<PreparedColumn>, ModelError>> = places.par_iter().map(prepare).collect();
         let mut groups = Vec::new();
@@ -157,7 +154,7 @@ impl<'a> Library<'a> {
             }
         }
         monitor.report(0.4, "normal equations of all candidates")?;
-        let torque = fit::unexplained_torque(model, &design)?;
+        let torque = design.unexplained_torque(model)?;
         let equations = design.equations(&columns, &torque);
         Ok((Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque }, impossible))
     }
@@ -181,7 +178,7 @@ impl<'a> Library<'a> {
         let left: f64 = blocks.map(|block| self.equations.residual_energy(block, joint, factors)).sum();
         // An exact fit has no error to weigh by: rounding would decide.
         let energy = left.max(1e-20 * self.design.energy(joint));
-        let correlation = self.design.correlation(&self.columns, factors, &self.torque, joint);
+        let correlation = self.equations.correlation(&self.columns, factors, &self.torque, joint);
         if energy > 0.0 { free / (energy * correlation) } else { 0.0 }
     }
 
@@ -193,19 +190,21 @@ impl<'a> Library<'a> {
     /// [`ModelError`] if a column can't be computed.
     pub fn reload(&mut self, factors: &[f64], found: Vec<Found>) -> Result<bool, ModelError> {
         let Some(body) = self.fitted.body_among(factors) else { return Ok(false) };
-        self.take_as_found(factors, found);
-        let alterations = Alteration::among(&self.design.found);
-        let is_altered = !Alteration::are_alike(&alterations, &self.design.setting.alterations);
-        let alterations = if is_altered { alterations } else { self.design.setting.alterations.clone() };
-        self.design = self.design.with_body(Some(body), alterations);
+        let now = &self.design.point().alterations;
+        let mut point = OperatingPoint::new(Some(body), self.all_effects(factors, found));
+        let is_altered = !Alteration::are_alike(&point.alterations, now);
+        if !is_altered {
+            point.alterations.clone_from(now);
+        }
+        self.design = self.design.at(point);
         let own_change = self.fitted.model.depends_on_load() || is_altered;
         self.renew(own_change, |group| is_altered || group.effect.facts.depends_on_load)
     }
 
     /// Whether the columns take account of just those effects that change others which the model has or which were `found` beside it.
     pub fn is_altered_by(&self, found: &[Found]) -> bool {
-        let (own, now) = (&self.fitted.setting().alterations, &self.design.setting.alterations);
-        let mut found = Alteration::among(found);
+        let (own, now) = (&self.fitted.setting().alterations, &self.design.point().alterations);
+        let mut found = OperatingPoint::new(None, found.to_vec()).alterations;
         found.extend(own.iter().cloned());
         found.len() == now.len() && found.iter().all(|one| now.iter().any(|other| other.term == one.term))
     }
@@ -216,35 +215,38 @@ impl<'a> Library<'a> {
     /// # Errors
     /// [`ModelError`] if a column can't be computed.
     pub fn pass(&mut self, factors: &[f64], found: Vec<Found>) -> Result<bool, ModelError> {
-        self.take_as_found(factors, found);
+        let effects = self.all_effects(factors, found);
+        self.design = self.design.at(OperatingPoint { effects, ..self.design.point().clone() });
         self.renew(!self.fitted.setting().alterations.is_empty(), |group| group.effect.changes_others())
     }
 
-    fn take_as_found(&mut self, factors: &[f64], found: Vec<Found>) {
-        self.design.found = self.fitted.effects_among(factors);
-        self.design.found.extend(found);
+    /// The effects of the model, and those that were `found` beside it.
+    fn all_effects(&self, factors: &[f64], found: Vec<Found>) -> Vec<Found> {
+        let mut effects = self.fitted.effects_among(factors);
+        effects.extend(found);
+        effects
     }
 
     /// Computes the columns of these candidates anew, and the model's own if they change, too; whether any did.
     fn renew(&mut self, own_change: bool, concerns: impl Fn(&Group) -> bool) -> Result<bool, ModelError> {
         let mut changed = Vec::new();
         if own_change {
-            let own = fit::prepared_columns(&self.fitted.model, &self.design, self.fitted.shapes())?;
+            let own = self.design.columns(&self.fitted.model, self.fitted.shapes())?;
             self.columns.splice(0..self.base, own);
             changed.extend(0..self.base);
         }
         let concerned: Vec<&Group> = self.groups.iter().filter(|group| concerns(group)).collect();
-        let prepare = |group: &&Group| fit::effect_columns(&group.term(), &self.design, &group.shape);
+        let prepare = |group: &&Group| self.design.effect_columns(&group.term(), &group.shape);
         let prepared = concerned.par_iter().map(prepare).collect::<Result<Vec<_>, ModelError>>()?;
         for (group, prepared) in concerned.into_iter().zip(prepared) {
             self.columns.splice(group.columns.clone(), prepared);
             changed.extend(group.columns.clone());
         }
-        self.design.update_equations(&mut self.equations, &self.columns, &changed, &self.torque);
-        let torque = fit::unexplained_torque(&self.fitted.model, &self.design)?;
+        self.equations.update(&self.columns, &changed, &self.torque);
+        let torque = self.design.unexplained_torque(&self.fitted.model)?;
         if torque != self.torque {
             self.torque = torque;
-            self.design.replace_torque(&mut self.equations, &self.columns, &self.torque);
+            self.equations.replace_torque(&self.columns, &self.torque);
             return Ok(true);
         }
         Ok(!changed.is_empty())
@@ -256,9 +258,9 @@ impl<'a> Library<'a> {
     /// [`ModelError`] if the effect can't be computed with it.
     pub fn reshape(&mut self, group: usize, shape: Vec<f64>) -> Result<(), ModelError> {
         let range = self.groups[group].columns.clone();
-        let prepared = fit::effect_columns(&self.groups[group].term(), &self.design, &shape)?;
+        let prepared = self.design.effect_columns(&self.groups[group].term(), &shape)?;
         self.columns.splice(range.clone(), prepared);
-        self.design.update_equations(&mut self.equations, &self.columns, &range.collect::<Vec<_>>(), &self.torque);
+        self.equations.update(&self.columns, &range.collect::<Vec<_>>(), &self.torque);
         self.groups[group].shape = shape;
         Ok(())
     }

@@ -4,9 +4,9 @@
 //! it can predict is not noise: something is missing that is not among the candidates, or was named wrongly.
 
 use super::selection::Search;
-use crate::effect::Column;
+use crate::effect::{Column, sign};
 use crate::model::ModelError;
-use crate::model::design::PreparedColumn;
+use crate::model::equations::PreparedColumn;
 use crate::model::least_squares::NormalEquations;
 use crate::recording::Trajectory;
 use crate::signals::Signals;
@@ -44,10 +44,10 @@ pub fn structure(search: &Search, joint: usize) -> Result<Structure, ModelError>
     let mut columns: Vec<PreparedColumn> = known.iter().map(|&column| library.columns[column].clone()).collect();
     let largest = |signal: fn(&Trajectory) -> &Signals| -> Vec<f64> {
         let of_joint = |joint: usize| {
-            let sizes = design.recording.trajectories.iter().flat_map(|trajectory| &signal(trajectory)[joint]);
+            let sizes = design.recording().trajectories.iter().flat_map(|trajectory| &signal(trajectory)[joint]);
             sizes.fold(0.0, |most: f64, value| most.max(value.abs())).max(f64::MIN_POSITIVE)
         };
-        (0..design.recording.joint_count()).map(of_joint).collect()
+        (0..design.joint_count()).map(of_joint).collect()
     };
     let scale = Scale {
         q: largest(|trajectory| &trajectory.q),
@@ -108,7 +108,7 @@ fn basis(trajectory: &Trajectory, load: Option<&[f64]>, joint: usize, scale: &Sc
         let load_at = |t: usize| load.map_or(0.0, |load| load[t] / scale.load);
         let (load_now, load_rate) = (load_at(t), load_at((t + 1).min(count - 1)) - load_at(t.saturating_sub(1)));
         let time = (trajectory.time[t] - trajectory.time[0]) / duration.max(f64::MIN_POSITIVE);
-        let sign = if qd == 0.0 { 0.0 } else { qd.signum() };
+        let sign_qd = sign(qd);
         let travel = q - trajectory.q[joint][t.saturating_sub(1)] / scale.q[joint];
         for (state, distance) in hysteresis.iter_mut().zip(BREAKAWAY) {
             let limit = if travel == 0.0 { *state } else { travel.signum() };
@@ -127,17 +127,17 @@ fn basis(trajectory: &Trajectory, load: Option<&[f64]>, joint: usize, scale: &Sc
         row.extend(powers(load_now, 3));
         row.extend(powers(time, 2));
         row.extend([
-            sign,
-            sign * qd * qd,
-            sign * load_now.abs(),
-            sign * time,
+            sign_qd,
+            sign_qd * qd * qd,
+            sign_qd * load_now.abs(),
+            sign_qd * time,
             load_now.abs(),
             load_rate,
             qdd * qdd.abs(),
         ]);
-        row.extend(powers(q, 4).map(|q| sign * q));
+        row.extend(powers(q, 4).map(|q| sign_qd * q));
         row.extend(powers(q, 2).flat_map(|q| [qd * q, qdd * q, load_now * q]));
-        row.extend(NEAR.map(|near| sign * (-(qd / near).powi(2)).exp()));
+        row.extend(NEAR.map(|near| sign_qd * (-(qd / near).powi(2)).exp()));
         row.extend(NEAR.map(|near| (load_now / near).tanh()));
         row.extend(hysteresis);
         row.extend(
@@ -150,7 +150,7 @@ fn basis(trajectory: &Trajectory, load: Option<&[f64]>, joint: usize, scale: &Sc
         for other in [joint.checked_sub(1), Some(joint + 1).filter(|&other| other < trajectory.joint_count())] {
             let Some(other) = other else { continue };
             let qd = scaled(&trajectory.qd, &scale.qd, other);
-            row.extend([scaled(&trajectory.q, &scale.q, other), qd, qd.signum()]);
+            row.extend([scaled(&trajectory.q, &scale.q, other), qd, sign(qd)]);
             row.push(scaled(&trajectory.qdd, &scale.qdd, other));
         }
         if values.is_empty() {

@@ -12,11 +12,11 @@ use rayon::prelude::*;
 
 use super::candidates::{Group, Library};
 use super::gates;
-use crate::model::design::PreparedColumn;
+use crate::model::ModelError;
+use crate::model::equations::PreparedColumn;
 use crate::model::least_squares::{Elimination, NormalEquations, Solution};
 use crate::model::line_search::{FINE, minimum};
 use crate::model::terms::Found;
-use crate::model::{ModelError, fit};
 use crate::progress::{Event, Monitor};
 
 /// Evidence must exceed this many times the price (parameters · ln samples).
@@ -55,7 +55,7 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// Weighs the joints by what is left when all candidates may explain at once, and starts with nothing found.
     pub fn new(library: Library<'a>) -> Self {
-        let joints = library.design.recording.joint_count();
+        let joints = library.design.joint_count();
         let samples: usize = (0..joints).map(|joint| library.design.sample_count(joint)).sum();
         let empty = NormalEquations::empty(0);
         let mut search = Search {
@@ -487,10 +487,10 @@ impl<'a> Search<'a> {
         groups.push(group);
         let mut equations = self.equations_of(&groups);
         let kept: Vec<&PreparedColumn> = others.iter().map(|&column| &self.library.columns[column]).collect();
-        let Library { design, torque, .. } = &self.library;
+        let Library { design, torque, equations: of_library, .. } = &self.library;
         let mut cost = |shape: &[f64]| -> Result<f64, ModelError> {
-            let prepared = fit::effect_columns(&candidate.term(), design, shape)?;
-            design.complete(&mut equations, &kept, &prepared, torque, &self.weights);
+            let prepared = design.effect_columns(&candidate.term(), shape)?;
+            of_library.complete(&mut equations, &kept, &prepared, torque, &self.weights);
             Ok(equations.solve().residual_energy)
         };
         let mut shape = candidate.shape.clone();

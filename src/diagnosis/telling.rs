@@ -10,7 +10,8 @@ use super::report::TellingMotion;
 use super::selection::Search;
 use crate::effect::Scope;
 use crate::model::design::Design;
-use crate::model::{EffectTerm, Fitted, Model, Term, fit};
+use crate::model::terms::OperatingPoint;
+use crate::model::{EffectTerm, Fitted, Model, Term};
 use crate::recording::split::{Segment, Split};
 use crate::recording::{Channels, ChannelsMut, Recording, Trajectory};
 use crate::signals::Signals;
@@ -62,7 +63,7 @@ impl Motion {
 pub fn best_motion(search: &Search, fitted: &Fitted, group: usize, rival: usize) -> Option<TellingMotion> {
     let groups = &search.library.groups;
     let evidence = |motion: Motion| {
-        let recording = moved(search.library.design.recording, fitted, motion)?;
+        let recording = moved(search.library.design.recording(), fitted, motion)?;
         evidence(&recording, search, fitted, &groups[group].term(), &groups[rival].term(), &groups[rival].shape)
     };
     let now = evidence(Motion::Speed(1.0))?;
@@ -100,11 +101,12 @@ fn evidence(
     let split = Split { train: recording.trajectories.iter().enumerate().map(segment).collect(), ..Split::default() };
     let mut design = Design::new(recording, &split).ok()?;
     if fitted.setting().body.is_some() {
-        design = design.with_body(fitted.setting().body.clone(), fitted.setting().alterations.clone());
+        let (body, alterations) = (fitted.setting().body.clone(), fitted.setting().alterations.clone());
+        design = design.at(OperatingPoint { body, alterations, ..OperatingPoint::default() });
     }
     let model = Model { terms };
-    let columns = fit::prepared_columns(&model, &design, &shapes).ok()?;
-    let equations = design.equations(&columns, &fit::unexplained_torque(&model, &design).ok()?);
+    let columns = design.columns(&model, &shapes).ok()?;
+    let equations = design.equations(&columns, &design.unexplained_torque(&model).ok()?);
     let samples: usize = (0..recording.joint_count()).map(|joint| design.sample_count(joint)).sum();
     let left = equations.total(&search.weights, |_| true).solve().residual_energy;
     (samples > 0).then(|| left / samples as f64)

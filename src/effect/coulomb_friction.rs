@@ -27,7 +27,7 @@ impl AddsTorque for CoulombFriction {
 }
 
 /// −1, 0 or 1: unlike `f64::signum` it is 0 at 0, where dry friction has no direction.
-pub(super) fn sign(velocity: f64) -> f64 {
+pub fn sign(velocity: f64) -> f64 {
     if velocity == 0.0 { 0.0 } else { velocity.signum() }
 }
 

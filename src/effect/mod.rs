@@ -68,6 +68,7 @@ use crate::recording::fault::FaultKind;
 use crate::recording::{Channels, JointKind, Trajectory};
 
 pub use column::Column;
+pub use coulomb_friction::sign;
 pub use motion::{Lack, Load, Motion, NotApplicable};
 pub use parameter::{Dimension, ParameterError, ParameterSpec, Role};
 pub use stage::{AddsTorque, ChangesReading, ChangesTorque, NotAddable, Remedy, SetsRight, Stage};

@@ -11,11 +11,12 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::design::{Design, Equations, PreparedColumn};
+use super::design::{Design, inverse};
+use super::equations::{Equations, PreparedColumn};
 use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
-use super::terms::{Alteration, Factor, Found, Setting};
-use super::{EffectTerm, Model, ModelError, RigidBody, Term};
+use super::terms::{Factor, Found, OperatingPoint, Setting};
+use super::{Model, ModelError, RigidBody, Term};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
 use crate::recording::{Recording, Trajectory};
@@ -140,7 +141,7 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
         return fit_with_load(model, design, None, monitor);
     }
     if model.is_pinned() {
-        return fit_in_rounds(model, &design.with_body(None, Vec::new()), monitor);
+        return fit_in_rounds(model, &design.at(OperatingPoint::default()), monitor);
     }
     fit_in_rounds(model, design, monitor)
 }
@@ -149,13 +150,11 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
 fn fit_in_rounds(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
     let mut fitted = fit_with_load(model, design, None, monitor)?;
     for _ in 0..LOAD_ROUNDS {
-        let body = fitted.body_among(&fitted.factors).or(design.setting.body.clone());
-        let found = fitted.effects();
-        let mut design = design.with_body(body, Alteration::among(&found));
-        design.found = found;
+        let body = fitted.body_among(&fitted.factors).or(design.point().body.clone());
+        let design = design.at(OperatingPoint::new(body, fitted.effects()));
         fitted = fit_with_load(model, &design, Some(&fitted), monitor)?;
     }
-    fitted.setting.alterations = Alteration::among(&fitted.effects());
+    fitted.setting.alterations = OperatingPoint::new(None, fitted.effects()).alterations;
     Ok(fitted)
 }
 
@@ -166,12 +165,12 @@ fn fit_with_load(
     before: Option<&Fitted>,
     monitor: &Monitor,
 ) -> Result<Fitted, ModelError> {
-    let factors = model.factors(&design.setting)?;
-    let samples: usize = (0..design.recording.joint_count()).map(|joint| design.sample_count(joint)).sum();
+    let factors = model.factors(design.setting())?;
+    let samples: usize = (0..design.joint_count()).map(|joint| design.sample_count(joint)).sum();
     if samples < 4 * factors.len() {
         return Err(ModelError::TooFewSamples { samples, parameters: factors.len() });
     }
-    let torque = unexplained_torque(model, design)?;
+    let torque = design.unexplained_torque(model)?;
     let mut search = ShapeSearch::new(model, design, before, &torque)?;
     // The first weights take each joint's torque for its error; the second know the error.
     let mut weights: Vec<f64> = (0..torque[0].joint_count()).map(|joint| inverse(design.energy(joint))).collect();
@@ -179,7 +178,7 @@ fn fit_with_load(
         monitor.report(0.2 + 0.4 * round as f32, "fitting all parameters")?;
         search.refine(&weights, monitor)?;
         search.polish(&weights, monitor)?;
-        weights = residual_weights(design, &search.equations, &search.solve(&weights));
+        weights = design.residual_weights(&search.equations, &search.solve(&weights));
     }
     let solution = search.equations.total(&weights, |_| true).solve();
     monitor.report(0.8, "standard errors, block by block")?;
@@ -190,47 +189,9 @@ fn fit_with_load(
         parameters,
         factors: solution.factors.iter().copied().collect(),
         shapes: search.shapes,
-        setting: design.setting.clone(),
+        setting: design.setting().clone(),
         networks: None,
     })
-}
-
-/// Prepared torque less what the model knows beforehand.
-///
-/// The column of an effect that changes others holds the change at the value found so far; what that value itself makes of it is
-/// in the columns of the others already, and is laid on top here.
-pub(crate) fn unexplained_torque(model: &Model, design: &Design) -> Result<Vec<Signals>, ModelError> {
-    let mut torque = design.torque.clone();
-    if let Some(known) = design.known_torque(model) {
-        torque.iter_mut().zip(&known).for_each(|(left, known)| left.add(known, -1.0));
-    }
-    for alteration in &design.setting.alterations {
-        for change in design.prepare(|trajectory, load| {
-            Ok(vec![alteration.term.change_of(&design.found, &design.setting, trajectory, load)?])
-        })? {
-            change.add_to(&mut torque, alteration.linear[0]);
-        }
-    }
-    Ok(torque)
-}
-
-/// 1 / error variance of each joint.
-pub(crate) fn residual_weights(design: &Design, equations: &Equations, factors: &DVector<f64>) -> Vec<f64> {
-    let joints = design.recording.joint_count();
-    (0..joints)
-        .map(|joint| {
-            let energy: f64 =
-                (0..equations.block_count()).map(|block| equations.residual_energy(block, joint, factors)).sum();
-            let samples = design.sample_count(joint) as f64;
-            // An exact fit has no error to weigh by: rounding would decide.
-            let floor = 1e-20 * design.energy(joint);
-            if samples == 0.0 { 0.0 } else { inverse(energy.max(floor) / samples) }
-        })
-        .collect()
-}
-
-fn inverse(value: f64) -> f64 {
-    if value > 0.0 { 1.0 / value } else { 0.0 }
 }
 
 /// The columns of a model for given shape parameters, and the search for better ones.
@@ -259,7 +220,7 @@ impl<'a> ShapeSearch<'a> {
                 Term::RigidBody(_) | Term::Learned(_) => Vec::new(),
             });
         }
-        let columns = prepared_columns(model, design, &shapes)?;
+        let columns = design.columns(model, &shapes)?;
         let equations = design.equations(&columns, torque);
         Ok(ShapeSearch { model, design, torque, shapes, columns, equations })
     }
@@ -309,10 +270,10 @@ impl<'a> ShapeSearch<'a> {
     fn update_columns(&mut self, term: usize) -> Result<(), ModelError> {
         let Term::Effect(placed) = &self.model.terms[term] else { return Ok(()) };
         let first = first_column(self.model, self.design, term)?;
-        let columns = effect_columns(placed, self.design, &self.shapes[term])?;
+        let columns = self.design.effect_columns(placed, &self.shapes[term])?;
         let changed = first..first + columns.len();
         self.columns.splice(changed.clone(), columns);
-        self.design.update_equations(&mut self.equations, &self.columns, &changed.collect::<Vec<_>>(), self.torque);
+        self.equations.update(&self.columns, &changed.collect::<Vec<_>>(), self.torque);
         Ok(())
     }
 
@@ -328,7 +289,7 @@ impl<'a> ShapeSearch<'a> {
                 let mut shifted = [shape.clone(), shape.clone()];
                 shifted[0][number] -= step;
                 shifted[1][number] += step;
-                let [below, above] = [&shifted[0], &shifted[1]].map(|shape| effect_columns(placed, self.design, shape));
+                let [below, above] = [&shifted[0], &shifted[1]].map(|shape| self.design.effect_columns(placed, shape));
                 let count = placed.effect.linear().count();
                 let torque_factors: Vec<f64> = (first..first + count).map(|column| values[column]).collect();
                 columns.push(PreparedColumn::slope(&below?, &above?, &torque_factors, 2.0 * step));
@@ -413,7 +374,7 @@ impl<'a> ShapeSearch<'a> {
         for (index, &(term, number)) in shape_parameters.iter().enumerate() {
             let Term::Effect(placed) = &self.model.terms[term] else { continue };
             let Some((shape, _)) = placed.effect.shapes().nth(number) else { continue };
-            let kind = self.design.setting.kinds[placed.joint.unwrap_or(0)];
+            let kind = self.design.setting().kinds[placed.joint.unwrap_or(0)];
             let factor = Factor {
                 term,
                 name: shape.name.to_owned(),
@@ -482,40 +443,7 @@ fn jackknife_errors(equations: &Equations, weights: &[f64]) -> Vec<Option<f64>> 
 }
 
 fn first_column(model: &Model, design: &Design, term: usize) -> Result<usize, ModelError> {
-    Ok(model.factors(&design.setting)?.iter().take_while(|factor| factor.term < term).count())
-}
-
-pub(crate) fn effect_columns(
-    term: &EffectTerm,
-    design: &Design,
-    shape: &[f64],
-) -> Result<Vec<PreparedColumn>, ModelError> {
-    design.prepare(|trajectory, load| {
-        let mut columns = term.columns(&design.setting, trajectory, load, shape)?;
-        if term.effect.changes_others() {
-            columns[0].add(&term.change_of(&design.found, &design.setting, trajectory, load)?, 1.0);
-        }
-        Ok(columns)
-    })
-}
-
-/// Columns of all terms of a model, prepared.
-pub(crate) fn prepared_columns(
-    model: &Model,
-    design: &Design,
-    shapes: &[Vec<f64>],
-) -> Result<Vec<PreparedColumn>, ModelError> {
-    let mut columns = Vec::new();
-    for (term, shape) in model.terms.iter().zip(shapes) {
-        match term {
-            Term::RigidBody(RigidBody::Stated(_)) | Term::Learned(_) => {}
-            Term::RigidBody(body) => {
-                columns.extend(design.prepare(|trajectory, _| Ok(body.columns(&design.setting, trajectory)))?);
-            }
-            Term::Effect(effect) => columns.extend(effect_columns(effect, design, shape)?),
-        }
-    }
-    Ok(columns)
+    Ok(model.factors(design.setting())?.iter().take_while(|factor| factor.term < term).count())
 }
 
 impl Fitted {

@@ -3,10 +3,12 @@
 //! Each term gives its torque by sample and joint. The presets are lists of terms; "add the effect" pushes one. The
 //! decomposition plot, the ladder and the diagnosis all read this one list.
 //!
-//! [`terms`] turns terms into columns, [`preparation`] filters and decimates what is fitted, [`least_squares`] solves,
-//! [`mod@fit`] identifies all parameters jointly, [`evaluate`] predicts and measures the error.
+//! [`terms`] turns terms into columns, [`preparation`] filters and decimates what is fitted, a [`design`] holds it, its
+//! [`equations`] add up over blocks, [`least_squares`] solves, [`mod@fit`] identifies all parameters jointly, [`evaluate`]
+//! predicts and measures the error.
 
 pub mod design;
+pub mod equations;
 pub mod evaluate;
 pub mod file;
 pub mod fit;

@@ -51,15 +51,30 @@ pub struct Found {
     pub shape: Vec<f64>,
 }
 
+/// What a search has found so far, roughly: the rigid body, and the effects beside it. Columns that depend on it (friction under
+/// load, friction that passes a lag) are taken here.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct OperatingPoint {
+    /// Factors of the rigid body, from which comes the load; `None` stands for the stated arm.
+    pub body: Option<Vec<f64>>,
+    /// The effects that are in the torque: they pass through those that change what others do.
+    pub effects: Vec<Found>,
+    /// Those of them that change what others do, with their parameters within the bounds.
+    pub alterations: Vec<Alteration>,
+}
+
+impl OperatingPoint {
+    /// With this rigid body and these effects.
+    pub fn new(body: Option<Vec<f64>>, effects: Vec<Found>) -> Self {
+        let alterations = effects.iter().filter_map(Alteration::of).collect();
+        OperatingPoint { body, effects, alterations }
+    }
+}
+
 /// Alterations that differ by a smaller share are the same.
 const SAME_ALTERATION: f64 = 0.01;
 
 impl Alteration {
-    /// Those of the effects that change others.
-    pub(crate) fn among(found: &[Found]) -> Vec<Alteration> {
-        found.iter().filter_map(Alteration::of).collect()
-    }
-
     /// The effect as it was found, if it is one that changes others.
     fn of(found: &Found) -> Option<Alteration> {
         let Found { term, linear, .. } = found;
