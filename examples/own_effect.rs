@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let candidates = [registry::sought(), vec![&CUBIC_DAMPING]].concat();
     let report = diagnose_among(&candidates, &body, &recording, &split, &monitor)?;
     for named in &report.effects {
-        println!("{} on {}: {:.0} %", named.effect, joints_text(&named.joints), 100.0 * named.confidence);
+        println!("{} on {}: {:.0} %", named.effect.name, joints_text(&named.joints), 100.0 * named.confidence);
     }
 
     let repaired = model::fit(&body.model.with_effect(&CUBIC_DAMPING, &[1])?, &recording, &split, &monitor)?;

@@ -27,7 +27,7 @@
 //! let simulated = simulate.run(&Session::default(), &monitor)?;
 //! let diagnosed = Command::Diagnose.run(&simulated, &monitor)?;
 //! let report = diagnosed.report.as_ref().expect("it was diagnosed");
-//! assert_eq!(report.effects[0].effect, "coulomb-friction");
+//! assert_eq!(report.effects[0].effect.id, "coulomb-friction");
 //! # Ok::<(), torquescope::session::SessionError>(())
 //! ```
 

@@ -55,7 +55,7 @@ impl Demo {
         println!("3. Diagnosed:\n");
         println!("{}\n", indented(&text(&report)));
         for effect in &report.effects {
-            let command = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+            let command = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };
             session = progress::run(command, &session)?;
         }
         println!("4. Added what it named; the ladder of held-out errors:\n\n{}\n", indented(&ladder_table(&session)));

@@ -3,8 +3,7 @@ use clap::Args;
 use super::data::Data;
 use super::progress;
 use super::table::{number, numbers, table};
-use crate::diagnosis::{Report, Verdict};
-use crate::effect::registry;
+use crate::diagnosis::{Alternative, Report, Verdict};
 use crate::recording::joints_text;
 use crate::session::Command;
 
@@ -55,7 +54,7 @@ pub fn text(report: &Report) -> String {
     };
     let mut lines = vec![headline.to_owned(), String::new()];
     for (number_in_list, effect) in report.effects.iter().enumerate() {
-        let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |effect| effect.name);
+        let name = effect.effect.name;
         let confidence = 100.0 * effect.confidence;
         lines.push(format!(
             "{}. {name}, {} (confidence {confidence:.0} %)",
@@ -75,21 +74,22 @@ pub fn text(report: &Report) -> String {
             ));
         }
         if !effect.alternatives.is_empty() {
-            lines.push(format!("   explains nearly as much: {}", effect.alternatives.join(", ")));
+            let others: Vec<String> = effect.alternatives.iter().map(Alternative::text).collect();
+            lines.push(format!("   explains nearly as much: {}", others.join(", ")));
         }
         lines.push(String::new());
     }
-    let accepted = report.ranking.iter().filter(|candidate| candidate.accepted).count();
+    let accepted = report.ranking.iter().filter(|candidate| candidate.accepted()).count();
     let told = report.ranking.len().min(accepted + MOST_REFUSED);
     let rows: Vec<Vec<String>> = report.ranking[..told]
         .iter()
         .map(|candidate| {
             vec![
-                candidate.effect.clone(),
+                candidate.effect.id.to_owned(),
                 candidate.joint.map_or("all".to_owned(), |joint| (joint + 1).to_string()),
                 format!("{:.1} %", 100.0 * candidate.error_drop),
-                if candidate.accepted { "yes" } else { "no" }.to_owned(),
-                candidate.reason.clone(),
+                if candidate.accepted() { "yes" } else { "no" }.to_owned(),
+                candidate.reason(),
             ]
         })
         .collect();
@@ -106,6 +106,6 @@ pub fn text(report: &Report) -> String {
         lines.push(format!("noise floor by joint:   {}", numbers(floor)));
     }
     lines.push(String::new());
-    lines.push(report.advice.clone());
+    lines.push(report.advice());
     lines.join("\n")
 }

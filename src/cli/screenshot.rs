@@ -110,7 +110,7 @@ pub fn prepared(screen: &About, start: &Session) -> anyhow::Result<Session> {
     }
     if repaired {
         for effect in session.report.clone().iter().flat_map(|report| &report.effects) {
-            let command = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+            let command = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };
             session = progress::run(command, &session)?;
         }
     }

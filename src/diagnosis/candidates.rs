@@ -5,7 +5,8 @@ use std::ops::Range;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use crate::effect::{Effect, Scope};
+use super::report::NotKnown;
+use crate::effect::{Effect, NotApplicable, Scope};
 use crate::model::design::Design;
 use crate::model::equations::{Equations, PreparedColumn};
 use crate::model::terms::{Alteration, Found, OperatingPoint};
@@ -85,15 +86,6 @@ impl Group {
         }
     }
 
-    /// Its name and place, for people.
-    pub fn label(&self) -> String {
-        match (self.effect.scope, self.joint) {
-            (Scope::Joint, Some(joint)) => format!("{} on joint {}", self.effect.name, joint + 1),
-            (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", self.effect.name, joint, joint + 1),
-            _ => self.effect.name.to_owned(),
-        }
-    }
-
     /// The model term that it stands for.
     pub fn term(&self) -> EffectTerm {
         EffectTerm { effect: self.effect, joint: self.joint }
@@ -111,7 +103,7 @@ impl<'a> Library<'a> {
         design: Design<'a>,
         effects: &[&'static Effect],
         monitor: &Monitor,
-    ) -> Result<(Library<'a>, Vec<String>), ModelError> {
+    ) -> Result<(Library<'a>, Vec<NotKnown>), ModelError> {
         let model = &fitted.model;
         let (body, alterations) = (design.point().body.clone(), fitted.setting().alterations.clone());
         let design = design.at(OperatingPoint { body, effects: fitted.effects(), alterations });
@@ -149,7 +141,12 @@ impl<'a> Library<'a> {
                     columns.extend(prepared);
                     groups.push(Group { columns: first..columns.len(), ..group });
                 }
-                Err(ModelError::NotApplicable(reason)) => impossible.push(reason.to_string()),
+                Err(ModelError::NotApplicable(NotApplicable { lack, .. })) => {
+                    let unknown = NotKnown::NotComputed { effect: group.effect, lack };
+                    if !impossible.contains(&unknown) {
+                        impossible.push(unknown);
+                    }
+                }
                 Err(error) => return Err(error),
             }
         }

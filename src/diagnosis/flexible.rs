@@ -3,7 +3,7 @@
 //! A basis that is flexible enough for nearly any physics, and names none, is asked to predict blocks that were left out. What
 //! it can predict is not noise: something is missing that is not among the candidates, or was named wrongly.
 
-use super::selection::Search;
+use super::search::Search;
 use crate::effect::{Column, sign};
 use crate::model::ModelError;
 use crate::model::equations::PreparedColumn;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::gates;
-use super::selection::{CLOSE, Rival, Search};
+use super::report::Alternative;
+use super::search::{BlockGains, CLOSE, Rival, Search};
 use super::stated_arm::{self, Comparison};
 use crate::arm::Arm;
 use crate::effect::{Effect, Scope};
@@ -31,7 +31,7 @@ pub struct Named {
     /// Probability that it is this effect.
     pub confidence: f64,
     /// Effects that explain nearly as much.
-    pub alternatives: Vec<String>,
+    pub alternatives: Vec<Alternative>,
     /// The group with the largest gain, and its best rival.
     pub rival: Option<(usize, usize)>,
     /// Whether it needs the rigid body held at the stated arm.
@@ -42,7 +42,7 @@ pub struct Named {
 struct Judgement {
     gain: f64,
     confidence: f64,
-    alternatives: Vec<String>,
+    alternatives: Vec<Alternative>,
     /// The rival that comes closest.
     rival: Option<usize>,
 }
@@ -90,7 +90,7 @@ pub fn name_effects(search: &Search, comparison: &Comparison, recording: &Record
     for effect in &mut named {
         effect.confidence = effect.confidence.min(HIGHEST_CONFIDENCE);
         effect.joints.sort_unstable();
-        effect.alternatives.sort();
+        effect.alternatives.sort_by_key(|other| (other.effect.id, other.elsewhere));
         effect.alternatives.dedup();
     }
     named.sort_by(|a, b| a.pins.cmp(&b.pins).then(b.gain.total_cmp(&a.gain)));
@@ -119,7 +119,10 @@ fn judge(search: &Search, group: usize) -> Judgement {
         let is_simpler = groups[rival].parameter_count() <= groups[group].parameter_count();
         if priced < CLOSE || (!contains && is_simpler && worse < NEARLY_AS_MUCH * gain) {
             let elsewhere = groups[rival].effect == groups[group].effect;
-            alternatives.push(if elsewhere { groups[rival].label() } else { groups[rival].effect.id.to_owned() });
+            alternatives.push(Alternative {
+                effect: groups[rival].effect,
+                elsewhere: groups[rival].joint.filter(|_| elsewhere),
+            });
             if groups[rival].is_another_form_of(&groups[group]) {
                 confidence = confidence.min(HIGHEST_BESIDE_OTHER_FORM);
             }
@@ -142,7 +145,7 @@ fn judge_absorbed(search: &Search, arm: &Arm, found: &[usize], group: usize) -> 
         let worse = stated_arm::rival_cost(search, arm, found, group, rival);
         judgement.confidence = judgement.confidence.min(odds(worse));
         if worse < CLOSE {
-            judgement.alternatives.push(groups[rival].label());
+            judgement.alternatives.push(Alternative { effect: groups[rival].effect, elsewhere: groups[rival].joint });
         }
     }
     judgement
@@ -175,10 +178,10 @@ fn odds(difference: f64) -> f64 {
 
 /// Probability, by the paired gains of left-out blocks, that the whole set is better than `without`.
 fn certainty(search: &Search, without: &[usize]) -> f64 {
-    let gains = gates::block_gains(search, without, &search.active);
-    let freedom = (gains.len() - 1) as f64;
+    let gains = BlockGains::of(search, without, &search.active);
+    let freedom = gains.count().saturating_sub(1) as f64;
     if freedom < 2.0 {
         return 0.5;
     }
-    StudentsT::new(0.0, 1.0, freedom).map_or(0.5, |t| t.cdf(gates::paired_t(&gains)))
+    StudentsT::new(0.0, 1.0, freedom).map_or(0.5, |t| t.cdf(gains.paired_t()))
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::candidates::Group;
-use super::report::Candidate;
-use super::selection::Search;
+use super::report::{Candidate, Ground, Refusal};
+use super::search::{FEWEST_BLOCKS, Search};
 use super::stated_arm::Comparison;
 use crate::model::ModelError;
 use crate::progress::Monitor;
@@ -50,11 +50,12 @@ pub fn error_drops(search: &Search, monitor: &Monitor) -> Result<Vec<f64>, Model
 pub fn rank(
     search: &Search,
     drops: &[f64],
-    refused: &[(usize, String)],
+    refused: &[(usize, Refusal)],
     comparison: &Comparison,
     absorbed: &[usize],
 ) -> Vec<Candidate> {
     let groups = &search.library.groups;
+    let blocks = search.library.equations.block_count();
     let explained: &[usize] = if let Comparison::Explained(found) = comparison { found } else { &[] };
     let mut ranking: Vec<Candidate> = Vec::new();
     for (index, group) in groups.iter().enumerate() {
@@ -63,29 +64,22 @@ pub fn rank(
             continue;
         }
         let same = |other: &usize| groups[*other].same_place_and_effect(group);
-        let accepted = search.active.iter().any(same) || explained.iter().any(same);
-        let reason = if search.active.iter().any(same) {
-            "left-out blocks confirm it".to_owned()
+        let ground = if search.active.iter().any(same) {
+            if blocks < FEWEST_BLOCKS { Ground::NotConfirmable { blocks } } else { Ground::Confirmed }
         } else if explained.iter().any(same) {
-            "it explains how the identified arm differs from the stated one".to_owned()
+            Ground::TellsFromStatedArm
         } else if absorbed.iter().any(same) {
-            "the base parameters take its place".to_owned()
-        } else if let Some((_, reason)) = refused.iter().find(|(other, _)| same(other)) {
-            reason.clone()
+            Ground::AbsorbedByBody
+        } else if let Some((_, refusal)) = refused.iter().find(|(other, _)| same(other)) {
+            Ground::Refused(*refusal)
         } else if search.active.iter().any(|&other| groups[other].includes(group)) {
-            "it is part of an effect that was found".to_owned()
+            Ground::Contained
         } else {
-            "beside what was found it explains hardly more than chance would".to_owned()
+            Ground::Superfluous
         };
         let error_drop = (index..groups.len()).filter(same).map(|other| drops[other]).fold(f64::NEG_INFINITY, f64::max);
-        ranking.push(Candidate {
-            effect: group.effect.id.to_owned(),
-            joint: group.joint,
-            error_drop,
-            accepted,
-            reason,
-        });
+        ranking.push(Candidate { effect: group.effect, joint: group.joint, error_drop, ground });
     }
-    ranking.sort_by(|a, b| b.accepted.cmp(&a.accepted).then(b.error_drop.total_cmp(&a.error_drop)));
+    ranking.sort_by(|a, b| b.accepted().cmp(&a.accepted()).then(b.error_drop.total_cmp(&a.error_drop)));
     ranking
 }

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::flexible;
-use super::selection::Search;
+use super::search::Search;
 use crate::model::{Evaluation, ModelError};
 use crate::recording::Recording;
 use crate::recording::differentiate::low_pass;

@@ -1,13 +1,13 @@
-//! What a diagnosis says.
+//! What a diagnosis says, as data: [`super::words`] says it in words, and writes both to JSON.
 
 use serde::{Deserialize, Serialize};
 
-use crate::effect::Axis;
+use crate::effect::{Axis, Effect, Lack};
 use crate::model::Parameter;
 use crate::model::fit::joint_number;
 
 /// The answer to "what is missing?".
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Report {
     /// The answer in a word.
     pub verdict: Verdict,
@@ -21,8 +21,10 @@ pub struct Report {
     /// the report in the model.
     #[serde(with = "joint_numbers")]
     pub unexplained_joints: Vec<usize>,
-    /// What to do next, in plain words.
-    pub advice: String,
+    /// What to do next, and what to doubt.
+    pub notes: Vec<Note>,
+    /// What these data can't answer.
+    pub not_known: Vec<NotKnown>,
     /// All candidates, best first, with what speaks for or against each.
     pub ranking: Vec<Candidate>,
 }
@@ -44,8 +46,8 @@ pub enum Verdict {
 /// One missing effect, on one joint or several.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MissingEffect {
-    /// Its id in the registry.
-    pub effect: String,
+    /// Which; its id in files.
+    pub effect: &'static Effect,
     /// The joints, counted from 0; written counted from 1.
     #[serde(with = "joint_numbers")]
     pub joints: Vec<usize>,
@@ -58,37 +60,61 @@ pub struct MissingEffect {
     /// The same after.
     pub nmse_after: Vec<f64>,
     /// Effects that explain nearly as much.
-    pub alternatives: Vec<String>,
+    pub alternatives: Vec<Alternative>,
     /// The motion that would tell it from the closest of them; `None` without alternatives, or if no motion does better than
     /// the one at hand.
     pub telling_motion: Option<TellingMotion>,
-    /// Residual without it and what it explains, for plots; left out where a report is written for people.
+    /// Residual without it and what it explains, for plots.
     #[serde(skip)]
     pub evidence: Vec<Evidence>,
 }
 
+/// An effect that explains nearly as much as a named one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Alternative {
+    /// Which; its id in files.
+    pub effect: &'static Effect,
+    /// Its joint, counted from 0 (written counted from 1), where it is not that of the named one.
+    #[serde(with = "joint_number")]
+    pub elsewhere: Option<usize>,
+}
+
 /// A motion that would tell an effect from a rival.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct TellingMotion {
-    /// What to record, in plain words.
-    pub motion: String,
-    /// Id of the rival.
-    pub against: String,
+    /// What to record.
+    #[serde(rename = "exciting")]
+    pub motion: Exciting,
+    /// The rival.
+    pub against: &'static Effect,
     /// So many times the evidence, sample for sample, of the motion at hand.
     pub gain: f64,
 }
 
-impl TellingMotion {
-    /// Above so many times the evidence the number says nothing more: it grows with the noise's smallness.
-    const MOST_TIMES: f64 = 1000.0;
-
-    /// The gain in words.
-    pub fn times(&self) -> String {
-        if self.gain > Self::MOST_TIMES {
-            return format!("more than {} times", Self::MOST_TIMES);
-        }
-        format!("{:.*} times", usize::from(self.gain < 10.0), self.gain)
-    }
+/// A motion that could be recorded next.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Exciting {
+    /// The same paths, faster or slower.
+    Speed {
+        /// So many times as fast.
+        factor: f64,
+    },
+    /// The same motion over another range.
+    Range {
+        /// So many times as far from its middle.
+        factor: f64,
+    },
+    /// Small swings about the middle.
+    TinyReversals,
+    /// One joint moves as before, the others stand still.
+    Alone {
+        /// Counted from 0; written counted from 1.
+        #[serde(with = "alone")]
+        joint: usize,
+    },
+    /// Back and forth at constant velocity.
+    Sweeps,
 }
 
 /// The residual of one joint over the state where the effect shows best.
@@ -105,20 +131,159 @@ pub struct Evidence {
 }
 
 /// One candidate and what speaks for or against it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Candidate {
-    /// Its id in the registry.
-    pub effect: String,
+    /// Which; its id in files.
+    pub effect: &'static Effect,
     /// The joint, counted from 0; written counted from 1; none for an effect of the whole arm.
     #[serde(with = "joint_number")]
     pub joint: Option<usize>,
     /// Cross-validated drop of the squared residual of its joint when it alone is added to the model, 0 to 1; negative if
     /// it makes things worse.
     pub error_drop: f64,
+    /// Why it is part of the answer, or why not.
+    pub ground: Ground,
+}
+
+impl Candidate {
     /// Whether it is part of the answer.
-    pub accepted: bool,
-    /// Why, or why not.
-    pub reason: String,
+    pub fn accepted(&self) -> bool {
+        matches!(self.ground, Ground::Confirmed | Ground::NotConfirmable { .. } | Ground::TellsFromStatedArm)
+    }
+}
+
+/// Why a candidate is part of the answer, or why not.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Ground {
+    /// It is: left-out blocks confirm it.
+    Confirmed,
+    /// It is, but there are too few blocks to leave any out.
+    NotConfirmable {
+        /// How many there are.
+        blocks: usize,
+    },
+    /// It is: it explains how the identified arm differs from the stated one.
+    TellsFromStatedArm,
+    /// The base parameters take its place.
+    AbsorbedByBody,
+    /// It is part of an effect that was found.
+    Contained,
+    /// Beside what was found it explains hardly more than chance would.
+    Superfluous,
+    /// It had evidence, but failed a gate.
+    Refused(Refusal),
+}
+
+/// The gate that a candidate failed, and what was measured there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "gate")]
+pub enum Refusal {
+    /// It explains hardly more than chance would.
+    Chance {
+        /// Drop of the weighted squared error.
+        gain: f64,
+        /// What its parameters cost.
+        needed: f64,
+    },
+    /// Its torque is hardly worth naming.
+    Small {
+        /// RMS of its torque over that of the measured torque of its joint.
+        share: f64,
+    },
+    /// Its best parameters lie outside their bounds.
+    Unphysical,
+    /// It is no more than what the formula of another effect leaves.
+    LeftBy {
+        /// That effect.
+        effect: &'static Effect,
+    },
+    /// Blocks that were left out do not confirm its gain.
+    NotConfirmed {
+        /// The share of the gain that they confirm.
+        confirmed: f64,
+    },
+    /// Only a few blocks speak for it.
+    FewBlocks {
+        /// t of the paired gains of the blocks.
+        t: f64,
+        /// What it must reach.
+        needed: f64,
+    },
+    /// Fitted on the slower blocks, it does not help on the fastest third.
+    NotOnFastMotion,
+}
+
+/// What to do next, or to doubt.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum Note {
+    /// Add this effect first.
+    AddFirst {
+        /// Which.
+        effect: &'static Effect,
+        /// Counted from 0; written counted from 1.
+        #[serde(with = "joint_numbers")]
+        joints: Vec<usize>,
+    },
+    /// These data hardly tell an effect from others.
+    HardlyTold {
+        /// Which.
+        effect: &'static Effect,
+        /// The others.
+        from: Vec<Alternative>,
+        /// What would tell; `None` if no motion would do it better than the one at hand.
+        telling: Option<TellingMotion>,
+    },
+    /// The formula of a named effect takes the encoder to be on the link.
+    NeedsLinkEncoder {
+        /// Which effect.
+        effect: &'static Effect,
+    },
+    /// With all that was named, more is left than noise.
+    MoreThanNoise {
+        /// On these joints, counted from 0; written counted from 1.
+        #[serde(with = "joint_numbers")]
+        joints: Vec<usize>,
+    },
+    /// What was named may only stand in for something else.
+    MayStandIn,
+    /// Nothing can be named, but more is left than noise.
+    NoneExplains {
+        /// On these joints, counted from 0; written counted from 1.
+        #[serde(with = "joint_numbers")]
+        joints: Vec<usize>,
+    },
+    /// Nothing is missing that these data could show.
+    NothingShown,
+    /// There are too few blocks to leave any out, so nothing that was named is confirmed by data that it has not seen.
+    NotConfirmable {
+        /// How many there are.
+        blocks: usize,
+    },
+    /// The identified base parameters differ from the stated arm, and no single effect explains how.
+    StatedArmDiffers,
+}
+
+/// An effect that these data can't show or rule out.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum NotKnown {
+    /// It can't be computed.
+    NotComputed {
+        /// Which.
+        effect: &'static Effect,
+        /// What is lacking.
+        lack: Lack,
+    },
+    /// The base parameters would take its place.
+    AbsorbedByBody {
+        /// Which.
+        effect: &'static Effect,
+        /// The joint, counted from 0; written counted from 1; none for an effect of the whole arm.
+        #[serde(with = "joint_number")]
+        joint: Option<usize>,
+    },
 }
 
 /// Joints are counted from 0 inside and from 1 in files.
@@ -133,5 +298,19 @@ mod joint_numbers {
         let joint =
             |number: usize| number.checked_sub(1).ok_or_else(|| serde::de::Error::custom("there is no joint 0"));
         Vec::<usize>::deserialize(deserializer)?.into_iter().map(joint).collect()
+    }
+}
+
+/// The same for a single joint.
+mod alone {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(joint: &usize, serializer: S) -> Result<S::Ok, S::Error> {
+        (joint + 1).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+        let number = usize::deserialize(deserializer)?;
+        number.checked_sub(1).ok_or_else(|| serde::de::Error::custom("there is no joint 0"))
     }
 }

@@ -5,7 +5,7 @@
 //! an absorbed effect is named if it alone explains that difference.
 
 use super::candidates::Library;
-use super::selection::{MARGIN, Search};
+use super::search::{MARGIN, Search};
 use crate::arm::Arm;
 use crate::model::least_squares::NormalEquations;
 use crate::model::{Model, RigidBody, Term};

@@ -1,7 +1,7 @@
 //! Whether data can show an effect at all: asked when the truth is known, to judge a diagnosis by what it could have found.
 
 use super::candidates::Library;
-use super::selection::{MARGIN, Search};
+use super::search::{MARGIN, Search};
 use crate::effect::registry;
 use crate::model::design::Design;
 use crate::model::{Fitted, ModelError};

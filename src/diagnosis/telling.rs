@@ -6,8 +6,8 @@
 
 use std::f64::consts::TAU;
 
-use super::report::TellingMotion;
-use super::selection::Search;
+use super::report::{Exciting, TellingMotion};
+use super::search::Search;
 use crate::effect::Scope;
 use crate::model::design::Design;
 use crate::model::terms::OperatingPoint;
@@ -31,54 +31,31 @@ const REVERSALS: f64 = 0.5;
 /// Speeds of sweeps at constant velocity, as shares of the largest.
 const SWEEPS: [f64; 3] = [0.1, 0.4, 0.9];
 
-/// A motion that could be recorded next.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Motion {
-    /// The same paths, so many times as fast.
-    Speed(f64),
-    /// The same motion, so many times as far from its middle.
-    Range(f64),
-    /// Small swings about the middle.
-    TinyReversals,
-    /// One joint moves as before, the others stand still.
-    Alone(usize),
-    /// Back and forth at constant velocity.
-    Sweeps,
-}
-
-impl Motion {
-    fn description(self) -> String {
-        match self {
-            Motion::Speed(factor) if factor < 1.0 => format!("the same motion at {factor} times the speed"),
-            Motion::Speed(factor) => format!("the same motion {factor} times as fast"),
-            Motion::Range(factor) => format!("the same motion over {factor} times the range"),
-            Motion::TinyReversals => "tiny reversals (a few hundredths of the range)".to_owned(),
-            Motion::Alone(joint) => format!("joint {} alone, the others held still", joint + 1),
-            Motion::Sweeps => "sweeps at constant velocity, slow and fast".to_owned(),
-        }
-    }
-}
-
 /// The motion that best tells `group` from `rival`; `None` if none does better than the motion at hand.
 pub fn best_motion(search: &Search, fitted: &Fitted, group: usize, rival: usize) -> Option<TellingMotion> {
     let groups = &search.library.groups;
-    let evidence = |motion: Motion| {
+    let evidence = |motion: Exciting| {
         let recording = moved(search.library.design.recording(), fitted, motion)?;
         evidence(&recording, search, fitted, &groups[group].term(), &groups[rival].term(), &groups[rival].shape)
     };
-    let now = evidence(Motion::Speed(1.0))?;
+    let now = evidence(Exciting::Speed { factor: 1.0 })?;
     let joint = groups[group].joint.filter(|_| groups[group].effect.scope == Scope::Joint);
-    let mut motions =
-        vec![Motion::Speed(2.5), Motion::Speed(0.25), Motion::Range(1.5), Motion::TinyReversals, Motion::Sweeps];
-    motions.extend(joint.filter(|_| fitted.setting().kinds.len() > 1).map(Motion::Alone));
+    let mut motions = vec![
+        Exciting::Speed { factor: 2.5 },
+        Exciting::Speed { factor: 0.25 },
+        Exciting::Range { factor: 1.5 },
+        Exciting::TinyReversals,
+        Exciting::Sweeps,
+    ];
+    motions.extend(joint.filter(|_| fitted.setting().kinds.len() > 1).map(|joint| Exciting::Alone { joint }));
     let best = motions
         .into_iter()
         .filter_map(|motion| Some((motion, evidence(motion)?)))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     let gain = best.1 / now.max(f64::MIN_POSITIVE);
     (gain > LEAST_GAIN && gain.is_finite()).then(|| TellingMotion {
-        motion: best.0.description(),
-        against: groups[rival].effect.id.to_owned(),
+        motion: best.0,
+        against: groups[rival].effect,
         gain,
     })
 }
@@ -113,7 +90,7 @@ fn evidence(
 }
 
 /// The recording with another motion and the torque that the model predicts for it.
-fn moved(recording: &Recording, fitted: &Fitted, motion: Motion) -> Option<Recording> {
+fn moved(recording: &Recording, fitted: &Fitted, motion: Exciting) -> Option<Recording> {
     let mut trajectories = Vec::new();
     for (number, original) in recording.trajectories.iter().take(MOST_TRAJECTORIES).enumerate() {
         let mut trajectory = thinned(original)?;
@@ -154,7 +131,7 @@ fn thinned(trajectory: &Trajectory) -> Option<Trajectory> {
 }
 
 /// Replaces the motion of one trajectory.
-fn apply(motion: Motion, number: usize, trajectory: &mut Trajectory) {
+fn apply(motion: Exciting, number: usize, trajectory: &mut Trajectory) {
     let joints = trajectory.joint_count();
     let ChannelsMut { time, mut q, mut qd, mut qdd, .. } = trajectory.channels_mut();
     for joint in 0..joints {
@@ -163,21 +140,21 @@ fn apply(motion: Motion, number: usize, trajectory: &mut Trajectory) {
             q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| (low.min(q), high.max(q)));
         let (middle, range) = (0.5 * (low + high), high - low);
         match motion {
-            Motion::Speed(factor) => {
+            Exciting::Speed { factor } => {
                 play_at(factor, [q, qd, qdd]);
             }
-            Motion::Range(factor) => {
+            Exciting::Range { factor } => {
                 q.iter_mut().for_each(|q| *q = middle + factor * (*q - middle));
                 let rates = qd.iter_mut().chain(qdd);
                 rates.for_each(|rate| *rate *= factor);
             }
-            Motion::Alone(moving) if joint == moving => {}
-            Motion::Alone(_) => {
+            Exciting::Alone { joint: moving } if joint == moving => {}
+            Exciting::Alone { .. } => {
                 q.fill(middle);
                 qd.fill(0.0);
                 qdd.fill(0.0);
             }
-            Motion::TinyReversals => {
+            Exciting::TinyReversals => {
                 let (size, rate) = (TINY * range, TAU * REVERSALS);
                 for (t, time) in time.iter().enumerate() {
                     let phase = rate * time + joint as f64;
@@ -188,7 +165,7 @@ fn apply(motion: Motion, number: usize, trajectory: &mut Trajectory) {
                     qdd[t] = -size * rate * rate * phase.sin();
                 }
             }
-            Motion::Sweeps => {
+            Exciting::Sweeps => {
                 let fastest = qd.iter().fold(0.0, |most: f64, qd| most.max(qd.abs()));
                 let speed = SWEEPS[(number + joint) % SWEEPS.len()] * fastest;
                 for (t, time) in time.iter().enumerate() {

@@ -15,7 +15,6 @@ use super::{Experiment, ExperimentError, cell};
 use crate::arm::Arm;
 use crate::diagnosis::diagnose;
 use crate::effect::place::Place;
-use crate::effect::registry;
 use crate::model::learned::LearnedTerm;
 use crate::model::{self, Fitted, Model, Preset, Term};
 use crate::progress::{Event, Monitor};
@@ -339,9 +338,9 @@ fn model_of(
             let report = diagnose(&body, recording, &split, monitor)?;
             let mut named = Vec::new();
             for effect in &report.effects {
-                model = model.with_effect(registry::find(&effect.effect)?, &effect.joints)?;
+                model = model.with_effect(effect.effect, &effect.joints)?;
                 let joints: Vec<String> = effect.joints.iter().map(|joint| (joint + 1).to_string()).collect();
-                named.push(format!("{}@{}", effect.effect, joints.join(",")));
+                named.push(format!("{}@{}", effect.effect.id, joints.join(",")));
             }
             Ok((model, named, Some(format!("{:?}", report.verdict))))
         }

@@ -373,7 +373,7 @@ mod tests {
             name: String::new(),
             joints: vec![Joint { kind: JointKind::Prismatic, ..Joint::numbered(1) }],
             trajectories: vec![run],
-            provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured },
+            provenance: Provenance { velocity: Origin::Measured, acceleration: Origin::Measured, low_pass_hz: None },
             posture: None,
             stated_arm: None,
             chain: None,

@@ -284,3 +284,30 @@ impl Term {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::registry;
+
+    #[test]
+    fn a_fault_of_the_readings_is_refused_as_a_term() {
+        let model = Model { terms: vec![Term::RigidBody(RigidBody::Identified)] };
+        for id in ["stuck-channel", "torque-saturation"] {
+            let effect = registry::find(id).unwrap();
+            let error = model.with_effect(effect, &[0]).unwrap_err();
+            assert_eq!(error, ModelError::NotAddable(effect::NotAddable { effect: effect.name }));
+            assert!(error.to_string().contains("is a fault of the readings"), "{error}");
+            assert!(registry::addable().all(|addable| addable != effect));
+        }
+    }
+
+    #[test]
+    fn an_effect_that_is_not_known_ends_with_the_file() {
+        let text = |id: &str| format!(r#"{{"terms":[{{"effect":{{"effect":"{id}","joint":0}}}}]}}"#);
+        let model: Model = serde_json::from_str(&text("coulomb-friction")).unwrap();
+        assert_eq!(serde_json::to_string(&model).unwrap(), text("coulomb-friction"));
+        let error = serde_json::from_str::<Model>(&text("magic")).unwrap_err().to_string();
+        assert!(error.contains("there is no effect `magic`; known effects: viscous-friction"), "{error}");
+    }
+}

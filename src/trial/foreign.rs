@@ -14,7 +14,7 @@ use super::rates::{Reliability, calibration_error, reliability, share};
 use super::verdict::{Truth, Verdict};
 use super::{TrialError, answer_of};
 use crate::diagnosis::{self, MissingEffect, Report};
-use crate::effect::{Dimension, Scope, registry};
+use crate::effect::{Dimension, ParameterSpec, Scope};
 use crate::model::{self, Preset};
 use crate::progress::Monitor;
 use crate::recording::read::{ReadOptions, read};
@@ -222,9 +222,8 @@ fn names_of(named: &MissingEffect, truth: &Truth) -> Vec<Name> {
 
 /// Whether it is a delay of the whole arm's readings that is shorter than half a step of a simulation.
 fn is_short_delay(named: &MissingEffect) -> bool {
-    let is_delay = registry::find(&named.effect).is_ok_and(|effect| {
-        effect.scope == Scope::Arm && effect.parameters.iter().all(|parameter| parameter.dimension == Dimension::Time)
-    });
+    let is_time = |parameter: &ParameterSpec| parameter.dimension == Dimension::Time;
+    let is_delay = named.effect.scope == Scope::Arm && named.effect.parameters.iter().all(is_time);
     is_delay && named.parameters.iter().all(|parameter| parameter.value.abs() < HALF_STEP)
 }
 
@@ -233,10 +232,10 @@ fn intervals_of(named: &MissingEffect, truth: &Truth) -> Vec<Interval> {
     let mut intervals = Vec::new();
     for parameter in &named.parameters {
         let joint = parameter.joint.map(|joint| joint + 1);
-        let planted = truth.planted.iter().find(|planted| planted.judge(&named.effect, joint) == Verdict::Right);
+        let planted = truth.planted.iter().find(|planted| planted.judge(named.effect.id, joint) == Verdict::Right);
         let value = planted.and_then(|planted| planted.parameters.get(&parameter.name));
         if let (Some(&value), Some(interval @ [low, high])) = (value, parameter.interval) {
-            let (effect, parameter) = (named.effect.clone(), parameter.name.clone());
+            let (effect, parameter) = (named.effect.id.to_owned(), parameter.name.clone());
             intervals.push(Interval {
                 effect,
                 parameter,

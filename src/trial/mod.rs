@@ -16,7 +16,6 @@ pub mod verdict;
 use std::collections::BTreeSet;
 
 use crate::diagnosis::MissingEffect;
-use crate::effect::registry;
 use crate::model::ModelError;
 use crate::progress::Stopped;
 use crate::recording::read::ReadError;
@@ -28,8 +27,8 @@ pub type Answer = BTreeSet<(String, Option<usize>)>;
 
 /// An effect that was named, at each of its places.
 pub fn answer_of(named: &MissingEffect) -> Answer {
-    let places = registry::find(&named.effect).map(|effect| effect.places(named.joints.iter().copied()));
-    places.unwrap_or_default().into_iter().map(|place| (named.effect.clone(), place)).collect()
+    let places = named.effect.places(named.joints.iter().copied());
+    places.into_iter().map(|place| (named.effect.id.to_owned(), place)).collect()
 }
 
 /// A trial can't be held.

@@ -146,7 +146,7 @@ fn intervals_that_hold(trial: &Trial) -> Vec<bool> {
         let Ok(effect) = registry::find(&hidden.effect) else { return Vec::new() };
         let truths = effect.parameters.iter().zip(&hidden.parameters);
         let holds = |(spec, &value): (&crate::effect::ParameterSpec, &f64)| -> Vec<bool> {
-            let named = trial.report.effects.iter().filter(|named| named.effect == hidden.effect);
+            let named = trial.report.effects.iter().filter(|named| named.effect.id == hidden.effect);
             let estimates = named.flat_map(|named| &named.parameters);
             let found = estimates.filter(|estimate| estimate.name == spec.name && estimate.joint == hidden.joint);
             let intervals = found.filter_map(|estimate| estimate.interval);

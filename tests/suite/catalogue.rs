@@ -100,15 +100,15 @@ fn journey(id: &str) {
 
     let before = run(Command::Diagnose, &simulated(&scenario));
     let found = report(&before);
-    let named: BTreeSet<&str> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
-    let said = || format!("{id}: {} {:?}", found.advice, named);
+    let named: BTreeSet<&str> = found.effects.iter().map(|effect| effect.effect.id).collect();
+    let said = || format!("{id}: {} {:?}", found.advice(), named);
     assert!(matches!(found.verdict, Verdict::Missing | Verdict::Ambiguous), "{}", said());
     assert!(right_answers(spec).contains(&named), "{}", said());
     let joints: &[usize] = if spec.scope == Scope::Arm { &[0, 1, 2] } else { &[1] };
     assert!(found.effects.iter().all(|effect| effect.joints == joints), "{}", said());
 
     let after = found.effects.iter().fold(before.clone(), |session, effect| {
-        run(Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() }, &session)
+        run(Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() }, &session)
     });
     let evaluation = &after.current().unwrap().evaluation;
     let left: f64 = evaluation.held_out_nmse().iter().sum();

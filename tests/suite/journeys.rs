@@ -37,7 +37,7 @@ fn held_out(session: &Session) -> f64 {
 /// Adds everything that the report names.
 fn add_all(session: &Session) -> Session {
     report(session).effects.iter().fold(session.clone(), |session, effect| {
-        run(Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() }, &session)
+        run(Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() }, &session)
     })
 }
 
@@ -46,7 +46,7 @@ fn without_a_hidden_effect_nothing_is_reported() {
     for seed in 0..5 {
         let scenario = Scenario { seed, effects: Vec::new(), ..Scenario::embedded() };
         let session = run(Command::Diagnose, &simulated(scenario));
-        assert_eq!(report(&session).verdict, Verdict::NothingMissing, "seed {seed}: {}", report(&session).advice);
+        assert_eq!(report(&session).verdict, Verdict::NothingMissing, "seed {seed}: {}", report(&session).advice());
         assert!(report(&session).effects.is_empty());
     }
 }
@@ -77,8 +77,8 @@ fn a_trained_lagrangian_is_told_its_friction_and_its_error_falls() {
     let train = Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan: Box::new(plan) };
     let session = run(Command::Diagnose, &run(train, &simulated(scenario)));
     let named: Vec<(&str, &[usize])> =
-        report(&session).effects.iter().map(|effect| (effect.effect.as_str(), effect.joints.as_slice())).collect();
-    assert_eq!(named, [("coulomb-friction", [0].as_slice())], "{}", report(&session).advice);
+        report(&session).effects.iter().map(|effect| (effect.effect.id, effect.joints.as_slice())).collect();
+    assert_eq!(named, [("coulomb-friction", [0].as_slice())], "{}", report(&session).advice());
     let (before, after) = (held_out(&session), held_out(&add_all(&session)));
     assert!(after < 0.3 * before, "held-out nMSE {before} -> {after}");
 }
@@ -105,8 +105,8 @@ fn friction_tells_the_lag_behind_it() {
     let sensors = Scenario { torque_noise: 0.01, encoder_resolution: Some(1e-4), ..Scenario::embedded() };
     let session = run(Command::Diagnose, &simulated(Scenario { arm, motion, effects, ..sensors }));
     let named: Vec<(&str, &[usize])> =
-        report(&session).effects.iter().map(|effect| (effect.effect.as_str(), effect.joints.as_slice())).collect();
-    assert_eq!(named, [("load-friction", [0].as_slice()), ("actuator-lag", &[0])], "{}", report(&session).advice);
+        report(&session).effects.iter().map(|effect| (effect.effect.id, effect.joints.as_slice())).collect();
+    assert_eq!(named, [("load-friction", [0].as_slice()), ("actuator-lag", &[0])], "{}", report(&session).advice());
     let found = &report(&session).effects[1].parameters[0];
     assert!((found.value - lag).abs() < 0.05 * lag, "{found:?}");
 }
@@ -156,7 +156,7 @@ fn a_payload_is_known_only_beside_a_stated_arm() {
     let unstated = simulated(Scenario { stated: false, ..hiding("tip-payload", &[0], 0.1, 4) });
     let session = run(Command::Diagnose, &unstated);
     assert_eq!(report(&session).verdict, Verdict::NothingMissing);
-    assert!(report(&session).advice.contains("state the arm"), "{}", report(&session).advice);
+    assert!(report(&session).advice().contains("state the arm"), "{}", report(&session).advice());
     let command = Command::AddEffect { effect: "tip-payload".into(), joints: vec![] };
     let message = command.run(&session, &Monitor::new()).unwrap_err().to_string();
     assert!(message.contains("state the arm"), "{message}");
@@ -168,7 +168,7 @@ fn the_stated_arm_is_a_preset_of_its_own() {
     let stated = run(Command::ChoosePreset(Preset::StatedArm), &session);
     assert!(held_out(&stated) > 3.0 * held_out(&session), "the stated arm does not know the payload");
     let found = run(Command::Diagnose, &stated);
-    assert_eq!(report(&found).effects[0].effect, "tip-payload");
+    assert_eq!(report(&found).effects[0].effect.id, "tip-payload");
 }
 
 #[test]

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeSet;
 
-use torquescope::effect::registry;
 use torquescope::progress::Monitor;
 use torquescope::session::{Command, Session};
 use torquescope::simulation::{Excitation, Scenario};
@@ -63,21 +62,21 @@ fn journey(effects: [(&str, usize); 2]) {
     let before = run(Command::Diagnose, &simulated);
     let report = before.report.as_ref().unwrap();
     let named = report.effects.iter().flat_map(|effect| {
-        let places = registry::find(&effect.effect).unwrap().places(effect.joints.iter().copied());
-        places.into_iter().map(|place| (effect.effect.clone(), place))
+        let places = effect.effect.places(effect.joints.iter().copied());
+        places.into_iter().map(|place| (effect.effect.id.to_owned(), place))
     });
     let named: BTreeSet<(String, Option<usize>)> = named.collect();
 
     let after = report.effects.iter().fold(before.clone(), |session, effect| {
-        run(Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() }, &session)
+        run(Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() }, &session)
     });
     let evaluation = &after.current().unwrap().evaluation;
     let left: f64 = evaluation.held_out_nmse().iter().sum();
     let floor: f64 = evaluation.noise_floor_nmse.as_ref().unwrap().iter().sum();
-    assert!(left < 1.1 * floor, "{left} is left over a floor of {floor}; {}", report.advice);
+    assert!(left < 1.1 * floor, "{left} is left over a floor of {floor}; {}", report.advice());
 
     let opened = run(Command::OpenSeal, &after);
     let truth = opened.truth.as_ref().unwrap().effects.iter();
     let truth: BTreeSet<(String, Option<usize>)> = truth.map(|hidden| (hidden.effect.clone(), hidden.joint)).collect();
-    assert_eq!(named, truth, "{}", report.advice);
+    assert_eq!(named, truth, "{}", report.advice());
 }

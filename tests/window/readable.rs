@@ -3,6 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use torquescope::diagnosis::{Alternative, Exciting, NotKnown, Note, TellingMotion, Verdict};
+use torquescope::effect::registry;
+
 use super::*;
 
 /// The sizes of text between which nothing may be cut off.
@@ -121,15 +124,17 @@ fn sessions() -> [Session; 6] {
 fn wordy() -> Session {
     let session = diagnosed();
     let mut report = session.report.as_deref().unwrap().clone();
+    let find = |id| registry::find(id).unwrap();
+    let other = Alternative { effect: find("bouc-wen-hysteresis"), elsewhere: None };
+    let telling = TellingMotion { motion: Exciting::Speed { factor: 2.5 }, against: other.effect, gain: 3.0 };
     for id in ["viscous-friction", "asymmetric-friction", "position-friction"] {
         let mut effect = report.effects[0].clone();
-        (effect.effect, effect.alternatives) = (id.to_owned(), vec!["bouc-wen-hysteresis".to_owned(); 5]);
+        (effect.effect, effect.alternatives) = (find(id), vec![other; 5]);
+        report.notes.push(Note::HardlyTold { effect: find(id), from: vec![other; 5], telling: Some(telling) });
         report.effects.push(effect);
     }
-    report.verdict = torquescope::diagnosis::Verdict::Ambiguous;
-    report.advice += &" Record the same motion 2.5 times as fast, which tells them apart.".repeat(5);
-    report.advice +=
-        &" Not known: rotor inertia on joint 1 can't be told from the base parameters: state the arm.".repeat(9);
+    report.verdict = Verdict::Ambiguous;
+    report.not_known = vec![NotKnown::AbsorbedByBody { effect: find("rotor-inertia"), joint: Some(0) }; 9];
     Session { report: Some(Arc::new(report)), ..session }
 }
 

@@ -132,7 +132,7 @@ pub fn repaired() -> Session {
         let mut session = diagnosed();
         let report = session.report.clone().expect("it was diagnosed");
         for effect in &report.effects {
-            let command = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+            let command = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };
             session = run(command, &session);
         }
         session

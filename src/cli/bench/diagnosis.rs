@@ -8,7 +8,7 @@ use clap::Args;
 use crate::cli::progress;
 use crate::cli::table::{number, table};
 use crate::cli::write_file;
-use crate::diagnosis::MissingEffect;
+use crate::diagnosis::{Alternative, MissingEffect};
 use crate::effect::registry;
 use crate::figure;
 use crate::simulation::{Excitation, Scenario};
@@ -142,17 +142,16 @@ fn tell(trial: &Trial) -> String {
         expected.iter().map(|(effect, joint)| format!("{effect}@{}", place_text(*joint))).collect();
     let named = |named: &MissingEffect| {
         let joints: Vec<String> = answer_of(named).iter().map(|(_, joint)| place_text(*joint)).collect();
-        let alternatives = named.alternatives.join("|");
-        format!("{}@{} {:.2} [{alternatives}]", named.effect, joints.join(","), named.confidence)
+        let alternatives: Vec<String> = named.alternatives.iter().map(Alternative::text).collect();
+        format!("{}@{} {:.2} [{}]", named.effect.id, joints.join(","), named.confidence, alternatives.join("|"))
     };
     let named: Vec<String> = report.effects.iter().map(named).collect();
     let Scenario { arm, torque_noise, encoder_resolution, motion, stated, .. } = &trial.scenario;
-    let missed = report
-        .ranking
-        .iter()
-        .filter(|candidate| !candidate.accepted && expected.contains(&(candidate.effect.clone(), candidate.joint)));
+    let missed = report.ranking.iter().filter(|candidate| {
+        !candidate.accepted() && expected.contains(&(candidate.effect.id.to_owned(), candidate.joint))
+    });
     let missed: Vec<String> = missed
-        .map(|candidate| format!("{}@{}: {}", candidate.effect, place_text(candidate.joint), candidate.reason))
+        .map(|candidate| format!("{}@{}: {}", candidate.effect.id, place_text(candidate.joint), candidate.reason()))
         .collect();
     format!(
         "seed {seed}{}: {} joints, {}, noise {:.1} %{}{}; hidden {}; named {}; left on {:?}; {}; sufficiency {:.2}",

@@ -7,7 +7,7 @@ use crate::app::screens::residuals;
 use crate::app::theme::{GAP, Palette};
 use crate::app::widgets;
 use crate::diagnosis::{Report, Verdict};
-use crate::effect::{Effect, registry};
+use crate::effect::registry;
 
 /// A guess before the answer is shown.
 #[derive(Debug, Default)]
@@ -47,9 +47,8 @@ impl Bet {
             (UNKNOWN.to_owned(), "None of these: something unknown".to_owned()),
         ];
         for candidate in &report.ranking {
-            if choices.iter().all(|(id, _)| *id != candidate.effect) {
-                let name = spec(&candidate.effect).map_or(candidate.effect.as_str(), |spec| spec.name);
-                choices.push((candidate.effect.clone(), widgets::sentence_case(name)));
+            if choices.iter().all(|(id, _)| *id != candidate.effect.id) {
+                choices.push((candidate.effect.id.to_owned(), widgets::sentence_case(candidate.effect.name)));
             }
         }
         // In the order of the ranking the list would tell the answer.
@@ -71,12 +70,12 @@ impl Bet {
         let right = match guess {
             NOTHING => report.verdict == Verdict::NothingMissing,
             UNKNOWN => report.verdict == Verdict::UnknownEffect,
-            id => report.effects.iter().any(|effect| effect.effect == id),
+            id => report.effects.iter().any(|effect| effect.effect.id == id),
         };
         let name = match guess {
             NOTHING => "nothing is missing",
             UNKNOWN => "something unknown",
-            id => spec(id).map_or(id, |spec| spec.name),
+            id => registry::find(id).map_or(id, |effect| effect.name),
         };
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(format!("Your bet: {name}.")).color(palette.text));
@@ -86,8 +85,4 @@ impl Bet {
         });
         ui.add_space(GAP / 2.0);
     }
-}
-
-fn spec(id: &str) -> Option<&'static Effect> {
-    registry::find(id).ok()
 }

@@ -17,14 +17,11 @@ use crate::app::screens::{ladder, residuals};
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
-use crate::diagnosis::{Candidate, MissingEffect, Report, Verdict};
-use crate::effect::{Effect, Scope, registry};
+use crate::diagnosis::{Alternative, Candidate, MissingEffect, Report, Verdict};
+use crate::effect::Scope;
 use crate::figure::Panel;
 use crate::recording::{Recording, joints_text};
 use crate::session::{Command, Session};
-
-/// How a sentence of the advice begins that tells what can't be judged.
-const NOT_KNOWN: &str = "Not known: ";
 
 /// The screen's names and place.
 pub static ABOUT: About = About {
@@ -81,11 +78,11 @@ impl Screen for Diagnose {
             let why = "Lay every known effect beside the model";
             return Next::Step(NextStep::run("Diagnose", why, Command::Diagnose));
         };
-        let Some(effect) = report.effects.iter().find(|effect| is_addable(&effect.effect)) else {
+        let Some(effect) = report.effects.iter().find(|effect| effect.effect.check_addable().is_ok()) else {
             return Next::OnTheWay;
         };
-        let name = registry::find(&effect.effect).map_or(effect.effect.as_str(), |known| known.name);
-        let add = Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() };
+        let name = effect.effect.name;
+        let add = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };
         Next::Step(NextStep::run(format!("Add {name}"), "Add it and identify all parameters anew", add))
     }
 
@@ -143,23 +140,20 @@ impl Diagnose {
 
 fn ranking(ui: &mut Ui, desk: &mut Desk) {
     let Some(report) = desk.session.report.clone() else { return };
-    widgets::card(ui, "What to do", |ui| advice(ui, &report.advice));
+    widgets::card(ui, "What to do", |ui| advice(ui, &report));
     candidates(ui, desk, &report);
 }
 
 /// The advice, a line for each sentence; what can't be judged at all is told to those who ask.
-fn advice(ui: &mut Ui, text: &str) {
-    let sentences = || text.split_inclusive(". ").map(str::trim);
-    let is_open = |sentence: &&str| !sentence.starts_with(NOT_KNOWN);
-    for sentence in sentences().filter(is_open) {
-        ui.label(sentence);
+fn advice(ui: &mut Ui, report: &Report) {
+    for note in &report.notes {
+        ui.label(note.sentence());
     }
-    let unknown: Vec<&str> = sentences().filter_map(|sentence| sentence.strip_prefix(NOT_KNOWN)).collect();
-    if !unknown.is_empty() {
-        let title = format!("What these data can't answer ({})", unknown.len());
+    if !report.not_known.is_empty() {
+        let title = format!("What these data can't answer ({})", report.not_known.len());
         CollapsingHeader::new(title).id_salt("not known").show(ui, |ui| {
-            for reason in unknown {
-                widgets::weak(ui, widgets::sentence_case(reason));
+            for unknown in &report.not_known {
+                widgets::weak(ui, widgets::sentence_case(&format!("{}.", unknown.text())));
             }
         });
     }
@@ -204,9 +198,8 @@ fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
 }
 
 fn effect_text(effect: &MissingEffect, recording: &Recording) -> String {
-    let spec = spec(&effect.effect);
-    let name = spec.map_or(effect.effect.as_str(), |spec| spec.name);
-    if spec.is_some_and(|spec| spec.scope == Scope::Arm) {
+    let name = effect.effect.name;
+    if effect.effect.scope == Scope::Arm {
         name.to_owned()
     } else if effect.joints.len() == recording.joint_count() && effect.joints.len() > 1 {
         format!("{name} on all joints")
@@ -215,22 +208,13 @@ fn effect_text(effect: &MissingEffect, recording: &Recording) -> String {
     }
 }
 
-/// Whether there is something to add for an effect: not for a fault of the readings.
-fn is_addable(id: &str) -> bool {
-    spec(id).is_some_and(|effect| effect.check_addable().is_ok())
-}
-
-fn spec(id: &str) -> Option<&'static Effect> {
-    registry::find(id).ok()
-}
-
 fn chooser(ui: &mut Ui, chosen: &mut usize, report: &Report) {
     if report.effects.len() < 2 {
         return;
     }
     ui.horizontal_wrapped(|ui| {
         for (number, effect) in report.effects.iter().enumerate() {
-            let name = spec(&effect.effect).map_or(effect.effect.as_str(), |spec| spec.name);
+            let name = effect.effect.name;
             let text = format!("{}. {name} · {:.0} %", number + 1, 100.0 * effect.confidence);
             ui.selectable_value(chosen, number, text);
         }
@@ -258,19 +242,18 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
             } else {
                 ui.label(format!("held-out error falls up to {best:.*}×", usize::from(best < 10.0)));
             }
-            if !is_addable(&effect.effect) {
+            if effect.effect.check_addable().is_err() {
                 return;
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let name = spec(&effect.effect).map_or(effect.effect.as_str(), |spec| spec.name);
+                let name = effect.effect.name;
                 if widgets::primary(ui, desk.busy.is_none(), &format!("Add {name}")).clicked() {
-                    desk.run(Command::AddEffect { effect: effect.effect.clone(), joints: effect.joints.clone() });
+                    desk.run(Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() });
                 }
             });
         });
         if !effect.alternatives.is_empty() {
-            let name = |id: &String| spec(id).map_or(id.clone(), |spec| spec.name.to_owned());
-            let others: Vec<String> = effect.alternatives.iter().map(name).collect();
+            let others: Vec<String> = effect.alternatives.iter().map(Alternative::text).collect();
             let text = format!("These data can hardly tell it from {}.", others.join(", "));
             ui.label(RichText::new(text).color(palette.warning));
         }
@@ -309,15 +292,14 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
             .collect();
         widgets::table(ui, "before and after", &["", "nMSE before", "nMSE after"], &rows);
     });
-    if let Some(spec) = spec(&effect.effect) {
-        widgets::card(ui, "About this effect", |ui| {
-            ui.label(RichText::new(widgets::formula(spec.formula)).monospace().color(palette.accent));
-            ui.label(spec.description);
-            widgets::weak(ui, format!("Looks like: {}", spec.fingerprint));
-            widgets::weak(ui, format!("What hides it: {}", spec.absorbed));
-            widgets::weak(ui, format!("Source: {}", spec.source));
-        });
-    }
+    let about = effect.effect;
+    widgets::card(ui, "About this effect", |ui| {
+        ui.label(RichText::new(widgets::formula(about.formula)).monospace().color(palette.accent));
+        ui.label(about.description);
+        widgets::weak(ui, format!("Looks like: {}", about.fingerprint));
+        widgets::weak(ui, format!("What hides it: {}", about.absorbed));
+        widgets::weak(ui, format!("Source: {}", about.source));
+    });
 }
 
 /// The page for "nothing" and "unknown": answers too, not failures.
@@ -378,10 +360,10 @@ fn candidates(ui: &mut Ui, desk: &mut Desk, report: &Report) {
 
 fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
     let palette = Palette::in_ui(ui);
-    let name = spec(&candidate.effect).map_or(candidate.effect.as_str(), |spec| spec.name);
+    let name = candidate.effect.name;
     let place = candidate.joint.map_or("arm".to_owned(), |joint| format!("joint {}", joint + 1));
-    let color = if candidate.accepted { palette.accent } else { palette.weak };
-    let mark = if candidate.accepted { "✔" } else { "·" };
+    let color = if candidate.accepted() { palette.accent } else { palette.weak };
+    let mark = if candidate.accepted() { "✔" } else { "·" };
     let response = ui.horizontal(|ui| {
         ui.label(RichText::new(mark).color(color));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -390,24 +372,24 @@ fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
             add.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &spoken));
             if add.on_hover_text(format!("{spoken}, whatever the diagnosis says")).clicked() {
                 desk.run(Command::AddEffect {
-                    effect: candidate.effect.clone(),
+                    effect: candidate.effect.id.to_owned(),
                     joints: candidate.joint.into_iter().collect(),
                 });
             }
             ui.label(RichText::new(divided(candidate.error_drop)).color(color));
-            if !candidate.accepted {
+            if !candidate.accepted() {
                 ui.label(RichText::new("refused").size(SMALL).color(color));
             }
-            let name_color = if candidate.accepted { palette.text } else { palette.weak };
+            let name_color = if candidate.accepted() { palette.text } else { palette.weak };
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 let text = RichText::new(format!("{name}, {place}")).color(name_color);
                 ui.add(egui::Label::new(text).wrap());
             });
         });
     });
-    response.response.on_hover_text(&candidate.reason);
-    if candidate.accepted {
-        ui.label(RichText::new(&candidate.reason).size(SMALL).color(palette.weak));
+    response.response.on_hover_text(candidate.reason());
+    if candidate.accepted() {
+        ui.label(RichText::new(candidate.reason()).size(SMALL).color(palette.weak));
     }
 }
 

@@ -1,8 +1,9 @@
-//! What a candidate must pass before it is named. Each gate answers with the reason of its refusal.
+//! What a candidate must pass before it is named. Each gate answers with what it measured where it refuses.
 
 use rayon::prelude::*;
 
-use super::selection::{MARGIN, Search};
+use super::state::{MARGIN, Search};
+use crate::diagnosis::report::Refusal;
 use crate::effect::Effect;
 
 /// Smallest share of the joint's torque (RMS) that is worth naming.
@@ -20,44 +21,48 @@ const MOST_AGAINST: f64 = 0.05;
 /// The faster third need not confirm if the slower part holds less than this share of the effect's gain.
 const LEAST_SLOW_SHARE: f64 = 0.12;
 
+/// Fewest blocks that can confirm anything: with less there is no spread of their gains.
+pub const FEWEST_BLOCKS: usize = 3;
+
 /// Checks the candidate against the set found so far.
 ///
 /// # Errors
-/// The reason, in plain words, of the first gate that it fails.
-pub fn check(search: &Search, group: usize) -> Result<(), String> {
+/// The first gate that it fails, with what was measured.
+pub fn check(search: &Search, group: usize) -> Result<(), Refusal> {
     let candidate = &search.library.groups[group];
     let before = &search.active;
     let after = search.with(group);
     let gain = search.cost(before) - search.cost(&after);
-    let price = search.price_of(group);
-    if gain < MARGIN * price {
-        return Err("it explains hardly more than chance would".to_owned());
+    let needed = MARGIN * search.price_of(group);
+    if gain < needed {
+        return Err(Refusal::Chance { gain, needed });
     }
     let share = torque_share(search, &after, group);
     if share < LEAST_SHARE {
-        return Err(format!("its torque is only {:.2} % of the measured torque", 100.0 * share));
+        return Err(Refusal::Small { share });
     }
     if !is_physical(search, &after, group) {
-        return Err("its best parameters have the wrong sign".to_owned());
+        return Err(Refusal::Unphysical);
     }
-    if let Some(other) = leaves_it(search, &after, group) {
-        return Err(format!("it is no more than what the formula of {other} leaves"));
+    if let Some(effect) = leaves_it(search, &after, group) {
+        return Err(Refusal::LeftBy { effect });
     }
-    let confirmed: f64 = block_gains(search, before, &after).iter().sum();
-    if confirmed < CONFIRMED * gain {
-        return Err("blocks that were left out do not confirm it".to_owned());
+    let gains = BlockGains::of(search, before, &after);
+    let confirmed = gains.total() / gain;
+    if confirmed < CONFIRMED {
+        return Err(Refusal::NotConfirmed { confirmed });
     }
     let is_everyday = candidate.effect.facts.everyday;
-    let least_t = if is_everyday { LEAST_T_OF_EVERYDAY } else { LEAST_T };
-    if !is_confirmed_by(search, before, &after, least_t) {
-        return Err("only a few blocks of the recording speak for it".to_owned());
+    let needed = if is_everyday { LEAST_T_OF_EVERYDAY } else { LEAST_T };
+    if !gains.confirm(needed, search.price) {
+        return Err(Refusal::FewBlocks { t: gains.t(), needed });
     }
     // Slow motion alone hardly identifies the body of a large arm; what nearly every joint has needs no such proof.
-    if is_everyday { Ok(()) } else { extrapolates(search, before, &after, gain) }
+    if is_everyday || extrapolates(search, before, &after, gain) { Ok(()) } else { Err(Refusal::NotOnFastMotion) }
 }
 
 /// The effect of the set whose formula is only so exact that it leaves the group.
-pub fn leaves_it(search: &Search, set: &[usize], group: usize) -> Option<&'static str> {
+pub fn leaves_it(search: &Search, set: &[usize], group: usize) -> Option<&'static Effect> {
     let groups = &search.library.groups;
     let solution = search.solve(set);
     let factors = |group: usize| {
@@ -69,7 +74,7 @@ pub fn leaves_it(search: &Search, set: &[usize], group: usize) -> Option<&'stati
         let is_beside = other != group && groups[other].joint == groups[group].joint;
         is_beside && factors(other).is_some_and(|others| effect.is_left_by(own, groups[other].effect, others))
     };
-    set.iter().find(leaves).map(|&other| groups[other].effect.name)
+    set.iter().find(leaves).map(|&other| groups[other].effect)
 }
 
 /// Whether the linear parameters of the group lie within their bounds.
@@ -100,7 +105,7 @@ fn torque_share(search: &Search, groups: &[usize], group: usize) -> f64 {
 }
 
 /// RMS of the group's torque as a share of the RMS of the measured torque of one joint.
-pub fn share_on(search: &Search, groups: &[usize], group: usize, joint: usize) -> f64 {
+fn share_on(search: &Search, groups: &[usize], group: usize, joint: usize) -> f64 {
     let Some(offset) = offset_of(search, groups, group) else { return 0.0 };
     let solution = search.solve(groups);
     let columns: Vec<usize> = search.library.groups[group].columns.clone().collect();
@@ -117,24 +122,53 @@ pub fn share_on(search: &Search, groups: &[usize], group: usize, joint: usize) -
 
 /// Whether blocks that were left out prefer the set `after` to `before`, and not few of them only.
 pub fn is_confirmed(search: &Search, before: &[usize], after: &[usize]) -> bool {
-    is_confirmed_by(search, before, after, LEAST_T)
+    BlockGains::of(search, before, after).confirm(LEAST_T, search.price)
 }
 
-/// The same for this t of the paired gains.
-fn is_confirmed_by(search: &Search, before: &[usize], after: &[usize], least_t: f64) -> bool {
-    let (gains, shares): (Vec<f64>, Vec<f64>) = left_out_errors(search, before)
-        .into_iter()
-        .zip(left_out_errors(search, after))
-        // The share of the error, too: where another effect is still missing, a few blocks' gains drown all others.
-        .map(|(before, after)| (before - after, (before - after) / (before + after).max(f64::MIN_POSITIVE)))
-        .unzip();
-    gains.len() < 3 || paired_t(&gains) >= least_t || paired_t(&shares) >= least_t || is_unopposed(&gains, search.price)
+/// What the step from one set to another gains on each block, when it is left out.
+pub struct BlockGains {
+    /// Drop of the squared error.
+    gains: Vec<f64>,
+    /// The same as a share of the error: where another effect is still missing, a few blocks' gains drown all others.
+    shares: Vec<f64>,
 }
 
-/// How much each block gains from the step from `before` to `after`, fitted on the other blocks.
-pub fn block_gains(search: &Search, before: &[usize], after: &[usize]) -> Vec<f64> {
-    let errors = left_out_errors(search, before).into_iter().zip(left_out_errors(search, after));
-    errors.map(|(before, after)| before - after).collect()
+impl BlockGains {
+    /// Of the step from `before` to `after`, each fitted on the other blocks.
+    pub fn of(search: &Search, before: &[usize], after: &[usize]) -> Self {
+        let (gains, shares) = left_out_errors(search, before)
+            .into_iter()
+            .zip(left_out_errors(search, after))
+            .map(|(before, after)| (before - after, (before - after) / (before + after).max(f64::MIN_POSITIVE)))
+            .unzip();
+        BlockGains { gains, shares }
+    }
+
+    /// How many blocks there are.
+    pub fn count(&self) -> usize {
+        self.gains.len()
+    }
+
+    /// Over all blocks.
+    fn total(&self) -> f64 {
+        self.gains.iter().sum()
+    }
+
+    /// t of the paired gains.
+    pub fn paired_t(&self) -> f64 {
+        paired_t(&self.gains)
+    }
+
+    /// t of the paired gains, or of their shares if that is larger.
+    fn t(&self) -> f64 {
+        paired_t(&self.gains).max(paired_t(&self.shares))
+    }
+
+    /// Whether they reach this t, or are [unopposed](is_unopposed) in units of `price`. Too few blocks can't speak against
+    /// anything; whoever names something by them must say so ([`FEWEST_BLOCKS`]).
+    fn confirm(&self, least_t: f64, price: f64) -> bool {
+        self.count() < FEWEST_BLOCKS || self.t() >= least_t || is_unopposed(&self.gains, price)
+    }
 }
 
 /// The error of each block with these groups, fitted on the other blocks; of a single block, fitted on itself.
@@ -146,7 +180,7 @@ fn left_out_errors(search: &Search, groups: &[usize]) -> Vec<f64> {
 }
 
 /// Mean over its standard error.
-pub fn paired_t(gains: &[f64]) -> f64 {
+fn paired_t(gains: &[f64]) -> f64 {
     let count = gains.len() as f64;
     let mean = gains.iter().sum::<f64>() / count;
     let variance = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
@@ -163,21 +197,15 @@ fn is_unopposed(gains: &[f64], price: f64) -> bool {
 }
 
 /// A real effect, fitted on slow motion, helps on fast motion too.
-fn extrapolates(search: &Search, before: &[usize], after: &[usize], gain: f64) -> Result<(), String> {
+fn extrapolates(search: &Search, before: &[usize], after: &[usize], gain: f64) -> bool {
     let speeds = search.library.design.block_speeds();
     let mut order: Vec<usize> = (0..speeds.len()).collect();
     order.sort_by(|&a, &b| speeds[a].total_cmp(&speeds[b]));
     let (slow, fast) = order.split_at(order.len() * 2 / 3);
     if slow.len() < 2 || fast.is_empty() {
-        return Ok(());
+        return true;
     }
     let slow_gain = search.transfer_error(before, slow, slow) - search.transfer_error(after, slow, slow);
-    if slow_gain < LEAST_SLOW_SHARE * gain {
-        return Ok(());
-    }
-    if search.transfer_error(after, slow, fast) < search.transfer_error(before, slow, fast) {
-        Ok(())
-    } else {
-        Err("fitted on the slower two thirds of the blocks it does not help on the fastest third".to_owned())
-    }
+    slow_gain < LEAST_SLOW_SHARE * gain
+        || search.transfer_error(after, slow, fast) < search.transfer_error(before, slow, fast)
 }

@@ -1,0 +1,89 @@
+//! The search for the set of missing effects.
+//!
+//! [`forward`]: of all candidates the one with the best evidence is tried; it must pass every gate of [`gates`]. Then effects
+//! that others made superfluous leave again ([`backward`] elimination), and each one is swapped for a rival if that explains
+//! more for its price ([`swap`]); [`shape`] refines the shape of each beside the others. The model's own parameters (the base
+//! parameters above all) are estimated anew with every candidate: a biased rigid body hides effects and fakes others.
+
+mod backward;
+mod forward;
+mod gates;
+mod shape;
+mod state;
+mod swap;
+
+pub use gates::{BlockGains, FEWEST_BLOCKS};
+pub use state::{CLOSE, MARGIN, Search};
+pub use swap::Rival;
+
+use super::report::Refusal;
+use super::words::placed;
+use crate::model::ModelError;
+use crate::progress::{Event, Monitor};
+
+/// Most effects that one diagnosis names, over all joints.
+const MOST_EFFECTS: usize = 24;
+/// Most rounds of the search, each with a better rigid body.
+const LOAD_ROUNDS: usize = 3;
+
+impl Search<'_> {
+    /// Runs the search to its end. Candidates that had evidence but failed a gate come back with the reason.
+    ///
+    /// The effects that were found correct the rigid body, and with it the candidates that depend on its torque; so the search
+    /// goes on until they change nothing.
+    ///
+    /// # Errors
+    /// [`ModelError`] if it was stopped or a column can't be computed.
+    pub fn run(&mut self, monitor: &Monitor) -> Result<Vec<(usize, Refusal)>, ModelError> {
+        let mut refused: Vec<(usize, Refusal)> = Vec::new();
+        for round in 0..LOAD_ROUNDS {
+            let before = self.active.clone();
+            refused.clear();
+            for step in 0..MOST_EFFECTS {
+                monitor.report(0.45 + 0.1 * round as f32 + 0.004 * step as f32, "searching for missing effects")?;
+                let found = self.next_best(&mut refused)?.map_or_else(|| self.best_pair(&refused), |group| vec![group]);
+                if found.is_empty() {
+                    break;
+                }
+                for &group in &found {
+                    self.active = self.with(group);
+                }
+                if found.iter().any(|&group| self.library.groups[group].effect.facts.depends_on_load) {
+                    // Each time the error of the load shrinks by the strength of the effect.
+                    for _ in 0..LOAD_ROUNDS {
+                        self.reload()?;
+                    }
+                }
+                self.settle()?;
+                self.follow()?;
+                let groups = self.active.iter().map(|&group| &self.library.groups[group]);
+                monitor.tell(Event::Found(groups.map(|group| placed(group.effect, group.joint)).collect()));
+            }
+            if self.active == before {
+                break;
+            }
+            self.refine_other_forms()?;
+            self.reload()?;
+            self.settle()?;
+        }
+        for _ in 0..LOAD_ROUNDS {
+            if !self.weigh_by_remainder() {
+                break;
+            }
+            self.settle()?;
+        }
+        if self.simplify() {
+            self.refine_found()?;
+        }
+        refused.retain(|(group, _)| !self.active.contains(group));
+        Ok(refused)
+    }
+
+    /// Settles the set after a change: superfluous effects leave, rivals that explain more take over, shapes are refined
+    /// beside the others.
+    fn settle(&mut self) -> Result<(), ModelError> {
+        self.prune();
+        self.swap();
+        self.refine_found()
+    }
+}

@@ -1,0 +1,94 @@
+//! The search for the shape of an effect beside the others: by Brent's method between the neighbours of its start value.
+
+use rayon::prelude::*;
+
+use super::state::Search;
+use crate::diagnosis::candidates::Library;
+use crate::model::ModelError;
+use crate::model::equations::PreparedColumn;
+use crate::model::line_search::{FINE, minimum};
+
+/// Steps of a search for a shape that is to be compared with others, not yet kept.
+pub(super) const COARSE: usize = 6;
+/// Rounds over the shape parameters of an effect that has several.
+const SHAPE_ROUNDS: usize = 2;
+
+impl Search<'_> {
+    /// Refines the shapes of what was found, each beside the others, and takes out what then is superfluous.
+    pub(super) fn refine_found(&mut self) -> Result<(), ModelError> {
+        for group in self.active.clone() {
+            if let Some(shape) = self.best_shape(group, FINE)? {
+                self.reshape(group, shape)?;
+            }
+        }
+        self.prune();
+        Ok(())
+    }
+
+    /// Gives the other forms of what was found their best shapes, so that a swap compares each at its best.
+    pub fn refine_other_forms(&mut self) -> Result<(), ModelError> {
+        let groups = &self.library.groups;
+        let mut best: Vec<(usize, f64)> = Vec::new();
+        for form in 0..groups.len() {
+            let is_found = self.active.iter().any(|&found| groups[found].same_place_and_effect(&groups[form]));
+            if is_found || !self.active.iter().any(|&found| groups[form].is_another_form_of(&groups[found])) {
+                continue;
+            }
+            let cost = self.cost(&self.with(form));
+            match best.iter_mut().find(|(other, _)| groups[*other].same_place_and_effect(&groups[form])) {
+                Some(known) if cost < known.1 => *known = (form, cost),
+                Some(_) => {}
+                None => best.push((form, cost)),
+            }
+        }
+        let shapes =
+            best.par_iter().map(|&(form, _)| self.best_shape(form, FINE)).collect::<Result<Vec<_>, ModelError>>()?;
+        for ((form, _), shape) in best.into_iter().zip(shapes) {
+            shape.map_or(Ok(()), |shape| self.reshape(form, shape))?;
+        }
+        Ok(())
+    }
+
+    /// The best shape of a group beside the active ones, between the neighbours of its start value; `None`
+    /// if there is none or it has it.
+    pub(super) fn best_shape(&self, group: usize, steps: usize) -> Result<Option<Vec<f64>>, ModelError> {
+        if self.library.groups[group].effect.shapes().next().is_none() {
+            return Ok(None);
+        }
+        let candidate = self.library.groups[group].clone();
+        // The group's own columns come last, so that a trial changes only the end of the equations.
+        let mut groups = self.with(group);
+        groups.retain(|&other| other != group);
+        let others = self.columns(&groups);
+        groups.push(group);
+        let mut equations = self.equations_of(&groups);
+        let kept: Vec<&PreparedColumn> = others.iter().map(|&column| &self.library.columns[column]).collect();
+        let Library { design, torque, equations: of_library, .. } = &self.library;
+        let mut cost = |shape: &[f64]| -> Result<f64, ModelError> {
+            let prepared = design.effect_columns(&candidate.term(), shape)?;
+            of_library.complete(&mut equations, &kept, &prepared, torque, &self.weights);
+            Ok(equations.solve().residual_energy)
+        };
+        let mut shape = candidate.shape.clone();
+        let start = cost(&shape)?;
+        let mut least = start;
+        // Several shape parameters influence each other.
+        let rounds = if steps == COARSE { 1 } else { candidate.shape.len().min(SHAPE_ROUNDS) };
+        for (number, (parameter, grid)) in (0..rounds).flat_map(|_| candidate.effect.shapes().enumerate()) {
+            let value = shape[number];
+            let below = grid.iter().copied().rfind(|&other| other < 0.999 * value);
+            let above = grid.iter().copied().find(|&other| other > 1.001 * value);
+            let below = below.unwrap_or(value / 4.0).max(candidate.least_shape[number]);
+            let above = above.unwrap_or(parameter.max.min(value * 4.0));
+            let mut trial = shape.clone();
+            let (best, found) = minimum(below.ln(), above.ln(), steps, |place| {
+                trial[number] = place.exp();
+                cost(&trial)
+            })?;
+            if found < least {
+                (shape[number], least) = (best.exp(), found);
+            }
+        }
+        Ok((least < start).then_some(shape))
+    }
+}

@@ -1,0 +1,296 @@
+//! What a search stands on: the candidates with their weighted equations, what a set of them costs, and the set found so far.
+
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use crate::diagnosis::candidates::{Group, Library};
+use crate::model::ModelError;
+use crate::model::least_squares::{Elimination, NormalEquations, Solution};
+use crate::model::terms::Found;
+
+/// Evidence must exceed this many times the price of the Bayesian information criterion (parameters · ln samples): so many
+/// candidates are tried that the best of those that are not there passes the price itself now and then.
+pub const MARGIN: f64 = 1.5;
+/// Two explanations whose evidence differs by less (in the units of ln likelihood, doubled) are as good as each other: odds of
+/// 20 to 1 (Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773, "strong" from 6 on).
+pub const CLOSE: f64 = 6.0;
+/// A joint must weigh less than this share of its weight before the set is doubted.
+const LIGHTER: f64 = 0.8;
+
+/// Weighted normal equations of a library, by block, and the set of effects found so far.
+pub struct Search<'a> {
+    /// The candidates.
+    pub library: Library<'a>,
+    /// 1 / error variance of each joint.
+    pub weights: Vec<f64>,
+    /// Indices of the groups found, in the order in which they were found.
+    pub active: Vec<usize>,
+    /// ln of the number of samples: the price of one parameter.
+    pub price: f64,
+    blocks: Vec<NormalEquations>,
+    whole: NormalEquations,
+}
+
+impl<'a> Search<'a> {
+    /// Weighs the joints by what is left when all candidates may explain at once, and starts with nothing found.
+    pub fn new(library: Library<'a>) -> Self {
+        let joints = library.design.joint_count();
+        let samples: usize = (0..joints).map(|joint| library.design.sample_count(joint)).sum();
+        let empty = NormalEquations::empty(0);
+        let mut search = Search {
+            weights: (0..joints).map(|joint| 1.0 / library.design.energy(joint).max(f64::MIN_POSITIVE)).collect(),
+            price: (samples.max(2) as f64).ln(),
+            active: Vec::new(),
+            blocks: Vec::new(),
+            whole: empty,
+            library,
+        };
+        search.weights = (0..joints).map(|joint| search.library.certainty(joint)).collect();
+        search.update();
+        search
+    }
+
+    /// Recomputes the weighted sums after the weights changed.
+    fn update(&mut self) {
+        let equations = &self.library.equations;
+        self.blocks =
+            (0..equations.block_count()).map(|block| equations.total(&self.weights, |other| other == block)).collect();
+        self.whole = sum(&self.blocks, |_| true);
+    }
+
+    /// Recomputes the rows and columns of the weighted sums that belong to replaced columns.
+    fn update_columns(&mut self, changed: Range<usize>) {
+        let all: Vec<usize> = (0..self.whole.moment.len()).collect();
+        for number in changed {
+            let (mut products, mut moment) = (DVector::zeros(all.len()), 0.0);
+            for (index, block) in self.blocks.iter_mut().enumerate() {
+                let (of_block, moment_of_block) = self.library.equations.column(index, number, &all, &self.weights);
+                replace(block, number, &of_block, moment_of_block);
+                products += of_block;
+                moment += moment_of_block;
+            }
+            replace(&mut self.whole, number, &products, moment);
+        }
+    }
+
+    /// Columns of the model and of these groups.
+    pub fn columns(&self, groups: &[usize]) -> Vec<usize> {
+        let own = 0..self.library.base;
+        own.chain(groups.iter().flat_map(|&group| self.library.groups[group].columns.clone())).collect()
+    }
+
+    /// Normal equations of the model and these groups on all blocks.
+    pub fn equations_of(&self, groups: &[usize]) -> NormalEquations {
+        self.whole.select(&self.columns(groups))
+    }
+
+    /// Least squares with these groups on all blocks.
+    pub fn solve(&self, groups: &[usize]) -> Solution {
+        self.equations_of(groups).solve()
+    }
+
+    /// Weighted squared error that is left with these groups.
+    pub fn cost(&self, groups: &[usize]) -> f64 {
+        self.solve(groups).residual_energy
+    }
+
+    /// [`Search::cost`] plus the price of the parameters.
+    pub fn priced_cost(&self, groups: &[usize]) -> f64 {
+        self.cost(groups) + self.price_of_all(groups)
+    }
+
+    /// The price of the parameters of these groups.
+    pub fn price_of_all(&self, groups: &[usize]) -> f64 {
+        groups.iter().map(|&group| self.price_of(group)).sum()
+    }
+
+    /// Error of each block with these groups, fitted on the blocks for which `trains(block, left_out)` holds, by left-out
+    /// block.
+    pub fn error_when(&self, groups: &[usize], left_out: usize) -> (DVector<f64>, f64) {
+        let columns = self.columns(groups);
+        let mut rest = self.whole.select(&columns);
+        let block = self.blocks[left_out].select(&columns);
+        rest.add(&block, -1.0);
+        let factors = rest.solve().factors;
+        let error = block.residual_energy(&factors);
+        (factors, error)
+    }
+
+    /// Error on the blocks of `test` with these groups, fitted on the blocks of `train`.
+    pub fn transfer_error(&self, groups: &[usize], train: &[usize], test: &[usize]) -> f64 {
+        let columns = self.columns(groups);
+        let factors = sum(&self.blocks, |block| train.contains(&block)).select(&columns).solve().factors;
+        sum(&self.blocks, |block| test.contains(&block)).select(&columns).residual_energy(&factors)
+    }
+
+    /// Whether the model's own columns leave nothing of this group to see, beside `others`.
+    pub fn is_absorbed(&self, group: usize, others: &[usize]) -> bool {
+        let mut groups = others.to_vec();
+        groups.push(group);
+        let count = self.library.groups[group].columns.len();
+        self.solve(&groups).identified.iter().rev().take(count).all(|identified| !identified)
+    }
+
+    /// Whether a group may enter: nothing that covers it is in the set.
+    pub(super) fn is_open(&self, group: usize) -> bool {
+        let candidate = &self.library.groups[group];
+        !self.active.iter().any(|&other| {
+            let other: &Group = &self.library.groups[other];
+            other.same_place_and_effect(candidate) || other.includes(candidate)
+        })
+    }
+
+    /// The set with this group more, and without those that it includes or that are other forms of it.
+    pub fn with(&self, group: usize) -> Vec<usize> {
+        let candidate = &self.library.groups[group];
+        let stays = |other: &usize| {
+            let other = &self.library.groups[*other];
+            !candidate.includes(other) && !candidate.is_another_form_of(other)
+        };
+        let mut groups: Vec<usize> = self.active.iter().copied().filter(stays).collect();
+        groups.push(group);
+        groups
+    }
+
+    /// Weighs the joints by what the effects found leave of them; whether one weighs clearly less than before.
+    ///
+    /// Beside something that no candidate explains, a small gain proves little: a form of friction that drifts or warms up
+    /// copies a bit of it. What is left then counts as noise, and its neighbouring samples as one.
+    pub(super) fn weigh_by_remainder(&mut self) -> bool {
+        let solution = self.solve(&self.active);
+        let mut factors = DVector::zeros(self.library.columns.len());
+        for (column, &factor) in self.columns(&self.active).into_iter().zip(&solution.factors) {
+            factors[column] = factor;
+        }
+        let weights: Vec<f64> = (0..self.weights.len())
+            .map(|joint| self.weights[joint].min(self.library.certainty_beside(joint, &factors, solution.rank())))
+            .collect();
+        let falls = weights.iter().zip(&self.weights).any(|(new, old)| *new < LIGHTER * old);
+        if falls {
+            self.weights = weights;
+            self.update();
+        }
+        falls
+    }
+
+    /// Gives a candidate another shape.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the effect can't be computed with it.
+    pub fn reshape(&mut self, group: usize, shape: Vec<f64>) -> Result<(), ModelError> {
+        self.library.reshape(group, shape)?;
+        self.update_columns(self.library.groups[group].columns.clone());
+        Ok(())
+    }
+
+    /// Takes the load from the rigid body as it is identified beside the effects found; whether any column changed.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a column can't be computed.
+    pub fn reload(&mut self) -> Result<bool, ModelError> {
+        let (factors, found) = self.found();
+        for (&group, found) in self.active.iter().zip(&found) {
+            let group = &mut self.library.groups[group];
+            if group.effect.changes_others() {
+                group.shape.clone_from(&found.linear);
+            }
+        }
+        let changed = self.library.reload(&factors, found)?;
+        if changed {
+            self.update();
+        }
+        Ok(changed)
+    }
+
+    /// The factors of the model's own columns, and what was found beside them.
+    fn found(&self) -> (Vec<f64>, Vec<Found>) {
+        let factors = self.solve(&self.active).factors;
+        let (own, mut others) = factors.as_slice().split_at(self.library.base);
+        let found = |&group: &usize| {
+            let group = &self.library.groups[group];
+            let linear = others.split_off(..group.columns.len()).unwrap_or_default().to_vec();
+            Found { term: group.term(), linear, shape: group.shape.clone() }
+        };
+        let found = self.active.iter().map(found).collect();
+        (own.to_vec(), found)
+    }
+
+    /// Lets the effects of the set pass through those that change what others do, be they found or candidates.
+    pub(super) fn follow(&mut self) -> Result<(), ModelError> {
+        let (factors, found) = self.found();
+        if !self.library.is_altered_by(&found) {
+            self.reload()?;
+        } else if self.library.pass(&factors, found)? {
+            self.update();
+        }
+        Ok(())
+    }
+
+    /// The price of a group's parameters.
+    pub fn price_of(&self, group: usize) -> f64 {
+        self.library.groups[group].parameter_count() as f64 * self.price
+    }
+}
+
+/// The model's columns and those of some groups, eliminated once, so that one more group after the other can be tried.
+pub(super) struct Base {
+    /// The groups.
+    pub groups: Vec<usize>,
+    columns: Vec<usize>,
+    /// Weighted squared error that they leave.
+    pub cost: f64,
+    elimination: Elimination,
+}
+
+/// What a group does beside a base.
+pub(super) struct Beside {
+    /// Weighted squared error that is left.
+    pub cost: f64,
+    /// Its factors.
+    pub factors: Vec<f64>,
+    /// Whether the data show any of its factors.
+    pub shows: bool,
+}
+
+impl Base {
+    /// The model and these groups.
+    pub fn new(search: &Search, groups: Vec<usize>) -> Self {
+        let columns = search.columns(&groups);
+        let elimination = search.whole.select(&columns).eliminate();
+        Base { groups, columns, cost: elimination.residual_energy(), elimination }
+    }
+
+    /// One more group.
+    pub fn with(&self, search: &Search, group: usize) -> Beside {
+        let mut elimination = self.elimination.clone();
+        let mut columns = self.columns.clone();
+        for column in search.library.groups[group].columns.clone() {
+            let products: Vec<f64> = columns.iter().map(|&other| search.whole.gram[(other, column)]).collect();
+            elimination.push(&products, search.whole.gram[(column, column)], search.whole.moment[column]);
+            columns.push(column);
+        }
+        let first = self.columns.len();
+        Beside {
+            cost: elimination.residual_energy(),
+            factors: elimination.factors_from(first),
+            shows: elimination.identified()[first..].iter().any(|&shows| shows),
+        }
+    }
+}
+
+/// Puts other products of one column into the equations.
+fn replace(equations: &mut NormalEquations, number: usize, products: &DVector<f64>, moment: f64) {
+    equations.gram.set_column(number, products);
+    equations.gram.set_row(number, &products.transpose());
+    equations.moment[number] = moment;
+}
+
+/// Sum of the equations of the blocks for which `included` holds.
+fn sum(blocks: &[NormalEquations], included: impl Fn(usize) -> bool) -> NormalEquations {
+    let mut sum = NormalEquations::empty(blocks.first().map_or(0, |block| block.moment.len()));
+    for (_, block) in blocks.iter().enumerate().filter(|(index, _)| included(*index)) {
+        sum.add(block, 1.0);
+    }
+    sum
+}

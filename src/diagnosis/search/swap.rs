@@ -1,0 +1,104 @@
+//! Swaps: a rival that explains more for its price takes an effect's place, and an everyday effect that of an odd one.
+
+use rayon::prelude::*;
+
+use super::gates;
+use super::state::{Base, CLOSE, Search};
+
+/// An effect that stands for another one of the set that was found.
+pub struct Rival {
+    /// The set with it.
+    pub set: Vec<usize>,
+    /// Which it is.
+    pub group: usize,
+    /// Weighted squared error that is left with that set.
+    pub cost: f64,
+}
+
+impl Search<'_> {
+    /// Swaps effects for rivals while that pays.
+    pub(super) fn swap(&mut self) {
+        for _ in 0..self.active.len() {
+            let now = self.priced_cost(&self.active);
+            let mut best: Option<(Vec<usize>, f64)> = None;
+            for &old in &self.active {
+                let rest = self.price_of_all(&self.active) - self.price_of(old);
+                for rival in self.rivals(old) {
+                    let cost = rival.cost + rest + self.price_of(rival.group);
+                    let is_simpler = self.price_of(rival.group) <= self.price_of(old);
+                    if cost < best.as_ref().map_or(now, |(_, cost)| *cost)
+                        && (is_simpler || gates::is_confirmed(self, &self.active, &rival.set))
+                    {
+                        best = Some((rival.set, cost));
+                    }
+                }
+            }
+            let Some((better, _)) = best else { return };
+            self.active = better;
+        }
+    }
+
+    /// Puts everyday effects, or none, in the place of an odd one that has hardly more evidence, or that left-out blocks don't
+    /// confirm against them; whether any changed.
+    pub(super) fn simplify(&mut self) -> bool {
+        let groups = &self.library.groups;
+        let before = self.active.clone();
+        for odd in before.iter().copied().filter(|&group| !groups[group].effect.facts.everyday) {
+            let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != odd).collect();
+            let everyday: Vec<usize> = self
+                .rivals(odd)
+                .into_iter()
+                .map(|rival| rival.group)
+                .filter(|&rival| groups[rival].effect.facts.everyday && groups[rival].joint == groups[odd].joint)
+                .collect();
+            let alone = everyday.iter().map(|&first| vec![first]);
+            let pairs = everyday.iter().flat_map(|&first| {
+                let is_other = move |second: &&usize| groups[**second].effect.id > groups[first].effect.id;
+                everyday.iter().filter(is_other).map(move |&second| vec![first, second])
+            });
+            let size = |set: &[usize]| set.iter().map(|&group| groups[group].parameter_count()).sum::<usize>();
+            let simple =
+                alone.chain(pairs).chain([Vec::new()]).filter(|set| size(set) <= groups[odd].parameter_count());
+            let sets = simple.map(|set| others.iter().copied().chain(set).collect::<Vec<usize>>());
+            let now = self.priced_cost(&self.active);
+            let is_as_good = |set: &Vec<usize>| {
+                set[others.len()..].iter().all(|&group| gates::is_physical(self, set, group))
+                    && (self.priced_cost(set) < now + CLOSE || !gates::is_confirmed(self, set, &self.active))
+            };
+            let best = sets.filter(is_as_good).min_by(|a, b| self.priced_cost(a).total_cmp(&self.priced_cost(b)));
+            if let Some(set) = best {
+                self.active = set;
+            }
+        }
+        self.active != before
+    }
+
+    /// The sets in which another effect that meets `group` on a joint, or the same effect on another joint, stands for it.
+    pub fn rivals(&self, group: usize) -> Vec<Rival> {
+        let groups = &self.library.groups;
+        let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != group).collect();
+        let base = Base::new(self, others);
+        let rival = |candidate: usize| {
+            let candidate_group = &groups[candidate];
+            let meets = candidate_group.meets(&groups[group]) || candidate_group.effect == groups[group].effect;
+            let excludes = |&other: &usize| {
+                let other = &groups[other];
+                other.same_place_and_effect(candidate_group)
+                    || other.includes(candidate_group)
+                    || candidate_group.includes(other)
+                    || candidate_group.is_another_form_of(other)
+            };
+            if !meets || candidate_group.same_place_and_effect(&groups[group]) || base.groups.iter().any(excludes) {
+                return None;
+            }
+            let beside = base.with(self, candidate);
+            let set = base.groups.iter().copied().chain([candidate]).collect();
+            gates::are_physical(candidate_group.effect, &beside.factors).then_some(Rival {
+                set,
+                group: candidate,
+                cost: beside.cost,
+            })
+        };
+        (0..groups.len()).into_par_iter().filter_map(rival).collect()
+    }
+}

@@ -1,0 +1,241 @@
+//! A report in words: said here once, for the window, the command line and the texts of the JSON.
+
+use serde::Serialize;
+use serde::ser::{SerializeStruct, Serializer};
+
+use super::report::{Alternative, Candidate, Exciting, Ground, NotKnown, Note, Refusal, Report, TellingMotion};
+use crate::effect::{Effect, NotApplicable, Scope};
+use crate::model::Preset;
+use crate::recording::joints_text;
+
+/// Above so many times the evidence the number says nothing more: it grows with the noise's smallness.
+const MOST_TIMES: f64 = 1000.0;
+
+impl Report {
+    /// What to do next and what can't be known, in sentences.
+    pub fn advice(&self) -> String {
+        let notes = self.notes.iter().map(Note::sentence);
+        let unknown = self.not_known.iter().map(|unknown| format!("Not known: {}.", unknown.text()));
+        notes.chain(unknown).collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// The effect and its place: `Coulomb friction on joint 2`.
+pub(super) fn placed(effect: &Effect, joint: Option<usize>) -> String {
+    match (effect.scope, joint) {
+        (Scope::Joint, Some(joint)) => format!("{} on joint {}", effect.name, joint + 1),
+        (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", effect.name, joint, joint + 1),
+        _ => effect.name.to_owned(),
+    }
+}
+
+impl Alternative {
+    /// Its name, and where it is if not in the same place.
+    pub fn text(&self) -> String {
+        placed(self.effect, self.elsewhere)
+    }
+}
+
+impl NotKnown {
+    /// What is not known and what would tell, without its full stop.
+    pub fn text(&self) -> String {
+        match *self {
+            NotKnown::NotComputed { effect, lack } => NotApplicable { effect: effect.name, lack }.to_string(),
+            NotKnown::AbsorbedByBody { effect, joint } => {
+                format!("{} can't be told from the base parameters: state the arm", placed(effect, joint))
+            }
+        }
+    }
+}
+
+impl Note {
+    /// It as a sentence.
+    pub fn sentence(&self) -> String {
+        match self {
+            Note::AddFirst { effect, joints } => format!("Add {} on {} first.", effect.name, joints_text(joints)),
+            Note::HardlyTold { effect, from, telling } => {
+                let others: Vec<String> = from.iter().map(Alternative::text).collect();
+                let open = format!("These data hardly tell {} from {}", effect.name, others.join(" or "));
+                match telling {
+                    Some(telling) => format!(
+                        "{open}; record {}, which gives {} the evidence against {}.",
+                        telling.motion.text(),
+                        telling.times(),
+                        telling.against.name
+                    ),
+                    None => format!("{open}, and no other motion would do it better."),
+                }
+            }
+            Note::NeedsLinkEncoder { effect } => {
+                format!("The formula of {} takes the angle to be measured on the link, not on the motor.", effect.name)
+            }
+            Note::MoreThanNoise { joints } => format!(
+                "The residual of {} is still more than noise: no effect of the catalogue explains the rest.",
+                joints_text(joints)
+            ),
+            Note::MayStandIn => {
+                "What was named may only stand in for something that is not in the catalogue: look at the \
+                                 residual views before you add it."
+                    .to_owned()
+            }
+            Note::NoneExplains { joints } => format!(
+                "The residual of {} is not noise, but no effect of the catalogue explains it: look at it in the residual \
+                 views.",
+                joints_text(joints)
+            ),
+            Note::NothingShown => "Nothing is missing that these data could show.".to_owned(),
+            Note::NotConfirmable { blocks } => format!(
+                "Nothing confirms what was named: the recording makes {blocks} {}, too few to leave one out. Record more.",
+                if *blocks == 1 { "block" } else { "blocks" }
+            ),
+            Note::StatedArmDiffers => format!(
+                "The identified base parameters differ from the stated arm, and no single effect explains how: check the \
+                 stated masses and lengths, or keep the preset `{}`.",
+                Preset::RigidBody.id()
+            ),
+        }
+    }
+}
+
+impl Candidate {
+    /// Why it is part of the answer, or why not.
+    pub fn reason(&self) -> String {
+        match self.ground {
+            Ground::Confirmed => "left-out blocks confirm it".to_owned(),
+            Ground::NotConfirmable { blocks } => format!("it fits, but {blocks} blocks are too few to confirm it"),
+            Ground::TellsFromStatedArm => "it explains how the identified arm differs from the stated one".to_owned(),
+            Ground::AbsorbedByBody => "the base parameters take its place".to_owned(),
+            Ground::Contained => "it is part of an effect that was found".to_owned(),
+            Ground::Superfluous => "beside what was found it explains hardly more than chance would".to_owned(),
+            Ground::Refused(refusal) => refusal.text(),
+        }
+    }
+}
+
+impl Refusal {
+    fn text(self) -> String {
+        match self {
+            Refusal::Chance { .. } => "it explains hardly more than chance would".to_owned(),
+            Refusal::Small { share } => format!("its torque is only {:.2} % of the measured torque", 100.0 * share),
+            Refusal::Unphysical => "its best parameters have the wrong sign".to_owned(),
+            Refusal::LeftBy { effect } => format!("it is no more than what the formula of {} leaves", effect.name),
+            Refusal::NotConfirmed { .. } => "blocks that were left out do not confirm it".to_owned(),
+            Refusal::FewBlocks { .. } => "only a few blocks of the recording speak for it".to_owned(),
+            Refusal::NotOnFastMotion => {
+                "fitted on the slower two thirds of the blocks it does not help on the fastest third".to_owned()
+            }
+        }
+    }
+}
+
+impl TellingMotion {
+    /// The gain in words.
+    pub fn times(&self) -> String {
+        if self.gain > MOST_TIMES {
+            return format!("more than {MOST_TIMES} times");
+        }
+        format!("{:.*} times", usize::from(self.gain < 10.0), self.gain)
+    }
+}
+
+impl Exciting {
+    fn text(self) -> String {
+        match self {
+            Exciting::Speed { factor } if factor < 1.0 => format!("the same motion at {factor} times the speed"),
+            Exciting::Speed { factor } => format!("the same motion {factor} times as fast"),
+            Exciting::Range { factor } => format!("the same motion over {factor} times the range"),
+            Exciting::TinyReversals => "tiny reversals (a few hundredths of the range)".to_owned(),
+            Exciting::Alone { joint } => format!("joint {} alone, the others held still", joint + 1),
+            Exciting::Sweeps => "sweeps at constant velocity, slow and fast".to_owned(),
+        }
+    }
+}
+
+/// The data, with what they say in words beside them.
+impl Serialize for Report {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let unexplained: Vec<usize> = self.unexplained_joints.iter().map(|joint| joint + 1).collect();
+        let mut fields = serializer.serialize_struct("Report", 9)?;
+        fields.serialize_field("verdict", &self.verdict)?;
+        fields.serialize_field("effects", &self.effects)?;
+        fields.serialize_field("held_out_nmse", &self.held_out_nmse)?;
+        fields.serialize_field("noise_floor_nmse", &self.noise_floor_nmse)?;
+        fields.serialize_field("unexplained_joints", &unexplained)?;
+        fields.serialize_field("advice", &self.advice())?;
+        fields.serialize_field("notes", &self.notes)?;
+        fields.serialize_field("not_known", &self.not_known)?;
+        fields.serialize_field("ranking", &self.ranking)?;
+        fields.end()
+    }
+}
+
+impl Serialize for Candidate {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("Candidate", 6)?;
+        fields.serialize_field("effect", self.effect)?;
+        fields.serialize_field("joint", &self.joint.map(|joint| joint + 1))?;
+        fields.serialize_field("error_drop", &self.error_drop)?;
+        fields.serialize_field("accepted", &self.accepted())?;
+        fields.serialize_field("reason", &self.reason())?;
+        fields.serialize_field("ground", &self.ground)?;
+        fields.end()
+    }
+}
+
+impl Serialize for TellingMotion {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("TellingMotion", 4)?;
+        fields.serialize_field("motion", &self.motion.text())?;
+        fields.serialize_field("exciting", &self.motion)?;
+        fields.serialize_field("against", self.against)?;
+        fields.serialize_field("gain", &self.gain)?;
+        fields.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::Verdict;
+    use crate::effect::registry;
+
+    /// What can't be confirmed is said: in the data, in the advice, and beside each candidate.
+    #[test]
+    fn too_few_blocks_are_told() {
+        let effect = registry::find("coulomb-friction").unwrap();
+        let ground = Ground::NotConfirmable { blocks: 2 };
+        let report = Report {
+            verdict: Verdict::Missing,
+            effects: Vec::new(),
+            held_out_nmse: vec![0.1],
+            noise_floor_nmse: None,
+            unexplained_joints: vec![0],
+            notes: vec![Note::NotConfirmable { blocks: 2 }],
+            not_known: vec![NotKnown::AbsorbedByBody { effect, joint: Some(1) }],
+            ranking: vec![Candidate { effect, joint: Some(0), error_drop: 0.5, ground }],
+        };
+        let json = serde_json::to_value(&report).unwrap();
+        assert_eq!(json["notes"][0], serde_json::json!({ "kind": "not-confirmable", "blocks": 2 }));
+        assert_eq!(json["ranking"][0]["ground"]["blocks"], 2);
+        assert_eq!((&json["ranking"][0]["accepted"], &json["ranking"][0]["joint"]), (&true.into(), &1.into()));
+        assert_eq!((&json["unexplained_joints"][0], &json["not_known"][0]["joint"]), (&1.into(), &2.into()));
+        assert!(json["advice"].as_str().unwrap().contains("2 blocks, too few to leave one out"), "{}", json["advice"]);
+        assert!(json["advice"].as_str().unwrap().ends_with("state the arm."), "{}", json["advice"]);
+        assert!(report.ranking[0].reason().contains("too few to confirm it"));
+        let read: Report = serde_json::from_value(json).unwrap();
+        assert_eq!(read, report, "what is written is read again");
+    }
+
+    #[test]
+    fn a_refusal_is_a_number_and_a_text() {
+        let effect = registry::find("joint-elasticity").unwrap();
+        let lag = registry::find("actuator-lag").unwrap();
+        let candidate = |refusal| Candidate { effect, joint: None, error_drop: 0.1, ground: Ground::Refused(refusal) };
+        let small = candidate(Refusal::Small { share: 0.0012 });
+        assert!(!small.accepted() && small.reason() == "its torque is only 0.12 % of the measured torque");
+        assert_eq!(serde_json::to_value(small).unwrap()["ground"]["share"], 0.0012);
+        let left = candidate(Refusal::LeftBy { effect: lag });
+        assert_eq!(left.reason(), "it is no more than what the formula of actuator lag leaves");
+        assert_eq!(serde_json::to_value(left).unwrap()["ground"]["effect"], "actuator-lag");
+    }
+}
