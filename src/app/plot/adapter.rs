@@ -280,3 +280,30 @@ impl PlotItem for Item {
         &mut self.base
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_name_stands_in_few_lines_and_ends_in_dots() {
+        assert_eq!(in_lines("rigid body", 20), "rigid body");
+        assert_eq!(in_lines("with Coulomb friction", 12), "with Coulomb\nfriction");
+        let cut = in_lines("with Coulomb friction and viscous friction", 12);
+        assert_eq!(cut.lines().count(), LINES_OF_NAME);
+        assert!(cut.ends_with('…') && cut.lines().all(|line| line.chars().count() <= 13), "{cut}");
+    }
+
+    /// One number alone is no scale.
+    #[test]
+    fn a_low_plot_has_more_than_one_number() {
+        for range in [[-0.9, 1.7], [0.31, 0.69], [-1e-3, 2e-3]] {
+            let ticks = Ruling::up(Axis::new("", "N m"), 46.0).ticks(range);
+            assert!(ticks.len() > 1, "{range:?}: {ticks:?}");
+        }
+        let names = Axis::names("", vec!["one".to_owned(), "two".to_owned()]);
+        let ruling = Ruling::across(names, 300.0);
+        let texts: Vec<String> = [0.0, 1.0, 0.5].map(|at| ruling.text(at, &(-0.5..=1.5))).into();
+        assert_eq!(texts, ["one", "two", ""], "between names stands nothing");
+    }
+}
