@@ -25,6 +25,7 @@ mod simulate;
 mod table;
 mod train;
 mod truth;
+mod world;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -8,26 +8,29 @@ use serde::Serialize;
 
 use super::data::read_arm;
 use super::failure::OrUsage;
+use super::world::InWorld;
 use super::{progress, write_file};
 use crate::arm::{Arm, MOST_JOINTS};
 use crate::effect::place::{Place, PlaceError};
 use crate::file;
 use crate::recording::seal::HiddenEffect;
 use crate::recording::write;
-use crate::simulation::{self, Excitation, Scenario};
+use crate::simulation::{self, Excitation, Scenario, world};
 
 /// Simulate a recording, with hidden effects whose truth is sealed in the file.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope simulate --effect stribeck-friction@2 --strength 0.1 -o arm.npz
   torquescope simulate --mystery --seed 5 -o mystery.npz
-  torquescope simulate --joints 3 --motion paper --trajectories 200 --effect viscous-friction=0.5 -o paper.npz")]
+  torquescope simulate --joints 3 --motion paper --trajectories 200 --effect viscous-friction=0.5 -o paper.npz
+  torquescope simulate --world --class realistic --seed 7 -o world.npz
+  torquescope simulate --world --motion pick-and-place --trajectories 1 --part 'kind = \"cogging\", joint = 2, torque = 0.5, wave_number = 20' -o cogging.npz")]
 pub struct Simulate {
     /// Where to save the recording (NPZ).
     #[arg(short, long, value_name = "RECORDING.npz")]
     output: PathBuf,
-    /// A whole scenario (JSON); the options below are then not used, except the seed.
-    #[arg(long, value_name = "SCENARIO.json")]
+    /// A whole scenario (JSON, or TOML with --world); the options below are then not used, except the seed.
+    #[arg(long, value_name = "SCENARIO")]
     scenario: Option<PathBuf>,
     /// Hide one effect that is drawn by the seed, on the embedded arm; open the seal to learn which.
     #[arg(long)]
@@ -78,6 +81,8 @@ pub struct Simulate {
     /// Print a summary as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    in_world: InWorld,
 }
 
 /// An effect to hide, with its parameters where they are not drawn.
@@ -110,6 +115,10 @@ enum Motion {
     MultiSine,
     /// The paper's point-to-point motion.
     Paper,
+    /// From place to place, with a pause at each.
+    Stops,
+    /// Between four places in turn.
+    PickAndPlace,
 }
 
 #[derive(Serialize)]
@@ -124,8 +133,13 @@ struct Answer {
 impl Simulate {
     /// Simulates and saves.
     pub fn run(&self) -> anyhow::Result<()> {
-        let scenario = self.build_scenario()?;
-        let recording = progress::watch("simulate", move |monitor| simulation::simulate(&scenario, monitor))?;
+        let recording = if self.in_world.is_wanted() {
+            let scenario = self.in_world.scenario(self.scenario.as_deref(), self.seed, || self.build_scenario())?;
+            progress::watch("simulate", move |monitor| world::simulate(&scenario, monitor))?
+        } else {
+            let scenario = self.build_scenario()?;
+            progress::watch("simulate", move |monitor| simulation::simulate(&scenario, monitor))?
+        };
         write_file(&self.output, &write::to_npz_bytes(&recording)?)?;
         let answer = Answer {
             file: self.output.display().to_string(),
@@ -182,7 +196,18 @@ impl Simulate {
     }
 
     fn excitation(&self, embedded: &Excitation) -> Excitation {
+        let stops = |places| Excitation::Stops {
+            trajectories: self.trajectories,
+            duration: self.duration.unwrap_or(8.0),
+            rate: self.rate.unwrap_or(100.0),
+            places,
+            pause: 0.3,
+            max_position: 1.5,
+            max_velocity: 3.0,
+        };
         match (self.motion, embedded.clone()) {
+            (Motion::Stops, _) => stops(1000),
+            (Motion::PickAndPlace, _) => stops(4),
             (Motion::Paper, _) => {
                 let duration = self.duration.unwrap_or(4.0);
                 let samples = self.rate.map_or(400, |rate| (rate * duration).round() as usize);

@@ -26,6 +26,9 @@ pub struct Truth {
     pub arm: Arm,
     /// The effects that were hidden in the torque.
     pub effects: Vec<HiddenEffect>,
+    /// Of a recording from a world of bodies: everything that was there besides the arm, and what it really did.
+    #[serde(default)]
+    pub causes: Vec<Cause>,
     /// Standard deviation of the torque noise, per joint \[N m\].
     pub torque_noise: Vec<f64>,
     /// Seed of all random draws.
@@ -41,6 +44,19 @@ pub struct HiddenEffect {
     pub joint: Option<usize>,
     /// Its parameters, in the order of its file.
     pub parameters: Vec<f64>,
+}
+
+/// One thing that was in a world besides the bare arm, and what it did there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// Id in the registry of effects, or a name that the registry does not have.
+    pub effect: String,
+    /// The joint it acts on, counted from 0; `None` for an effect of the whole arm.
+    pub joint: Option<usize>,
+    /// Its parameters, in the order of the effect's file; empty where they have no counterpart there.
+    pub parameters: Vec<f64>,
+    /// RMS of the torque that it really caused, over the RMS of the logged torque of the joints that felt it.
+    pub share: f64,
 }
 
 /// The sealed block is damaged.
@@ -94,6 +110,7 @@ mod tests {
         Truth {
             arm: Arm::uniform(2),
             effects: vec![HiddenEffect { effect: "coulomb-friction".into(), joint: Some(1), parameters: vec![0.7] }],
+            causes: Vec::new(),
             torque_noise: vec![0.1, 0.2],
             seed: 7,
         }

@@ -67,6 +67,24 @@ pub enum Excitation {
         /// Smallest and largest position of each joint \[rad\].
         space: Vec<[f64; 2]>,
     },
+    /// From place to place with a pause at each, all joints at a time; the places are drawn. With a few places in turn it is
+    /// pick and place, with many it never comes back.
+    Stops {
+        /// How many runs.
+        trajectories: usize,
+        /// How long each lasts \[s\].
+        duration: f64,
+        /// Samples per second \[Hz\].
+        rate: f64,
+        /// How many places are visited before it begins again.
+        places: usize,
+        /// How long it stays at each \[s\].
+        pause: f64,
+        /// No place is further than this from 0 \[rad\], in any joint.
+        max_position: f64,
+        /// No joint turns faster than this \[rad/s\] (at speed scale 1), however far it has to go.
+        max_velocity: f64,
+    },
 }
 
 /// The way of one joint over time, twice differentiable.
@@ -74,6 +92,7 @@ pub enum Excitation {
 pub(super) enum Path {
     PointToPoint { from: f64, travel: f64, duration: f64 },
     MultiSine { centre: f64, rise: f64, sines: Vec<Sine> },
+    Stops { places: Vec<f64>, travel: f64, pause: f64 },
 }
 
 /// a sin(ω t + φ)
@@ -139,6 +158,15 @@ impl Excitation {
                     demand("largest position", *high, low < high && low.is_finite(), "above the smallest position")?;
                 }
             }
+            Excitation::Stops { trajectories, duration, rate, places, pause, max_position, max_velocity } => {
+                counted("number of trajectories", trajectories)?;
+                demand("number of places", places as f64, (2..=100_000).contains(&places), "between 2 and 100000")?;
+                sensible("duration", duration)?;
+                sensible("rate", rate)?;
+                demand("pause", pause, (0.0..=1e6).contains(&pause), "0 to 1e6 s")?;
+                sensible("largest position", max_position)?;
+                sensible("largest velocity", max_velocity)?;
+            }
         }
         Ok(())
     }
@@ -161,7 +189,8 @@ impl Excitation {
         match self {
             Excitation::PaperPointToPoint { trajectories, .. }
             | Excitation::MultiSine { trajectories, .. }
-            | Excitation::SuperposedSines { trajectories, .. } => *trajectories,
+            | Excitation::SuperposedSines { trajectories, .. }
+            | Excitation::Stops { trajectories, .. } => *trajectories,
         }
     }
 
@@ -174,7 +203,9 @@ impl Excitation {
                 (samples as f64, duration / speed / samples as f64, 0.0)
             }
             // However fast it is travelled, a path is drawn in its own time.
-            Excitation::MultiSine { duration, rate, .. } | Excitation::SuperposedSines { duration, rate, .. } => {
+            Excitation::MultiSine { duration, rate, .. }
+            | Excitation::SuperposedSines { duration, rate, .. }
+            | Excitation::Stops { duration, rate, .. } => {
                 ((duration / speed * rate).round().max(1.0), 1.0 / rate, duration * rate)
             }
         };
@@ -241,6 +272,12 @@ impl Excitation {
                 let centre = random.random_range(low + amplitude..=f64::max(low + amplitude, high - amplitude));
                 Path::MultiSine { centre, rise: (0.25 * duration).min(2.0), sines }
             }
+            Excitation::Stops { places, pause, max_position, max_velocity, .. } => {
+                // A smooth step is 15/8 times as fast in its middle as on average.
+                let travel = 15.0 / 8.0 * 2.0 * max_position / max_velocity;
+                let place = |_| random.random_range(-max_position..=max_position);
+                Path::Stops { places: (0..places).map(place).collect(), travel, pause }
+            }
         }
     }
 }
@@ -267,6 +304,13 @@ impl Path {
                 }
                 let [w, wd, wdd] = smooth_step(t, *rise);
                 [centre + w * x, wd * x + w * xd, wdd * x + 2.0 * wd * xd + w * xdd]
+            }
+            Path::Stops { places, travel, pause } => {
+                let leg = (t / (travel + pause)).floor();
+                let place = |number: usize| places[number % places.len()];
+                let (from, to) = (place(leg as usize), place(leg as usize + 1));
+                let [w, wd, wdd] = smooth_step(t - leg * (travel + pause), *travel);
+                [from + (to - from) * w, (to - from) * wd, (to - from) * wdd]
             }
         }
     }
@@ -318,13 +362,25 @@ mod tests {
         }
     }
 
+    fn stops() -> Excitation {
+        Excitation::Stops {
+            trajectories: 1,
+            duration: 30.0,
+            rate: 100.0,
+            places: 4,
+            pause: 0.5,
+            max_position: 1.5,
+            max_velocity: 3.0,
+        }
+    }
+
     fn paths(excitation: &Excitation, count: usize) -> Vec<Path> {
         excitation.draw(count, &mut ChaCha8Rng::seed_from_u64(5))
     }
 
     #[test]
     fn velocity_and_acceleration_are_the_derivatives_of_position() {
-        for excitation in [Excitation::paper(), multi_sine()] {
+        for excitation in [Excitation::paper(), multi_sine(), stops()] {
             for path in paths(&excitation, 20) {
                 for t in [0.01, 0.3, 0.99, 1.7, 3.2] {
                     let h = 1e-4;
@@ -386,6 +442,23 @@ mod tests {
         }
         let message = excitation.check_joints(3).unwrap_err().to_string();
         assert!(message.contains("the space of 2 joints, the arm has 3"), "{message}");
+    }
+
+    #[test]
+    fn it_rests_at_every_place_and_comes_back_to_the_first() {
+        let travel = 15.0 / 8.0 * 3.0 / 3.0;
+        for path in paths(&stops(), 20) {
+            let (reach, speed) = path.extremes(30.0, 30_000.0);
+            assert!(reach <= 1.5 && speed <= 3.0, "{reach} rad, {speed} rad/s");
+            let Path::Stops { places, .. } = &path else { panic!("{path:?}") };
+            for leg in 0..9 {
+                let arrived = (leg as f64 + 1.0) * (travel + 0.5);
+                for t in [arrived - 0.45, arrived - 0.01] {
+                    let [q, qd, qdd] = path.at(t);
+                    assert!((q - places[(leg + 1) % 4]).abs() < 1e-12 && qd == 0.0 && qdd == 0.0, "{q} at {t}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -13,6 +13,7 @@ mod excitation;
 pub mod extrapolation;
 mod hidden;
 mod sensor;
+pub mod world;
 mod written;
 
 use rand::SeedableRng;
@@ -27,7 +28,7 @@ use crate::effect::registry::UnknownEffect;
 use crate::effect::{NotApplicable, ParameterError};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::seal::{HiddenEffect, Seal, Truth};
-use crate::recording::{Channels, Joint, Recording, Trajectory};
+use crate::recording::{Channels, Joint, Provenance, Recording, Trajectory};
 use crate::signals::{ShapeError, Signals};
 use hidden::Hidden;
 
@@ -140,6 +141,29 @@ pub enum SimulationError {
         /// Counted from 0; `None` for the whole arm.
         joint: Option<usize>,
     },
+    /// A link that an engine can't turn.
+    #[error(
+        "link {link} has no moment of inertia about its centre, but a world of rigid bodies needs one above 0 kg m²"
+    )]
+    NoInertia {
+        /// Counted from 1.
+        link: usize,
+    },
+    /// Two gears in one joint.
+    #[error("joint {joint} has two parts that are its rotor (`rotor`, `elastic-gear`): leave one out")]
+    TwoGears {
+        /// Counted from 1.
+        joint: usize,
+    },
+    /// The engine can't hold the arm together.
+    #[error("the engine could not join the links of the world's arm")]
+    Engine,
+    /// The motion ran away.
+    #[error(
+        "the world's motion ran away from every number: its servo can't hold the arm. Give it a lower bandwidth, stiffer \
+         gears, or a shorter step"
+    )]
+    Diverged,
     /// There is nothing to draw from.
     #[error("no effect is known that could be hidden")]
     EmptyRegistry,
@@ -280,13 +304,17 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
         name: scenario.name.clone(),
         joints: (1..=joints).map(Joint::numbered).collect(),
         trajectories: runs,
-        provenance: sensor::provenance(scenario.encoder_resolution, &cutoffs),
+        provenance: match scenario.encoder_resolution {
+            Some(resolution) => sensor::provenance(false, Some(resolution), &cutoffs),
+            None => Provenance::MEASURED,
+        },
         posture: Some(scenario.arm.posture),
         stated_arm: scenario.stated.then(|| scenario.arm.clone()),
         chain: None,
         seal: Some(Seal::close(&Truth {
             arm: scenario.arm.clone(),
             effects: scenario.effects.clone(),
+            causes: Vec::new(),
             torque_noise: deviations,
             seed: scenario.seed,
         })),
@@ -300,6 +328,8 @@ enum Draw {
     Noise,
     Effects,
     Mystery,
+    Model,
+    World,
 }
 
 fn random(seed: u64, draw: Draw) -> ChaCha8Rng {

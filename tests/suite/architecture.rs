@@ -147,7 +147,7 @@ fn egui_is_drawn_with_only_in_the_window() {
 
 #[test]
 fn the_physics_engine_is_asked_only_by_the_world() {
-    only_in(&["rapier2d::", "parry2d::"], &["simulation/world"]);
+    only_in(&["rapier2d", "parry2d"], &["simulation/world/bodies.rs"]);
 }
 
 #[test]

@@ -34,7 +34,8 @@ pub fn show(ui: &mut Ui, motion: &mut Excitation) {
             count(ui, "Samples of each", samples);
             number(ui, "Largest |q| [rad]", range);
         }
-        Excitation::SuperposedSines { trajectories, duration, rate, .. } => {
+        Excitation::SuperposedSines { trajectories, duration, rate, .. }
+        | Excitation::Stops { trajectories, duration, rate, .. } => {
             count(ui, "Runs", trajectories);
             number(ui, "Seconds of each", duration);
             number(ui, "Samples per second", rate);

@@ -1,0 +1,280 @@
+//! Worlds drawn by a seed: arm, motion, sensors and what is hidden are random, within what robots have.
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+
+use super::course::{Course, Draws};
+use super::part::{
+    BaseTilt, BiarticularSpring, Cable, Cogging, ConstantTorque, CurrentLoop, DragPlate, DryFriction, ElasticGear,
+    Floor, JointStop, LeaningLink, LoadFriction, Part, Pendulum, Rotor, SaturatedReading, Sloshing, SpeedFriction,
+    Spring, TipLoad, TorqueConstant, TorqueFilter, UnevenFriction, WarmingFriction,
+};
+use super::{LoggedTorque, Scenario, Sensors, Servo, Side, longest_step};
+use crate::arm::{Arm, GRAVITY, Link, Posture};
+use crate::progress::Monitor;
+use crate::recording::Trajectory;
+use crate::simulation::{self, Draw, Excitation, SimulationError};
+
+/// How many draws of a part are tried before another is drawn.
+const TRIES: usize = 40;
+/// Shares of the joint's torque of what is there to be found.
+const STRONG: [f64; 2] = [0.05, 0.2];
+/// Shares of what every robot has besides.
+const WEAK: [f64; 2] = [0.003, 0.01];
+
+/// How much is hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Class {
+    /// Nothing.
+    None,
+    /// One effect of the catalogue, of 5 to 20 % of the torque.
+    Single,
+    /// Two or three of those.
+    Several,
+    /// One or two of those, and four to eight of 0.3 to 1 %.
+    Realistic,
+    /// Something that the catalogue does not have, perhaps beside dry friction.
+    Unknown,
+}
+
+impl Class {
+    /// All of them.
+    pub const ALL: [Class; 5] = [Class::None, Class::Single, Class::Several, Class::Realistic, Class::Unknown];
+
+    /// Its name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Class::None => "none",
+            Class::Single => "single",
+            Class::Several => "several",
+            Class::Realistic => "realistic",
+            Class::Unknown => "unknown",
+        }
+    }
+}
+
+/// Makes a part at a joint; how strong it is, is for later.
+type Maker = fn(usize, &Course, &mut Draws) -> Part;
+
+/// What there is to be found.
+const FINDABLE: &[Maker] = &[
+    |joint, course, random| Part::DryFriction(DryFriction::coulomb(joint, course, random)),
+    |joint, course, random| Part::DryFriction(DryFriction::stribeck(joint, course, random)),
+    |joint, course, random| Part::DryFriction(DryFriction::asymmetric(joint, course, random)),
+    |joint, course, random| Part::DryFriction(DryFriction::dahl(joint, course, random)),
+    |joint, course, random| Part::DryFriction(DryFriction::lugre(joint, course, random)),
+    |joint, course, random| Part::LoadFriction(LoadFriction::drawn(joint, course, random)),
+    |joint, course, random| Part::WarmingFriction(WarmingFriction::drawn(joint, course, random)),
+    |joint, course, random| Part::UnevenFriction(UnevenFriction::drawn(joint, course, random)),
+    |joint, course, random| Part::SpeedFriction(SpeedFriction::viscous(joint, course, random)),
+    |joint, course, random| Part::SpeedFriction(SpeedFriction::quadratic(joint, course, random)),
+    |joint, course, random| Part::Spring(Spring::linear(joint, course, random)),
+    |joint, course, random| Part::Spring(Spring::hardening(joint, course, random)),
+    |joint, course, random| Part::JointStop(JointStop::drawn(joint, course, random)),
+    |joint, course, random| Part::ConstantTorque(ConstantTorque::steady(joint, course, random)),
+    |joint, course, random| Part::ConstantTorque(ConstantTorque::drifting(joint, course, random)),
+    |joint, course, random| Part::Cogging(Cogging::drawn(joint, course, random)),
+    |joint, course, random| Part::TorqueConstant(TorqueConstant::drawn(joint, course, random)),
+    |joint, course, random| Part::CurrentLoop(CurrentLoop::drawn(joint, course, random)),
+    |joint, course, random| Part::TorqueFilter(TorqueFilter::drawn(joint, course, random)),
+    |joint, course, random| Part::SaturatedReading(SaturatedReading::drawn(joint, course, random)),
+    // The rotor of the first joint is part of the rigid body.
+    |joint, course, random| Part::Rotor(Rotor::drawn(joint.max(1), course, random)),
+    |joint, course, random| Part::ElasticGear(ElasticGear::elastic(joint, course, random)),
+    |joint, course, random| Part::ElasticGear(ElasticGear::with_play(joint, course, random)),
+    |joint, course, random| Part::BaseTilt(BaseTilt::drawn(joint, course, random)),
+    |joint, course, random| Part::LeaningLink(LeaningLink::drawn(joint, course, random)),
+];
+
+/// What every robot has a little of.
+const COMMON: &[Maker] = &[
+    |joint, course, random| Part::DryFriction(DryFriction::coulomb(joint, course, random)),
+    |joint, course, random| Part::DryFriction(DryFriction::stribeck(joint, course, random)),
+    |joint, course, random| Part::SpeedFriction(SpeedFriction::viscous(joint, course, random)),
+    |joint, course, random| Part::SpeedFriction(SpeedFriction::quadratic(joint, course, random)),
+    |joint, course, random| Part::Spring(Spring::linear(joint, course, random)),
+    |joint, course, random| Part::ConstantTorque(ConstantTorque::steady(joint, course, random)),
+    |joint, course, random| Part::Cogging(Cogging::drawn(joint, course, random)),
+    |joint, course, random| Part::TorqueConstant(TorqueConstant::drawn(joint, course, random)),
+    |joint, course, random| Part::CurrentLoop(CurrentLoop::drawn(joint, course, random)),
+    |joint, course, random| Part::BaseTilt(BaseTilt::drawn(joint, course, random)),
+    |joint, course, random| Part::LeaningLink(LeaningLink::drawn(joint, course, random)),
+];
+
+/// What the catalogue does not have.
+const OUTSIDE: &[Maker] = &[
+    |joint, course, random| Part::DragPlate(DragPlate::drawn(joint, course, random)),
+    |joint, course, random| Part::Cable(Cable::drawn(joint, course, random)),
+    |joint, course, random| Part::BiarticularSpring(BiarticularSpring::drawn(joint, course, random)),
+    |joint, course, random| Part::Pendulum(Pendulum::drawn(joint, course, random)),
+    |joint, course, random| Part::Sloshing(Sloshing::drawn(joint, course, random)),
+    |joint, course, random| Part::TipLoad(TipLoad::picked_up(joint, course, random)),
+    |joint, course, random| Part::Floor(Floor::drawn(joint, course, random)),
+    |joint, course, random| Part::SpeedFriction(SpeedFriction::thinning(joint, course, random)),
+];
+
+/// A world that the seed draws. The same seed gives the same world.
+///
+/// # Errors
+/// [`SimulationError`] if no part fits the motion that was drawn, which no seed tried so far brought about.
+pub fn draw(seed: u64, class: Class) -> Result<Scenario, SimulationError> {
+    let mut random = Draws::new(seed, Draw::World as u64);
+    let mut scenario = bare(seed, &mut random);
+    let course = Course::along(&scenario.arm, &course(&scenario)?);
+    let mut add = |makers, count, strength: [f64; 2], random: &mut Draws| {
+        (0..count).try_for_each(|_| {
+            let part = fitting(makers, strength, &course, &scenario, random)?;
+            scenario.parts.push(part);
+            Ok::<(), SimulationError>(())
+        })
+    };
+    match class {
+        Class::None => {}
+        Class::Single => add(FINDABLE, 1, STRONG, &mut random)?,
+        Class::Several => add(FINDABLE, 2 + random.one_of(2), STRONG, &mut random)?,
+        Class::Realistic => {
+            add(FINDABLE, 1 + random.one_of(2), STRONG, &mut random)?;
+            add(COMMON, 4 + random.one_of(5), WEAK, &mut random)?;
+        }
+        Class::Unknown => {
+            add(OUTSIDE, 1, STRONG, &mut random)?;
+            add(&COMMON[..1], random.one_of(2), STRONG, &mut random)?;
+        }
+    }
+    Ok(scenario)
+}
+
+/// Arm, motion and sensors, with nothing hidden.
+fn bare(seed: u64, random: &mut Draws) -> Scenario {
+    let joints = 2 + random.one_of(4);
+    let link = |number: usize, random: &mut Draws| {
+        let length = random.between(0.2, 0.5);
+        let mass = random.between(1.5, 5.0) * 0.7f64.powi(number as i32);
+        let com = length * random.between(0.3, 0.6);
+        Link { mass, length, com, inertia: mass * length * length / 12.0 * random.between(0.8, 1.5) }
+    };
+    let links = (0..joints).map(|number| link(number, random)).collect();
+    let posture = [Posture::UP, Posture::RIGHT, Posture::DOWN][random.one_of(3)];
+    let trajectories = 1 + random.one_of(2);
+    let duration = random.between(20.0, 40.0) / trajectories as f64;
+    let rate = [250.0, 500.0, 1000.0][random.one_of(3)];
+    let max_position = random.between(1.2, 2.5);
+    let max_velocity = random.between(1.5, 4.0);
+    let stops = |places, pause| Excitation::Stops {
+        trajectories,
+        duration,
+        rate,
+        places,
+        pause,
+        max_position: 0.7 * max_position,
+        max_velocity,
+    };
+    let motion = match random.one_of(4) {
+        0 => stops(1000, random.between(0.2, 0.6)),
+        1 => stops(4 + random.one_of(3), random.between(0.1, 0.4)),
+        _ => Excitation::MultiSine {
+            trajectories,
+            duration,
+            rate,
+            harmonics: 3 + random.one_of(5),
+            lowest_frequency: 0.1,
+            highest_frequency: random.between(0.6, 1.5),
+            max_position,
+            max_velocity,
+        },
+    };
+    Scenario {
+        name: format!("world {seed}"),
+        arm: Arm { links, gravity: GRAVITY, posture },
+        motion,
+        servo: Servo { bandwidth: random.between(4.0, 7.0), ..Servo::default() },
+        sensors: Sensors {
+            encoder_resolution: Some(TAU / f64::from(1 << (14 + random.one_of(5)))),
+            side: if random.happens(0.3) { Side::Motor } else { Side::Link },
+            velocity: random.happens(0.5),
+            velocity_noise: 0.002,
+            torque: if random.happens(0.3) { LoggedTorque::Measured } else { LoggedTorque::Commanded },
+            torque_noise: random.between_logarithms(0.005, 0.03),
+        },
+        parts: Vec::new(),
+        step: longest_step(),
+        seed,
+        stated: false,
+    }
+}
+
+/// The motion of the first run with the torque that the bare arm needs, sampled as seldom as sizing allows.
+fn course(scenario: &Scenario) -> Result<Trajectory, SimulationError> {
+    let mut motion = scenario.motion.clone();
+    match &mut motion {
+        Excitation::MultiSine { trajectories, rate, .. } | Excitation::Stops { trajectories, rate, .. } => {
+            (*trajectories, *rate) = (1, 100.0);
+        }
+        Excitation::PaperPointToPoint { trajectories, .. } | Excitation::SuperposedSines { trajectories, .. } => {
+            *trajectories = 1;
+        }
+    }
+    let prescribed = simulation::Scenario {
+        arm: scenario.arm.clone(),
+        motion,
+        effects: Vec::new(),
+        seed: scenario.seed,
+        ..simulation::Scenario::embedded()
+    };
+    let mut runs = prescribed.exact_runs(&Monitor::new())?;
+    Ok(runs.swap_remove(0))
+}
+
+/// A part of about the wanted strength that goes with those that are there.
+fn fitting(
+    makers: &[Maker],
+    [least, most]: [f64; 2],
+    course: &Course,
+    scenario: &Scenario,
+    random: &mut Draws,
+) -> Result<Part, SimulationError> {
+    for _ in 0..TRIES {
+        let joint = random.one_of(course.joint_count());
+        let mut part = makers[random.one_of(makers.len())](joint, course, random);
+        let wanted = random.between_logarithms(least, most);
+        // Twice, since not everything is in proportion.
+        for _ in 0..2 {
+            let strength = course.strength(&part);
+            if strength > 0.0 {
+                part.as_install_mut().scale(wanted / strength);
+            }
+        }
+        let is_logged = !matches!(part, Part::CurrentLoop(_)) || scenario.sensors.torque == LoggedTorque::Commanded;
+        let is_alone = scenario.parts.iter().all(|other| group(other) != group(&part));
+        if is_logged && is_alone && part.as_install().is_plausible() && part.as_install().check().is_ok() {
+            return Ok(part);
+        }
+    }
+    Err(SimulationError::EmptyRegistry)
+}
+
+/// Parts of one group on one joint could not be told apart, or could not both be there.
+fn group(part: &Part) -> (&'static str, Option<usize>) {
+    let name = match part {
+        Part::DryFriction(_) | Part::LoadFriction(_) | Part::WarmingFriction(_) | Part::UnevenFriction(_) => "dry",
+        Part::SpeedFriction(_) => "speed",
+        Part::Spring(_) | Part::JointStop(_) => "spring",
+        Part::ConstantTorque(_) => "constant",
+        Part::Cogging(_) => "ripple",
+        Part::CurrentLoop(_) | Part::TorqueFilter(_) => "lag",
+        Part::TorqueConstant(_) | Part::SaturatedReading(_) => "reading",
+        Part::Rotor(_) | Part::ElasticGear(_) => "gear",
+        Part::BaseTilt(_) => "tilt",
+        Part::LeaningLink(_) => "lean",
+        Part::BiarticularSpring(_)
+        | Part::Cable(_)
+        | Part::DragPlate(_)
+        | Part::Floor(_)
+        | Part::Pendulum(_)
+        | Part::Sloshing(_)
+        | Part::TipLoad(_) => "outside",
+    };
+    (name, part.as_install().place())
+}
