@@ -24,6 +24,7 @@ impl Bench {
         match self {
             Bench::Diagnosis(bench) => match &bench.recordings {
                 Some(folder) => recordings::run(folder, bench.json, bench.list),
+                None if bench.world => bench.run_worlds(),
                 None => bench.run(),
             },
             Bench::Recipe(bench) => bench.run(),

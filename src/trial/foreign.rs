@@ -8,15 +8,17 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::rates::{Reliability, calibration_error, reliability, share};
 use super::verdict::{Truth, Verdict};
 use super::{TrialError, answer_of};
+use crate::arm::Posture;
 use crate::diagnosis::{self, MissingEffect, Report};
 use crate::effect::{Dimension, ParameterSpec, Scope};
 use crate::model::{self, Preset};
 use crate::progress::Monitor;
+use crate::recording::Recording;
 use crate::recording::read::{ReadOptions, read};
 use crate::recording::split::Split;
 
@@ -30,6 +32,8 @@ const HALF_STEP: f64 = 6e-4;
 pub struct Foreign {
     /// The recording's file.
     pub path: PathBuf,
+    /// Where its q = 0 points.
+    pub zero: Posture,
     /// What acts there.
     pub truth: Truth,
 }
@@ -154,9 +158,10 @@ impl Foreign {
     /// # Errors
     /// [`TrialError::Truth`] if the text does not.
     pub fn new(path: PathBuf, truth: &str) -> Result<Foreign, TrialError> {
-        let parsed = serde_json::from_str(truth);
-        let file = path.with_extension("json").display().to_string();
-        Ok(Foreign { truth: parsed.map_err(|problem| TrialError::Truth { file, problem })?, path })
+        let wrong = |problem| TrialError::Truth { file: path.with_extension("json").display().to_string(), problem };
+        let standing: Standing = serde_json::from_str(truth).map_err(wrong)?;
+        let truth = serde_json::from_str(truth).map_err(wrong)?;
+        Ok(Foreign { zero: standing.zero.posture(), truth, path })
     }
 
     /// Reads the recording, asks what a rigid body lacks there, and judges the answer.
@@ -169,21 +174,49 @@ impl Foreign {
         Ok(Answered::new(name, &self.truth, &report, seconds))
     }
 
-    /// What a rigid body lacks there, and how long it took to say that \[s\].
     fn diagnose(&self, monitor: &Monitor) -> Result<(Report, f64), TrialError> {
-        let options = ReadOptions { zero: Some(self.truth.zero()), ..ReadOptions::default() };
+        let options = ReadOptions { zero: Some(self.zero), ..ReadOptions::default() };
         let recording = read(std::slice::from_ref(&self.path), &options, monitor)?.recording;
-        let split = Split::automatic(&recording);
-        let body = model::fit(&Preset::RigidBody.model(&recording)?, &recording, &split, monitor)?;
-        let begin = Instant::now();
-        let report = diagnosis::diagnose(&body, &recording, &split, monitor)?;
-        Ok((report, begin.elapsed().as_secs_f64()))
+        lacking(&recording, monitor)
     }
+}
+
+/// What the file beside a recording says of the arm's posture.
+#[derive(Deserialize)]
+struct Standing {
+    zero: Zero,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Zero {
+    Down,
+    Right,
+    Up,
+}
+
+impl Zero {
+    fn posture(self) -> Posture {
+        match self {
+            Zero::Down => Posture::DOWN,
+            Zero::Right => Posture::RIGHT,
+            Zero::Up => Posture::UP,
+        }
+    }
+}
+
+/// What a rigid body lacks in a recording, and how long it took to say that \[s\].
+pub(super) fn lacking(recording: &Recording, monitor: &Monitor) -> Result<(Report, f64), TrialError> {
+    let split = Split::automatic(recording);
+    let body = model::fit(&Preset::RigidBody.model(recording)?, recording, &split, monitor)?;
+    let begin = Instant::now();
+    let report = diagnosis::diagnose(&body, recording, &split, monitor)?;
+    Ok((report, begin.elapsed().as_secs_f64()))
 }
 
 impl Answered {
     /// Judges a report.
-    fn new(name: String, truth: &Truth, report: &Report, seconds: f64) -> Answered {
+    pub(super) fn new(name: String, truth: &Truth, report: &Report, seconds: f64) -> Answered {
         let names: Vec<Name> = report.effects.iter().flat_map(|named| names_of(named, truth)).collect();
         let wanted: Vec<Wanted> = truth
             .wanted()

@@ -3,6 +3,7 @@
 //! | truth | who made it | judged by |
 //! |---|---|---|
 //! | [`blind`] | a seed hides effects of the catalogue in a recording that is simulated | [`rates`]: all of them and nothing else |
+//! | [`world`] | a seed draws an arm of rigid bodies that a servo moves, and what is in its drives and joints | [`verdict`] on each name |
 //! | [`foreign`] | recordings of other engines, with a file that says what is in each | [`verdict`] on each name; a form of the right effect is told apart from a false one |
 //!
 //! The diagnosis sees recordings only; the truth is looked at when it has spoken. Everything here is data: commands word it, tests
@@ -12,6 +13,7 @@ pub mod blind;
 pub mod foreign;
 pub mod rates;
 pub mod verdict;
+pub mod world;
 
 use std::collections::BTreeSet;
 

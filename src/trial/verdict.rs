@@ -4,28 +4,16 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::arm::Posture;
-
 /// What is in a recording, as the file beside it says.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Truth {
     /// The class that it is counted in, such as `single` or `unknown`.
     pub kind: String,
-    /// Where the arm points at q = 0.
-    zero: Zero,
     /// Whether the velocity was recorded.
     pub with_speed: bool,
     /// What acts there.
     #[serde(rename = "truth")]
     pub planted: Vec<Planted>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Zero {
-    Down,
-    Right,
-    Up,
 }
 
 /// One effect that acts in a recording. Joints are counted from 1; `None` is the whole arm.
@@ -79,15 +67,6 @@ impl Verdict {
 }
 
 impl Truth {
-    /// Where q = 0 points.
-    pub fn zero(&self) -> Posture {
-        match self.zero {
-            Zero::Down => Posture::DOWN,
-            Zero::Right => Posture::RIGHT,
-            Zero::Up => Posture::UP,
-        }
-    }
-
     /// What has to be named.
     pub fn wanted(&self) -> impl Iterator<Item = &Planted> {
         self.planted.iter().filter(|planted| planted.strong && !planted.absorbed && !planted.unknown)
@@ -162,7 +141,6 @@ mod tests {
         }
         // Neither what is weak, nor what the body takes up, nor what nobody can name has to be named.
         assert_eq!(truth.wanted().map(|planted| planted.effect.as_str()).collect::<Vec<_>>(), ["coulomb-friction"]);
-        assert_eq!(truth.zero(), Posture::UP);
         let empty = Truth { planted: Vec::new(), ..truth };
         assert_eq!(empty.judge("coulomb-friction", Some(1)), Verdict::False);
     }

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
+use super::recordings;
 use crate::cli::progress;
 use crate::cli::table::{number, table};
+use crate::cli::world::Class;
 use crate::cli::write_file;
 use crate::diagnosis::{Alternative, MissingEffect};
 use crate::effect::registry;
@@ -29,6 +31,7 @@ use crate::trial::{TrialError, answer_of};
 ///
 /// With --recordings the truth was made by others: a folder of NAME.npz, each with a NAME.json that says what acts there. An
 /// answer is exact if every strong effect is named as what it is and nothing falsely; in family if another form of it will do.
+/// With --world rigid bodies made it, and what has at least 3 % of its joint's torque is strong.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope bench diagnosis --draws 40
@@ -56,6 +59,13 @@ pub struct Diagnosis {
     /// Diagnose these recordings instead of draws: NAME.npz with NAME.json each.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["draws", "seed", "hidden", "unknown", "only", "embedded", "figures"])]
     pub(super) recordings: Option<PathBuf>,
+    /// Diagnose logs of worlds of rigid bodies that a servo moves, instead of torques of a prescribed motion; classes take turns
+    /// with the seeds.
+    #[arg(long, conflicts_with_all = ["hidden", "unknown", "only", "embedded", "figures", "recordings"])]
+    pub(super) world: bool,
+    /// Only worlds of this class.
+    #[arg(long, requires = "world")]
+    class: Option<Class>,
     /// Tell every draw that was not exact, and every unknown one; of recordings every name and what was missed.
     #[arg(long)]
     pub(super) list: bool,
@@ -68,6 +78,12 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Draws worlds, diagnoses, prints.
+    pub(super) fn run_worlds(&self) -> anyhow::Result<()> {
+        let seeds = self.seed..self.seed.saturating_add(self.draws);
+        recordings::run_worlds(seeds, self.class.map(Into::into), self.json, self.list)
+    }
+
     /// Draws, diagnoses, prints.
     pub(super) fn run(&self) -> anyhow::Result<()> {
         for id in &self.only {

@@ -1,6 +1,8 @@
-//! The diagnosis on recordings that others made, with a file beside each that says what acts there.
+//! The diagnosis where other physics made the truth: recordings with a file beside each that says what acts there, and worlds of
+//! rigid bodies.
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -8,9 +10,11 @@ use anyhow::{Context, bail};
 use super::diagnosis::{percent, print_reliability};
 use crate::cli::progress;
 use crate::cli::table::{number, table};
+use crate::simulation::world;
 use crate::trial::TrialError;
 use crate::trial::foreign::{Answered, Class, Foreign, Summary};
 use crate::trial::verdict::Verdict;
+use crate::trial::world::WorldTrial;
 
 /// Diagnoses the recordings of a folder and tells how that went.
 pub fn run(folder: &Path, as_json: bool, list: bool) -> anyhow::Result<()> {
@@ -23,10 +27,27 @@ pub fn run(folder: &Path, as_json: bool, list: bool) -> anyhow::Result<()> {
         };
         Ok::<_, TrialError>(Summary::of(recordings.iter().enumerate().map(run).collect::<Result<_, _>>()?))
     })?;
+    print(&summary, as_json, list)
+}
+
+/// Draws worlds, diagnoses their logs and tells how that went.
+pub fn run_worlds(seeds: Range<u64>, class: Option<world::Class>, as_json: bool, list: bool) -> anyhow::Result<()> {
+    let summary = progress::watch("bench diagnosis", move |monitor| {
+        let count = (seeds.end - seeds.start) as f32;
+        let run = |seed: u64| {
+            monitor.report((seed - seeds.start) as f32 / count, "simulating and diagnosing")?;
+            WorldTrial::draw(seed, class)?.run(monitor)
+        };
+        Ok::<_, TrialError>(Summary::of(seeds.clone().map(run).collect::<Result<_, _>>()?))
+    })?;
+    print(&summary, as_json, list)
+}
+
+fn print(summary: &Summary, as_json: bool, list: bool) -> anyhow::Result<()> {
     if as_json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        println!("{}", serde_json::to_string_pretty(summary)?);
     } else {
-        print_summary(&summary);
+        print_summary(summary);
     }
     if list {
         summary.recordings.iter().for_each(|answered| eprintln!("{}", tell_answered(answered)));
