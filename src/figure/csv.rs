@@ -1,9 +1,9 @@
 //! The numbers behind a figure, one row a point: all samples in the shown range, none left out.
 
 use super::mark::Row;
-use super::{Figure, FigureError};
+use super::{Axis, Figure, FigureError, Scale};
 
-const HEADER: [&str; 10] = ["panel", "mark", "series", "x", "y", "low", "high", "least", "most", "value"];
+const HEADER: [&str; 11] = ["panel", "mark", "series", "x", "y", "low", "high", "least", "most", "value", "name"];
 
 /// Every number of the figure.
 pub fn table(figure: &Figure) -> Result<Vec<u8>, FigureError> {
@@ -13,7 +13,7 @@ pub fn table(figure: &Figure) -> Result<Vec<u8>, FigureError> {
         for mark in &panel.marks {
             mark.rows(&panel.x, &mut |row| {
                 if outcome.is_ok() {
-                    outcome = writer.write_record(fields(&panel.title, &row));
+                    outcome = writer.write_record(fields(&panel.title, &panel.x, &row));
                 }
             });
         }
@@ -23,10 +23,15 @@ pub fn table(figure: &Figure) -> Result<Vec<u8>, FigureError> {
     writer.into_inner().map_err(|error| failed(error.to_string()))
 }
 
-/// What a mark does not have, and what is a hole, is an empty field.
-fn fields(panel: &str, row: &Row) -> [String; 10] {
+/// What a mark does not have, and what is a hole, is an empty field. Where names stand along the horizontal axis, the last field
+/// is the one that is nearest to the point.
+fn fields(panel: &str, along: &Axis, row: &Row) -> [String; 11] {
     let text = |number: f64| if number.is_nan() { String::new() } else { number.to_string() };
     let [x, y, low, high] = [row.x, row.y, row.low, row.high].map(text);
     let [least, most, value] = [row.least, row.most, row.value].map(text);
-    [panel.to_owned(), row.kind.to_owned(), row.series.to_owned(), x, y, low, high, least, most, value]
+    let name = match &along.scale {
+        Scale::Names(names) => names.get(row.x.round() as usize).cloned().unwrap_or_default(),
+        Scale::Linear | Scale::Logarithmic => String::new(),
+    };
+    [panel.to_owned(), row.kind.to_owned(), row.series.to_owned(), x, y, low, high, least, most, value, name]
 }

@@ -609,11 +609,12 @@ fn the_time_cursor_moves_by_drag_and_key() {
 fn a_marked_region_is_lit_and_a_worst_moment_is_jumped_to() {
     let mut window = window(demonstration(), &residuals::ABOUT, Theme::Dark);
     let chart = window.get_by_label("plot of residual against velocity [N m]").rect();
-    window.drag_at(chart.center() - egui::vec2(120.0, 60.0));
+    let at = |x: f32, y: f32| chart.center() + egui::vec2(x * chart.width(), y * chart.height());
+    window.drag_at(at(-0.3, -0.4));
     window.step();
-    window.hover_at(chart.center() + egui::vec2(-20.0, 60.0));
+    window.hover_at(at(-0.05, 0.4));
     window.run_steps(2);
-    window.drop_at(chart.center() + egui::vec2(-20.0, 60.0));
+    window.drop_at(at(-0.05, 0.4));
     window.run_steps(3);
     assert!(window.query_by_label_contains("samples marked").is_some(), "the time line says how many");
     click(&mut window, "Unmark");
