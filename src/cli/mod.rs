@@ -167,6 +167,22 @@ mod tests {
         Arguments::command().debug_assert();
     }
 
+    /// As a shell cuts them: what stands in single quotes is one word.
+    fn shell_words(line: &str) -> Vec<String> {
+        let mut words = vec![String::new()];
+        for (index, part) in line.split('\'').enumerate() {
+            let is_quoted = index % 2 == 1;
+            for letter in part.chars() {
+                match words.last_mut() {
+                    Some(word) if is_quoted || !letter.is_whitespace() => word.push(letter),
+                    _ => words.push(String::new()),
+                }
+            }
+        }
+        words.retain(|word| !word.is_empty());
+        words
+    }
+
     #[test]
     fn every_command_has_examples_that_can_be_parsed() {
         let top = ("torquescope".to_owned(), Arguments::command());
@@ -175,7 +191,7 @@ mod tests {
             let examples: Vec<&str> = help.lines().filter_map(|line| line.strip_prefix("  ")).collect();
             assert!(!examples.is_empty() || name.ends_with(" list"), "{name} has no example");
             for example in examples {
-                let words = example.split('#').next().unwrap_or_default().split_whitespace();
+                let words = shell_words(example.split('#').next().unwrap_or_default());
                 assert!(example.starts_with(&name), "{name}: {example}");
                 let parsed = Arguments::try_parse_from(words);
                 assert!(

@@ -387,7 +387,7 @@ mod tests {
         assert_eq!(elsewhere.names[0].verdict, Verdict::WrongJoint);
         assert!(elsewhere.intervals.is_empty());
         let told = Foreign::new(path, "{}").unwrap_err().to_string();
-        assert!(told.contains("000.json does not say what is hidden") && told.contains("kind"), "{told}");
+        assert!(told.contains("000.json does not say what is hidden") && told.contains("missing field"), "{told}");
     }
 
     fn answered(kind: &str, names: &[(f64, Verdict)], wanted: &[Option<Verdict>]) -> Answered {

@@ -24,9 +24,10 @@ const FILES: &[&str] = &["file.rs", "recording/read/mod.rs", "session", "experim
 /// scoring of simulated draws.
 const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "trial", "simulation"];
 
-/// Where an effect may be named by its id: its own room, and what hides a chosen effect on purpose (the embedded scenario and
-/// the benches that state what they measure). A rule asks `effect::Facts` instead.
-const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "cli/bench"];
+/// Where an effect may be named by its id: its own room, what hides a chosen effect on purpose (the embedded scenario and the
+/// benches that state what they measure), the parts of the simulated world, which say what they are in the catalogue, and the
+/// judge of answers there. A rule asks `effect::Facts` instead.
+const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "simulation/world/part", "trial/world.rs", "cli/bench"];
 
 /// A source file: its path below `src`, and its code without comments and unit tests.
 struct Source {

@@ -213,8 +213,11 @@ fn rows_of_text(window: &Window) -> Vec<Row> {
                 }
             }
             egui::Shape::Text(text) => {
+                // The name of a vertical axis is turned about its beginning.
+                let turned = egui::emath::Rot2::from_angle(text.angle);
                 for row in text.galley.rows.iter().filter(|row| !row.text().trim().is_empty()) {
-                    let rect = row.rect_without_leading_space().translate(text.pos.to_vec2()).intersect(clip);
+                    let rect = row.rect_without_leading_space().rotate_bb(turned);
+                    let rect = rect.translate(text.pos.to_vec2()).intersect(clip);
                     rows.push((rect.shrink(2.0), row.text()));
                 }
             }

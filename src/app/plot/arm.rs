@@ -11,7 +11,7 @@ const LARGEST_ARC: f64 = 4.5;
 /// Points of an arc.
 const ARC_POINTS: usize = 40;
 /// Radii of the arcs of measured and predicted torque, as parts of the arm's reach.
-const RADII: [f64; 2] = [0.09, 0.13];
+const RADII: [f64; 2] = [0.13, 0.18];
 /// The drawing reaches so much farther than the arm.
 const ROOM: f64 = 1.16;
 /// Smaller arcs have no arrow \[rad\].
