@@ -71,7 +71,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// Writes a file and keeps what it was before, with the ending [`OLD`].
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_keeping_old(path: &Path, bytes: &[u8]) -> io::Result<()> {
     put(path, bytes, true)
 }

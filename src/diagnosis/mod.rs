@@ -1,9 +1,9 @@
 //! Which physical effect is missing: from a model and measurements, name it with evidence, and never cry wolf.
 //!
-//! A recording goes through once. [`candidates`] lays every effect beside the model, as columns of one design. [`search`] finds
-//! the set that explains the torque for the least price, [`stated_arm`] what the base parameters absorb. [`naming`] says how
-//! sure it is and what else it could be, [`telling`] which motion would tell. [`steps`] adds what was named, [`remainder`] asks
-//! whether more is left than noise, [`conclusion`] draws the answer, a [`Report`]: data, which [`words`] says in words.
+//! A recording goes through once. `candidates` lays every effect beside the model, as columns of one design. `search` finds
+//! the set that explains the torque for the least price, `stated_arm` what the base parameters absorb. `naming` says how
+//! sure it is and what else it could be, `telling` which motion would tell. `steps` adds what was named, `remainder` asks
+//! whether more is left than noise, `conclusion` draws the answer, a [`Report`]: data, which `words` says in words.
 //! [`evidence`] holds its plots. [`sufficiency`] asks, once the truth is known, whether the data could show it.
 //!
 //! A diagnosis sees measurements only. It never opens a seal; a test keeps it so.

@@ -107,7 +107,7 @@ pub struct Effect {
 
 /// What rules need to know of an effect, so that none needs its id. Most effects are as in [`Facts::USUAL`].
 pub struct Facts {
-    /// Whether it needs [`Motion::load`], which changes with the rigid body's parameters.
+    /// Whether it needs `Motion::load`, which changes with the rigid body's parameters.
     pub depends_on_load: bool,
     /// Whether nearly every real joint has it, so that it comes to mind before any other: friction, the zero of the torque
     /// reading, the inertia of a geared motor.

@@ -1,7 +1,7 @@
 //! Experiments: data × models × seeds, measured on test sets that leave the training data, and held against the paper.
 //!
-//! [`file`] reads an experiment (TOML; those of the paper are in [`catalogue`]) → [`cell`] resolves it into cells, each with a
-//! key that is the hash of all its inputs → [`run`] trains and measures the cells that the [`store`] lacks, beside any number of
+//! [`mod@file`] reads an experiment (TOML; those of the paper are in [`catalogue`]) → [`cell`] resolves it into cells, each with a
+//! key that is the hash of all its inputs → [`mod@run`] trains and measures the cells that the [`store`] lacks, beside any number of
 //! other processes on the same folder → [`summary`] joins what the store holds into means, intervals and the paper's values, and [`figures`] draws it.
 
 pub mod catalogue;

@@ -1,7 +1,7 @@
 //! Half a million samples on a thousand pixels: per pixel column only the first, smallest, largest and last are drawn.
 //!
 //! The picture is the same as with all samples (M4; Jugel and others, VLDB 7 (2014) 797). Values that are not finite and
-//! jumps of the clock split the line, so that gaps are seen as gaps. Of every [`BLOCK`] samples it is remembered where the
+//! jumps of the clock split the line, so that gaps are seen as gaps. Of every `BLOCK` samples it is remembered where the
 //! smallest and the largest is, so that a zoomed or moved view asks only the blocks and not the samples.
 
 use std::any::Any;

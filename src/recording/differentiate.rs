@@ -59,7 +59,7 @@ pub fn description(of: &str, cutoffs_hz: RangeInclusive<f64>) -> String {
     )
 }
 
-/// The samples of a derived signal that have seen both sides: all but [`END_WINDOW`] periods of the cut-off at each end.
+/// The samples of a derived signal that have seen both sides: all but `END_WINDOW` periods of the cut-off at each end.
 /// Short signals, of which that would leave less than half, are kept whole.
 pub fn trusted_range(samples: usize, time_step: f64, cutoff_hz: f64) -> std::ops::Range<usize> {
     let edge = (END_WINDOW / (cutoff_hz * time_step)).ceil() as usize;

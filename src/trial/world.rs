@@ -1,6 +1,6 @@
 //! Worlds of rigid bodies that a seed draws: the diagnosis sees the log, and is judged by what the parts really did.
 //!
-//! What is weaker than [`TO_BE_NAMED`] of its joint's torque may be named or not: a strong part may do little in the motion that
+//! What is weaker than `TO_BE_NAMED` of its joint's torque may be named or not: a strong part may do little in the motion that
 //! was drawn, and a weak one is there to disturb.
 
 use super::TrialError;

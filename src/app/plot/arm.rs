@@ -35,7 +35,7 @@ pub struct Pose<'a> {
     pub path: &'a [[f64; 2]],
 }
 
-/// The arm in metres: the arcs of a joint are as long as its torques, the largest of the trajectory is [`LARGEST_ARC`].
+/// The arm in metres: the arcs of a joint are as long as its torques, the largest of the trajectory is `LARGEST_ARC`.
 pub fn panel(pose: &Pose) -> Panel {
     let reach: f64 = pose.arm.links.iter().map(|link| link.length).sum::<f64>().max(1e-9);
     let axis = |label: &str| Axis::new(label, "m").range([-ROOM * reach, ROOM * reach]);

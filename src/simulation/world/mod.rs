@@ -1,7 +1,7 @@
 //! An independent world: an arm of rigid bodies that a controller moves through motors, with whatever else is in it.
 //!
 //! [`crate::simulation`] prescribes the motion and computes the torque by the formulas that a diagnosis searches. Here nothing
-//! of those formulas is used: a rigid-body engine moves the links ([`bodies`]), a servo with a model that is not quite right
+//! of those formulas is used: a rigid-body engine moves the links (`bodies`), a servo with a model that is not quite right
 //! asks for torques, drives and gears pass them on, [`part`]s act on the bodies, and sensors log. What a recording holds then
 //! is also what no formula says: a motion that is not quite the one asked for, joints that stick, the twist of a gear.
 //!
