@@ -94,6 +94,7 @@ fn the_friction_of_the_tx40_and_its_coupled_wrist_are_named() {
 }
 
 #[test]
+#[ignore = "minutes of work in a debug build: cargo test --release --test suite real_logs -- --ignored"]
 fn friction_of_all_joints_of_the_kr300_is_named_first() {
     let Some(folder) = real_logs("kuka-kr300") else { return };
     let paths = [folder.join("run-a.mat"), folder.join("run-b.mat")];
