@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{:?}; held-out nMSE by joint {:?}", report.verdict, report.held_out_nmse);
     for named in &report.effects {
         let joints = joints_text(&named.joints);
-        println!("{} on {joints}: {:.0} %, then {:?}", named.effect.name, 100.0 * named.confidence, named.nmse_after);
+        println!("{} on {joints}: {:.0} %, then {:?}", named.effect.name, 100.0 * named.presence, named.nmse_after);
     }
     Ok(())
 }

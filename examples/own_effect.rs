@@ -23,6 +23,7 @@ static CUBIC_DAMPING: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative.",
     source: "an example",
     stage: Stage::Body(&CubicDamping),
+    family: Family::SpeedFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[ParameterSpec::linear("cubic_damping", "c", Dimension::Torque).at_least(0.0)],
@@ -55,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let candidates = [registry::sought(), vec![&CUBIC_DAMPING]].concat();
     let report = diagnose_among(&candidates, &body, &recording, &split, &monitor)?;
     for named in &report.effects {
-        println!("{} on {}: {:.0} %", named.effect.name, joints_text(&named.joints), 100.0 * named.confidence);
+        println!("{} on {}: {:.0} %", named.effect.name, joints_text(&named.joints), 100.0 * named.presence);
     }
 
     let repaired = model::fit(&body.model.with_effect(&CUBIC_DAMPING, &[1])?, &recording, &split, &monitor)?;

@@ -1,5 +1,6 @@
 //! Measurements that take longer than tests may: rates of right answers on simulated draws, errors and speed of models.
 
+mod calibrate;
 mod diagnosis;
 mod recipe;
 mod recordings;
@@ -12,6 +13,7 @@ use clap::Subcommand;
 /// Measure how good the program is.
 #[derive(Subcommand)]
 pub enum Bench {
+    Calibrate(calibrate::Calibrate),
     Diagnosis(diagnosis::Diagnosis),
     Recipe(recipe::RecipeBench),
     Train(train::Train),
@@ -22,6 +24,7 @@ impl Bench {
     /// Runs the benchmark.
     pub fn run(&self) -> anyhow::Result<()> {
         match self {
+            Bench::Calibrate(bench) => bench.run(),
             Bench::Diagnosis(bench) => match &bench.recordings {
                 Some(folder) => recordings::run(folder, bench.json, bench.list),
                 None if bench.world => bench.run_worlds(),

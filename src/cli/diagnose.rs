@@ -3,7 +3,7 @@ use clap::Args;
 use super::data::Data;
 use super::progress;
 use super::table::{number, numbers, table};
-use crate::diagnosis::{Alternative, Report, Verdict};
+use crate::diagnosis::{Alternative, Completeness, Report, Verdict};
 use crate::recording::joints_text;
 use crate::session::Command;
 
@@ -55,12 +55,8 @@ pub fn text(report: &Report) -> String {
     let mut lines = vec![headline.to_owned(), String::new()];
     for (number_in_list, effect) in report.effects.iter().enumerate() {
         let name = effect.effect.name;
-        let confidence = 100.0 * effect.confidence;
-        lines.push(format!(
-            "{}. {name}, {} (confidence {confidence:.0} %)",
-            number_in_list + 1,
-            joints_text(&effect.joints)
-        ));
+        let (place, sureness) = (joints_text(&effect.joints), effect.sureness());
+        lines.push(format!("{}. {name}, {place} ({sureness})", number_in_list + 1));
         lines.push(format!("   held-out nMSE {} -> {}", numbers(&effect.nmse_before), numbers(&effect.nmse_after)));
         for parameter in &effect.parameters {
             let joint = parameter.joint.map_or(String::new(), |joint| format!(", joint {}", joint + 1));
@@ -79,6 +75,25 @@ pub fn text(report: &Report) -> String {
         }
         lines.push(String::new());
     }
+    let presence: Vec<Vec<String>> = report
+        .presence
+        .iter()
+        .map(|one| {
+            vec![
+                one.place(),
+                format!("{:.0} %", 100.0 * one.probability),
+                one.likelihood().to_owned(),
+                one.effect.name.to_owned(),
+                format!("{:.1} %", 100.0 * one.share),
+            ]
+        })
+        .collect();
+    if !presence.is_empty() {
+        let titles = ["what kind, where", "presence", " ", " likeliest form", "of the torque"];
+        lines.extend([table(&titles, &presence), String::new()]);
+    }
+    lines.extend(report.completeness.iter().map(Completeness::text));
+    lines.push(String::new());
     let accepted = report.ranking.iter().filter(|candidate| candidate.accepted()).count();
     let told = report.ranking.len().min(accepted + MOST_REFUSED);
     let rows: Vec<Vec<String>> = report.ranking[..told]
@@ -87,14 +102,14 @@ pub fn text(report: &Report) -> String {
             vec![
                 candidate.effect.id.to_owned(),
                 candidate.joint.map_or("all".to_owned(), |joint| (joint + 1).to_string()),
-                format!("{:.1} %", 100.0 * candidate.error_drop),
+                candidate.divides(),
                 if candidate.accepted() { "yes" } else { "no" }.to_owned(),
                 candidate.reason(),
             ]
         })
         .collect();
     if !rows.is_empty() {
-        lines.push(table(&["candidate", "joint", "error drop alone", "found", " why"], &rows));
+        lines.push(table(&["candidate", "joint", "alone, error", "found", " why"], &rows));
         let others = report.ranking.len() - told;
         if others > 0 {
             lines.push(format!("… and {others} more candidates, which --json tells"));

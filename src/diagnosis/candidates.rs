@@ -10,7 +10,7 @@ use crate::effect::{Effect, NotApplicable, Scope};
 use crate::model::design::Design;
 use crate::model::equations::{Equations, PreparedColumn};
 use crate::model::terms::{Alteration, Found, OperatingPoint};
-use crate::model::{EffectTerm, Fitted, Model, ModelError};
+use crate::model::{EffectTerm, Fitted, Model, ModelError, reversal};
 use crate::progress::Monitor;
 use crate::recording::Recording;
 use crate::signals::Signals;
@@ -24,7 +24,7 @@ pub struct Library<'a> {
     fitted: Fitted,
     /// The prepared data.
     pub design: Design<'a>,
-    /// How many columns belong to the model itself.
+    /// How many columns belong to the model itself and to its reversals, beside every candidate.
     pub base: usize,
     /// The candidates.
     pub groups: Vec<Group>,
@@ -108,6 +108,7 @@ impl<'a> Library<'a> {
         let (body, alterations) = (design.point().body.clone(), fitted.setting().alterations.clone());
         let design = design.at(OperatingPoint { body, effects: fitted.effects(), alterations });
         let mut columns = design.columns(model, fitted.shapes())?;
+        columns.extend(reversal::companions(&design)?);
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;
         let positions = sorted_positions(design.recording());
@@ -229,8 +230,8 @@ impl<'a> Library<'a> {
         let mut changed = Vec::new();
         if own_change {
             let own = self.design.columns(&self.fitted.model, self.fitted.shapes())?;
-            self.columns.splice(0..self.base, own);
-            changed.extend(0..self.base);
+            changed.extend(0..own.len());
+            self.columns.splice(0..own.len(), own);
         }
         let concerned: Vec<&Group> = self.groups.iter().filter(|group| concerns(group)).collect();
         let prepare = |group: &&Group| self.design.effect_columns(&group.term(), &group.shape);

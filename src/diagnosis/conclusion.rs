@@ -1,27 +1,27 @@
 //! The answer in a word, and what to do next or to doubt.
 
+use super::presence::SURE;
 use super::report::{MissingEffect, Note, Verdict};
 use super::search::FEWEST_BLOCKS;
 use super::stated_arm::Comparison;
 use crate::effect::EncoderSide;
 
-/// Below this confidence the verdict is "ambiguous".
-const SURE: f64 = 0.8;
-/// The highest on joints whose residual is still more than noise: what was named may stand in for what is really there.
-pub const HIGHEST_BESIDE_UNKNOWN: f64 = 0.45;
+/// Below this probability a form is one of several.
+const SURE_FORM: f64 = 0.8;
+/// An error that rises by less than this factor has not risen.
+const NOTICEABLE: f64 = 1.001;
 
 /// The answer in a word.
 pub fn verdict(effects: &[MissingEffect], unexplained: &[usize], comparison: &Comparison) -> Verdict {
-    let doubted =
-        |effect: &MissingEffect| effect.confidence <= HIGHEST_BESIDE_UNKNOWN && effect.alternatives.is_empty();
     if effects.is_empty() {
         let is_known = unexplained.is_empty() && *comparison != Comparison::Differs;
         return if is_known { Verdict::NothingMissing } else { Verdict::UnknownEffect };
     }
-    if effects.iter().all(doubted) {
+    let is_named = |joint: &usize| effects.iter().any(|effect| effect.joints.contains(joint));
+    if !unexplained.iter().all(is_named) {
         return Verdict::UnknownEffect;
     }
-    if effects.iter().any(|effect| effect.confidence < SURE && !effect.alternatives.is_empty()) {
+    if effects.iter().any(|effect| effect.form < SURE_FORM && !effect.alternatives.is_empty()) {
         return Verdict::Ambiguous;
     }
     Verdict::Missing
@@ -48,10 +48,18 @@ pub fn notes(
                 notes.push(Note::MoreThanNoise { joints: unexplained.to_vec() });
             }
         }
-        (Verdict::UnknownEffect, Some(_)) => notes.push(Note::MayStandIn),
+        (Verdict::UnknownEffect, Some(first)) => {
+            notes.push(Note::NoneExplains { joints: unexplained.to_vec() });
+            if first.presence >= SURE {
+                notes.push(Note::AddFirst { effect: first.effect, joints: first.joints.clone() });
+            } else {
+                notes.push(Note::MayStandIn);
+            }
+        }
         (Verdict::UnknownEffect, None) => notes.push(Note::NoneExplains { joints: unexplained.to_vec() }),
         _ => notes.push(Note::NothingShown),
     }
+    notes.extend(effects.iter().filter_map(raises_error));
     if blocks < FEWEST_BLOCKS && !effects.is_empty() {
         notes.push(Note::NotConfirmable { blocks });
     }
@@ -59,6 +67,13 @@ pub fn notes(
         notes.push(Note::StatedArmDiffers);
     }
     notes
+}
+
+/// The joints of an effect where it makes held-out errors larger, if there are any.
+fn raises_error(named: &MissingEffect) -> Option<Note> {
+    let rises = |joint: &usize| named.nmse_after[*joint] > NOTICEABLE * named.nmse_before[*joint];
+    let joints: Vec<usize> = named.joints.iter().copied().filter(rises).collect();
+    (!joints.is_empty()).then_some(Note::RaisesError { effect: named.effect, joints })
 }
 
 fn hardly_told(named: &MissingEffect) -> Option<Note> {
@@ -75,10 +90,11 @@ mod tests {
         MissingEffect {
             effect: registry::find(id).unwrap(),
             joints: vec![0],
-            confidence: 0.9,
+            presence: 0.95,
+            form: 0.9,
             parameters: Vec::new(),
-            nmse_before: Vec::new(),
-            nmse_after: Vec::new(),
+            nmse_before: vec![0.2],
+            nmse_after: vec![0.1],
             alternatives: Vec::new(),
             telling_motion: None,
             evidence: Vec::new(),

@@ -3,6 +3,8 @@
 //! A basis that is flexible enough for nearly any physics, and names none, is asked to predict blocks that were left out. What
 //! it can predict is not noise: something is missing that is not among the candidates, or was named wrongly.
 
+use rayon::prelude::*;
+
 use super::search::Search;
 use crate::effect::{Column, sign};
 use crate::model::ModelError;
@@ -31,6 +33,15 @@ pub struct Structure {
     pub share: f64,
     /// RMS of what it predicts \[N m\].
     pub size: f64,
+}
+
+/// The share of each joint's residual that a flexible basis predicts on left-out blocks; 0 where that is noise.
+///
+/// # Errors
+/// [`ModelError`] if a column can't be computed.
+pub fn predicted(search: &Search) -> Result<Vec<f64>, ModelError> {
+    let of_joint = |joint: usize| structure(search, joint).map(|structure| structure.share.max(0.0));
+    (0..search.weights.len()).into_par_iter().map(of_joint).collect()
 }
 
 /// Looks for structure in what the model and the effects found so far leave of the torque of `joint`.

@@ -1,9 +1,10 @@
 //! Which physical effect is missing: from a model and measurements, name it with evidence, and never cry wolf.
 //!
 //! A recording goes through once. `candidates` lays every effect beside the model, as columns of one design. `search` finds
-//! the set that explains the torque for the least price, `stated_arm` what the base parameters absorb. `naming` says how
-//! sure it is and what else it could be, `telling` which motion would tell. `steps` adds what was named, `remainder` asks
-//! whether more is left than noise, `conclusion` draws the answer, a [`Report`]: data, which `words` says in words.
+//! the set that explains the torque for the least price, [`presence`] says how likely each family is there and how complete
+//! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
+//! be, `telling` which motion would tell. `steps` adds what was named, `conclusion` draws the answer, a [`Report`]: data,
+//! which `words` says in words.
 //! [`evidence`] holds its plots. [`sufficiency`] asks, once the truth is known, whether the data could show it.
 //!
 //! A diagnosis sees measurements only. It never opens a seal; a test keeps it so.
@@ -13,8 +14,8 @@ mod conclusion;
 pub mod evidence;
 mod flexible;
 mod naming;
+pub mod presence;
 mod ranking;
-mod remainder;
 mod report;
 mod search;
 mod stated_arm;
@@ -24,13 +25,16 @@ mod telling;
 mod words;
 
 use candidates::Library;
-use conclusion::HIGHEST_BESIDE_UNKNOWN;
+use presence::Judged;
+use presence::calibration::Calibration;
 use search::Search;
 use stated_arm::Comparison;
+use steps::Steps;
 
+pub use presence::{Rest, Sighting};
 pub use report::{
-    Alternative, Candidate, Evidence, Exciting, Ground, MissingEffect, NotKnown, Note, Refusal, Report, TellingMotion,
-    Verdict,
+    Alternative, Candidate, Completeness, Evidence, Exciting, Ground, MissingEffect, NotKnown, Note, Presence, Refusal,
+    Report, TellingMotion, Verdict,
 };
 pub use sufficiency::{Suspect, sufficiency};
 
@@ -82,39 +86,32 @@ pub fn diagnose_among(
     monitor: &Monitor,
 ) -> Result<Report, ModelError> {
     let held_out_nmse = Evaluation::of(fitted, recording, split)?.held_out_nmse();
-    monitor.report(0.05, "filtering the torque")?;
-    let design = Design::new(recording, split)?;
-    let counterpart;
-    let fitted = if fitted.model.is_learned() {
-        counterpart = fit::fit_design(&linear_counterpart(fitted), &design, monitor)?;
-        &counterpart
-    } else {
-        fitted
-    };
-    let before = Evaluation::of(fitted, recording, split)?;
-    monitor.report(0.1, "computing candidate effects")?;
-    let (library, mut not_known) = Library::new(fitted, design.clone(), effects, monitor)?;
-    let blocks = library.equations.block_count();
-    let mut search = Search::new(library);
-    let absorbed: Vec<usize> =
-        (0..search.library.groups.len()).filter(|&group| search.is_absorbed(group, &[])).collect();
-    let drops = ranking::error_drops(&search, monitor)?;
-    let refused = search.run(monitor)?;
+    let searched = Searched::new(effects, fitted, recording, split, monitor)?;
+    let Searched { mut search, fitted, refused, drops, absorbed, mut not_known } = searched;
+    let before = Evaluation::of(&fitted, recording, split)?;
+    let design = search.library.design.clone();
+    let blocks = search.library.equations.block_count();
+    let judged = Judged::of(&search, Calibration::learned())?;
+    let (likely, doubtful): (Vec<usize>, Vec<usize>) =
+        search.active.iter().partition(|&&group| judged.is_likely(&search, group));
+    let doubtful: Vec<(usize, f64)> = doubtful
+        .into_iter()
+        .map(|group| {
+            (group, judged.presence(search.library.groups[group].effect.family, search.library.groups[group].joint))
+        })
+        .collect();
+    search.active = likely;
     let comparison = stated_arm::compare(&search, &fitted.model, recording.stated_arm.as_ref(), &absorbed);
-    let named = naming::name_effects(&search, &comparison, recording);
+    let named = naming::name_effects(&search, &comparison, recording, &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
-    let (mut effects, last, last_fitted) = steps::measure(&named, fitted, &before, recording, split, &design, monitor)?;
-    for (effect, named) in effects.iter_mut().zip(&named) {
+    let Steps { mut effects, last, fitted: last_fitted, rival_of } =
+        steps::measure(named, &fitted, &before, recording, split, &design, monitor)?;
+    for (effect, rivals) in effects.iter_mut().zip(rival_of) {
         monitor.check()?;
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
-        effect.telling_motion = named.rival.and_then(motion);
+        effect.telling_motion = rivals.and_then(motion);
     }
-    let unexplained_joints = remainder::joints_with_structure(&search, recording, split, &last)?;
-    for effect in &mut effects {
-        if effect.joints.iter().any(|joint| unexplained_joints.contains(joint)) {
-            effect.confidence = effect.confidence.min(HIGHEST_BESIDE_UNKNOWN);
-        }
-    }
+    let unexplained_joints = judged.incomplete();
     effects.extend(steps::faults_of_readings(recording, &last));
     let verdict = conclusion::verdict(&effects, &unexplained_joints, &comparison);
     if comparison == Comparison::NotPossible && !last_fitted.model.is_pinned() {
@@ -126,11 +123,13 @@ pub fn diagnose_among(
     }
     not_known.dedup();
     let notes = conclusion::notes(verdict, &effects, &unexplained_joints, &comparison, blocks);
-    let ranking = ranking::rank(&search, &drops, &refused, &comparison, &absorbed);
+    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &comparison, &absorbed);
     monitor.report(1.0, "diagnosed")?;
     Ok(Report {
         verdict,
         effects,
+        presence: judged.told(),
+        completeness: judged.completeness().to_vec(),
         held_out_nmse,
         noise_floor_nmse: last.noise_floor_nmse,
         unexplained_joints,
@@ -138,6 +137,60 @@ pub fn diagnose_among(
         not_known,
         ranking,
     })
+}
+
+/// What the data say of every family of effects at every place, and what is left: the clues that [`presence::calibration`] learns
+/// from.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn sightings(
+    fitted: &Fitted,
+    recording: &Recording,
+    split: &Split,
+    monitor: &Monitor,
+) -> Result<(Vec<Sighting>, Rest), ModelError> {
+    let searched = Searched::new(&registry::sought(), fitted, recording, split, monitor)?;
+    let rest = Rest::of(&searched.search, flexible::predicted(&searched.search)?);
+    Ok((presence::sightings(&searched.search, &rest), rest))
+}
+
+/// A search that has come to its end.
+struct Searched<'a> {
+    search: Search<'a>,
+    /// The model that lacks something; of one with networks its linear counterpart.
+    fitted: Fitted,
+    refused: Vec<(usize, Refusal)>,
+    /// What each candidate does alone, by group.
+    drops: Vec<f64>,
+    /// Candidates of which the model's own columns leave nothing to see.
+    absorbed: Vec<usize>,
+    not_known: Vec<NotKnown>,
+}
+
+impl<'a> Searched<'a> {
+    fn new(
+        effects: &[&'static Effect],
+        fitted: &Fitted,
+        recording: &'a Recording,
+        split: &Split,
+        monitor: &Monitor,
+    ) -> Result<Self, ModelError> {
+        monitor.report(0.05, "filtering the torque")?;
+        let design = Design::new(recording, split)?;
+        let fitted = if fitted.model.is_learned() {
+            fit::fit_design(&linear_counterpart(fitted), &design, monitor)?
+        } else {
+            fitted.clone()
+        };
+        monitor.report(0.1, "computing candidate effects")?;
+        let (library, not_known) = Library::new(&fitted, design, effects, monitor)?;
+        let mut search = Search::new(library);
+        let absorbed = (0..search.library.groups.len()).filter(|&group| search.is_absorbed(group, &[])).collect();
+        let drops = ranking::error_drops(&search, monitor)?;
+        let refused = search.run(monitor)?;
+        Ok(Searched { search, fitted, refused, drops, absorbed, not_known })
+    }
 }
 
 /// The model in which a network's Lagrangian is a rigid body and its friction that of the catalogue.

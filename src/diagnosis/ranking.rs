@@ -51,6 +51,7 @@ pub fn rank(
     search: &Search,
     drops: &[f64],
     refused: &[(usize, Refusal)],
+    doubtful: &[(usize, f64)],
     comparison: &Comparison,
     absorbed: &[usize],
 ) -> Vec<Candidate> {
@@ -70,6 +71,8 @@ pub fn rank(
             Ground::TellsFromStatedArm
         } else if absorbed.iter().any(same) {
             Ground::AbsorbedByBody
+        } else if let Some((_, presence)) = doubtful.iter().find(|(other, _)| same(other)) {
+            Ground::Doubtful { presence: *presence }
         } else if let Some((_, refusal)) = refused.iter().find(|(other, _)| same(other)) {
             Ground::Refused(*refusal)
         } else if search.active.iter().any(|&other| groups[other].includes(group)) {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::effect::{Axis, Effect, Lack};
+use crate::effect::{Axis, Effect, Family, Group, Lack};
 use crate::model::Parameter;
 use crate::model::fit::joint_number;
 
@@ -13,12 +13,15 @@ pub struct Report {
     pub verdict: Verdict,
     /// What is missing, in the order in which it should be added.
     pub effects: Vec<MissingEffect>,
+    /// How likely each family of effects is there, the likeliest first; what is not worth a thought is left out.
+    pub presence: Vec<Presence>,
+    /// How complete the answer is, by joint.
+    pub completeness: Vec<Completeness>,
     /// Held-out nMSE of each joint with the model as it was.
     pub held_out_nmse: Vec<f64>,
     /// Held-out nMSE of each joint that noise alone would leave; `None` if that can't be told.
     pub noise_floor_nmse: Option<Vec<f64>>,
-    /// Joints, counted from 0 (written counted from 1), whose held-out residual is more than noise even with all effects of
-    /// the report in the model.
+    /// Joints, counted from 0 (written counted from 1), whose answer is not complete.
     #[serde(with = "joint_numbers")]
     pub unexplained_joints: Vec<usize>,
     /// What to do next, and what to doubt.
@@ -51,8 +54,10 @@ pub struct MissingEffect {
     /// The joints, counted from 0; written counted from 1.
     #[serde(with = "joint_numbers")]
     pub joints: Vec<usize>,
-    /// Probability that it is this effect, 0 to 1.
-    pub confidence: f64,
+    /// Probability that something of its family is there, 0 to 1: the least over its joints.
+    pub presence: f64,
+    /// Probability that it is there in this form, if it is there, 0 to 1: the least over its joints.
+    pub form: f64,
     /// Its parameters with all effects of the report in the model.
     pub parameters: Vec<Parameter>,
     /// Held-out nMSE of each joint before it is added (with those before it in the report).
@@ -67,6 +72,38 @@ pub struct MissingEffect {
     /// Residual without it and what it explains, for plots.
     #[serde(skip)]
     pub evidence: Vec<Evidence>,
+}
+
+/// How likely a family of effects is there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Presence {
+    /// The kind of physics.
+    pub group: Group,
+    /// The family.
+    pub family: Family,
+    /// The joint, counted from 0; written counted from 1; none for the whole arm.
+    #[serde(with = "joint_number")]
+    pub joint: Option<usize>,
+    /// Probability that something of the family is there, 0 to 1.
+    pub probability: f64,
+    /// The form in which it explains most.
+    pub effect: &'static Effect,
+    /// RMS of its torque over that of the measured torque, on the joint where it is largest.
+    pub share: f64,
+}
+
+/// How complete the answer is on one joint.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Completeness {
+    /// The joint, counted from 0; written counted from 1.
+    #[serde(with = "alone")]
+    pub joint: usize,
+    /// Share of the squared residual of the model as it was that the named effects explain, 0 to 1.
+    pub explained: f64,
+    /// RMS of what is left beside noise, or rests on doubtful names, over that of the measured torque.
+    pub remainder: f64,
+    /// Whether that is no more than where the truth is known to be complete.
+    pub complete: bool,
 }
 
 /// An effect that explains nearly as much as a named one.
@@ -145,6 +182,14 @@ pub struct Candidate {
     pub ground: Ground,
 }
 
+impl Report {
+    /// How likely an effect that was named at a place (a joint, from 0, or the whole arm) is there.
+    pub fn presence_of(&self, named: &MissingEffect, place: Option<usize>) -> f64 {
+        let is_it = |one: &&Presence| one.family == named.effect.family && one.joint == place;
+        self.presence.iter().find(is_it).map_or(named.presence, |one| one.probability)
+    }
+}
+
 impl Candidate {
     /// Whether it is part of the answer.
     pub fn accepted(&self) -> bool {
@@ -171,6 +216,11 @@ pub enum Ground {
     Contained,
     /// Beside what was found it explains hardly more than chance would.
     Superfluous,
+    /// It was found, but where the truth is known such evidence is wrong more often than not.
+    Doubtful {
+        /// Probability that its family is there.
+        presence: f64,
+    },
     /// It had evidence, but failed a gate.
     Refused(Refusal),
 }
@@ -243,6 +293,14 @@ pub enum Note {
     /// With all that was named, more is left than noise.
     MoreThanNoise {
         /// On these joints, counted from 0; written counted from 1.
+        #[serde(with = "joint_numbers")]
+        joints: Vec<usize>,
+    },
+    /// With a named effect added, the held-out error of its joints rises.
+    RaisesError {
+        /// Which effect.
+        effect: &'static Effect,
+        /// Counted from 0; written counted from 1.
         #[serde(with = "joint_numbers")]
         joints: Vec<usize>,
     },

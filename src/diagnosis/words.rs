@@ -3,7 +3,11 @@
 use serde::Serialize;
 use serde::ser::{SerializeStruct, Serializer};
 
-use super::report::{Alternative, Candidate, Exciting, Ground, NotKnown, Note, Refusal, Report, TellingMotion};
+use super::presence::{LIKELY, SURE};
+use super::report::{
+    Alternative, Candidate, Completeness, Exciting, Ground, MissingEffect, NotKnown, Note, Presence, Refusal, Report,
+    TellingMotion,
+};
 use crate::effect::{Effect, NotApplicable, Scope};
 use crate::model::Preset;
 use crate::recording::joints_text;
@@ -73,6 +77,11 @@ impl Note {
                 "The residual of {} is still more than noise: no effect of the catalogue explains the rest.",
                 joints_text(joints)
             ),
+            Note::RaisesError { effect, joints } => format!(
+                "With {} the held-out error of {} rises: what it explains in training does not carry over.",
+                effect.name,
+                joints_text(joints)
+            ),
             Note::MayStandIn => {
                 "What was named may only stand in for something that is not in the catalogue: look at the \
                                  residual views before you add it."
@@ -97,7 +106,51 @@ impl Note {
     }
 }
 
+impl MissingEffect {
+    /// How sure it is, in words: `there 99 %, in this form 62 %`.
+    pub fn sureness(&self) -> String {
+        format!("there {:.0} %, in this form {:.0} %", 100.0 * self.presence, 100.0 * self.form)
+    }
+}
+
+impl Presence {
+    /// What is there and where: `dry friction, joint 2`.
+    pub fn place(&self) -> String {
+        let place = self.joint.map_or("arm".to_owned(), |joint| format!("joint {}", joint + 1));
+        format!("{}, {place}", self.group.name())
+    }
+
+    /// How likely it is, in a word.
+    pub fn likelihood(&self) -> &'static str {
+        match self.probability {
+            sure if sure >= SURE => "is there",
+            likely if likely >= LIKELY => "is probably there",
+            _ => "may be there",
+        }
+    }
+}
+
+impl Completeness {
+    /// How much of what was missing is explained, and how much is left, without its full stop.
+    pub fn text(&self) -> String {
+        let explained = format!("{:.1} % of the squared residual is explained", 100.0 * self.explained);
+        let left = format!("{:.2} % of the torque is left beside noise or in doubt", 100.0 * self.remainder);
+        let answer = if self.complete { "complete" } else { "not complete" };
+        format!("joint {}: {answer}; {explained}, {left}", self.joint + 1)
+    }
+}
+
 impl Candidate {
+    /// By how much the squared error of its joint is divided when it alone is added. Not in per cent, as a probability is.
+    pub fn divides(&self) -> String {
+        match 1.0 / (1.0 - self.error_drop) {
+            factor if !factor.is_finite() || factor < 0.0 => "÷ ∞".to_owned(),
+            factor if factor < 1.005 => "no fall".to_owned(),
+            factor if factor < 10.0 => format!("÷ {factor:.2}"),
+            factor => format!("÷ {factor:.0}"),
+        }
+    }
+
     /// Why it is part of the answer, or why not.
     pub fn reason(&self) -> String {
         match self.ground {
@@ -106,6 +159,12 @@ impl Candidate {
             Ground::TellsFromStatedArm => "it explains how the identified arm differs from the stated one".to_owned(),
             Ground::AbsorbedByBody => "the base parameters take its place".to_owned(),
             Ground::Contained => "it is part of an effect that was found".to_owned(),
+            Ground::Doubtful { presence } => {
+                format!(
+                    "evidence of this kind is right in {:.0} % of the cases where the truth is known",
+                    100.0 * presence
+                )
+            }
             Ground::Superfluous => "beside what was found it explains hardly more than chance would".to_owned(),
             Ground::Refused(refusal) => refusal.text(),
         }
@@ -155,9 +214,11 @@ impl Exciting {
 impl Serialize for Report {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let unexplained: Vec<usize> = self.unexplained_joints.iter().map(|joint| joint + 1).collect();
-        let mut fields = serializer.serialize_struct("Report", 9)?;
+        let mut fields = serializer.serialize_struct("Report", 11)?;
         fields.serialize_field("verdict", &self.verdict)?;
         fields.serialize_field("effects", &self.effects)?;
+        fields.serialize_field("presence", &self.presence)?;
+        fields.serialize_field("completeness", &self.completeness)?;
         fields.serialize_field("held_out_nmse", &self.held_out_nmse)?;
         fields.serialize_field("noise_floor_nmse", &self.noise_floor_nmse)?;
         fields.serialize_field("unexplained_joints", &unexplained)?;
@@ -207,6 +268,8 @@ mod tests {
         let report = Report {
             verdict: Verdict::Missing,
             effects: Vec::new(),
+            presence: Vec::new(),
+            completeness: Vec::new(),
             held_out_nmse: vec![0.1],
             noise_floor_nmse: None,
             unexplained_joints: vec![0],
@@ -224,6 +287,17 @@ mod tests {
         assert!(report.ranking[0].reason().contains("too few to confirm it"));
         let read: Report = serde_json::from_value(json).unwrap();
         assert_eq!(read, report, "what is written is read again");
+    }
+
+    /// A candidate that is refused has no per cent beside the probability of one that is named.
+    #[test]
+    fn what_an_effect_alone_does_is_not_said_as_a_probability_is() {
+        let divides = |error_drop| {
+            let effect = registry::find("coulomb-friction").unwrap();
+            Candidate { effect, joint: None, error_drop, ground: Ground::Superfluous }.divides()
+        };
+        assert_eq!([0.99, 0.5, 0.001, -0.3].map(divides), ["÷ 100", "÷ 2.00", "no fall", "no fall"]);
+        assert_eq!(divides(1.0), "÷ ∞");
     }
 
     #[test]

@@ -8,15 +8,16 @@ pub static EFFECT: Effect = Effect {
     formula: "tau = -T * d(tau_load)/dt",
     typeset: r"\tau = -T\,\dot\tau_{\mathrm{load}}",
     description: "The current loop, a filter or the bus delays the torque by T. First order in T, so T must be \
-                  short beside the motion.",
+                  short beside the motion. A log of the commanded torque is ahead of it: then T is negative.",
     fingerprint: "Residual against the rate of the predicted torque: a falling straight line.",
     absorbed: "Nothing of the part in phase with the velocity. The same T on all joints is a delay of the \
                positions in truth.",
     source: "Swevers, Verdonck and De Schutter, IEEE Control Systems 27 (2007) 58 (first-order expansion of a delay)",
     stage: Stage::Drive(&ActuatorLag),
+    family: Family::Lag,
     scope: Scope::Joint,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec::linear("lag", "T", Dimension::Time).between(0.0, 1.0)],
+    parameters: &[ParameterSpec::linear("lag", "T", Dimension::Time).between(-1.0, 1.0)],
     facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 

@@ -1,4 +1,3 @@
-use super::coulomb_friction::sign;
 use super::*;
 
 /// Dry friction that is larger in one direction than in the other.
@@ -12,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing, but where gravity or a sensor offset is free too, they take tau_a.",
     source: "Simoni et al., Robotica, 10.1017/S0263574717000509",
     stage: Stage::Body(&AsymmetricFriction),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[
@@ -34,8 +34,8 @@ impl AddsTorque for AsymmetricFriction {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![
-            Column::on_joint(joint, qd.iter().map(|&qd| sign(qd))),
-            Column::on_joint(joint, qd.iter().map(|&qd| sign(qd).abs())),
+            Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd))),
+            Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd).abs())),
         ])
     }
 }

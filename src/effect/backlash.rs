@@ -16,6 +16,7 @@ pub static EFFECT: Effect = Effect {
     source: "Nordin and Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002) 1633; the \
              crossing as a cycloid",
     stage: Stage::Body(&Backlash),
+    family: Family::Elasticity,
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[

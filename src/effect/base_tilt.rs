@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Little of it: turned gravity has another phase than the gravity that the base parameters know.",
     source: "Closed form of the planar arm: gravity torque with the zero angle changed",
     stage: Stage::Body(&BaseTilt),
+    family: Family::Tilt,
     scope: Scope::Arm,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("tilt", "ε", Dimension::Angle).between(-0.5, 0.5)],

@@ -13,6 +13,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative. On long strokes it looks like Coulomb friction.",
     source: "Wen, Method for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102 (1976) 249",
     stage: Stage::Body(&BoucWenHysteresis),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "A learned potential V(q) absorbs it if it is fine enough. At k = 1 gravity absorbs it.",
     source: "Holtz and Springob, IEEE Trans. Ind. Electron. 43 (1996) 310",
     stage: Stage::Body(&Cogging),
+    family: Family::Ripple,
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[

@@ -14,6 +14,7 @@ pub static EFFECT: Effect = Effect {
                absorbs all of it, and so do the base parameters of an arm in space.",
     source: "Khalil and Dombre, Modeling, Identification and Control of Robots, 2002: first moments mX and mY of a link",
     stage: Stage::Body(&ComOffset),
+    family: Family::CentreOfMass,
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("lean", "λ", Dimension::Angle).between(-1.5, 1.5)],

@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative. A different friction torque in each direction adds a torque offset.",
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
     stage: Stage::Body(&CoulombFriction),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[ParameterSpec::linear("coulomb_torque", "τ_c", Dimension::Torque).at_least(0.0)],
@@ -22,7 +23,7 @@ struct CoulombFriction;
 impl AddsTorque for CoulombFriction {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let qd = &motion.trajectory.qd[joint];
-        Ok(vec![Column::on_joint(joint, qd.iter().map(|&qd| sign(qd)))])
+        Ok(vec![Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd)))])
     }
 }
 

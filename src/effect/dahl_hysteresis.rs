@@ -13,6 +13,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative. On long strokes it looks like Coulomb friction.",
     source: "Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968)",
     stage: Stage::Body(&DahlHysteresis),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[

@@ -13,6 +13,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Gravity absorbs part of it where the torque changes its sign only with the position.",
     source: "Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996",
     stage: Stage::Body(&DeadZone),
+    family: Family::Elasticity,
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("dead_torque", "δ", Dimension::Torque).at_least(0.0)],

@@ -6,16 +6,17 @@ pub static EFFECT: Effect = Effect {
     name: "delay of velocity and acceleration",
     formula: "tau = T * (d(tau_load)/d(qd) * qdd + d(tau_load)/d(qdd) * d(qdd)/dt)",
     typeset: r"\tau = T\left(\frac{\partial\tau_{\mathrm{load}}}{\partial\dot q}\,\ddot q + \frac{\partial\tau_{\mathrm{load}}}{\partial\ddot q}\,\dddot q\right)",
-    description: "A filter that runs forward only makes q̇ and q̈ late by T beside position and torque, on all joints. \
-                  The formula is its first order in T.",
+    description: "A filter that runs forward only makes q̇ and q̈ late by T beside position and torque, on all joints; \
+                  where T is negative, position and torque are late. The formula is its first order in T.",
     fingerprint: "All joints at once, against the rate of the acceleration: a rising straight line; inertia and Coriolis \
                   torque lag, gravity does not.",
     absorbed: "Nothing of the part in phase with the velocity.",
     source: "Swevers, Verdonck and De Schutter, IEEE Control Systems 27 (2007) 58; first-order expansion",
     stage: Stage::Reading(&DerivativeDelay, Remedy::SetRight(&DerivativeDelay)),
+    family: Family::Delay,
     scope: Scope::Arm,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec::linear("delay", "T", Dimension::Time).between(0.0, 1.0)],
+    parameters: &[ParameterSpec::linear("delay", "T", Dimension::Time).between(-1.0, 1.0)],
     facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 
@@ -42,7 +43,7 @@ impl SetsRight for DerivativeDelay {
     /// The torque of the motion that is read, moved ahead by the delay, less that of the motion as it is read.
     fn column(&self, motion: &Motion, found: f64) -> Result<Column, Lack> {
         let load = motion.load()?;
-        let ahead = found.max(LEAST_AHEAD);
+        let ahead = if found.abs() < LEAST_AHEAD { LEAST_AHEAD } else { found };
         let mut right = motion.trajectory.clone();
         self.set_right(&mut right, ahead);
         let mut column = (load.body)(&right);
@@ -117,7 +118,14 @@ mod tests {
         EFFECT.misread(&mut reading, 0, &[0.01]);
         let load = Load::of_arm(&arm, &reading);
         let kinds = [JointKind::Revolute; 3];
-        let motion = Motion { trajectory: &reading, kinds: &kinds, posture: arm.posture, arm: None, load: Some(&load) };
+        let motion = Motion {
+            trajectory: &reading,
+            kinds: &kinds,
+            posture: arm.posture,
+            arm: None,
+            load: Some(&load),
+            reversal_widths: &[],
+        };
         let column = &EFFECT.columns(&motion, 0, &[0.01]).unwrap()[0];
         for (joint, torque) in &column.parts {
             let joint = *joint;

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
                were touched show.",
     source: "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440 (without its damping)",
     stage: Stage::Body(&EndStop),
+    family: Family::Spring,
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[

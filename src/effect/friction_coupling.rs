@@ -1,4 +1,3 @@
-use super::coulomb_friction::sign;
 use super::*;
 
 /// Friction of a transmission that two neighbouring joints share.
@@ -16,6 +15,7 @@ pub static EFFECT: Effect = Effect {
     source: "Janot, Vandanjon and Gautier, IEEE Trans. Control Syst. Technol. 22 (2014) 132 (joints 5 and 6 of the \
              TX40)",
     stage: Stage::Body(&FrictionCoupling),
+    family: Family::SharedFriction,
     scope: Scope::Pair,
     axis: Axis::Velocity,
     parameters: &[
@@ -31,7 +31,8 @@ impl AddsTorque for FrictionCoupling {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let [before, joint] = motion.pair(joint)?;
         let qd = &motion.trajectory.qd;
-        let of_sum: Vec<f64> = qd[before].iter().zip(&qd[joint]).map(|(first, second)| sign(first + second)).collect();
+        let of_sum: Vec<f64> =
+            qd[before].iter().zip(&qd[joint]).map(|(first, second)| motion.direction(joint, first + second)).collect();
         Ok(vec![
             Column { parts: vec![(before, qd[joint].to_vec()), (joint, qd[before].to_vec())] },
             Column { parts: vec![(before, of_sum.clone()), (joint, of_sum)] },

@@ -1,4 +1,3 @@
-use super::coulomb_friction::sign;
 use super::*;
 
 /// Dry friction that changes with time.
@@ -13,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing. In short recordings its mean looks like Coulomb friction.",
     source: "Simoni et al., Robotica, 10.1017/S0263574717000509",
     stage: Stage::Body(&FrictionDrift),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[
@@ -35,8 +35,11 @@ impl AddsTorque for FrictionDrift {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let Channels { time, qd, .. } = &**motion.trajectory;
         let start = time.first().copied().unwrap_or(0.0);
-        let drift = time.iter().zip(&qd[joint]).map(|(time, &qd)| (time - start) * sign(qd));
-        Ok(vec![Column::on_joint(joint, qd[joint].iter().map(|&qd| sign(qd))), Column::on_joint(joint, drift)])
+        let drift = time.iter().zip(&qd[joint]).map(|(time, &qd)| (time - start) * motion.direction(joint, qd));
+        Ok(vec![
+            Column::on_joint(joint, qd[joint].iter().map(|&qd| motion.direction(joint, qd))),
+            Column::on_joint(joint, drift),
+        ])
     }
 }
 

@@ -1,4 +1,3 @@
-use super::coulomb_friction::sign;
 use super::*;
 
 /// Dry friction that is larger while the joint is cold.
@@ -13,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative. In short recordings its mean looks like Coulomb friction.",
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013 (friction and temperature)",
     stage: Stage::Body(&FrictionWarmUp),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[
@@ -36,8 +36,14 @@ impl AddsTorque for FrictionWarmUp {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let Channels { time, qd, .. } = &**motion.trajectory;
         let start = time.first().copied().unwrap_or(0.0);
-        let cold = time.iter().zip(&qd[joint]).map(|(time, &qd)| ((start - time) / shape[0]).exp() * sign(qd));
-        Ok(vec![Column::on_joint(joint, qd[joint].iter().map(|&qd| sign(qd))), Column::on_joint(joint, cold)])
+        let cold = time
+            .iter()
+            .zip(&qd[joint])
+            .map(|(time, &qd)| ((start - time) / shape[0]).exp() * motion.direction(joint, qd));
+        Ok(vec![
+            Column::on_joint(joint, qd[joint].iter().map(|&qd| motion.direction(joint, qd))),
+            Column::on_joint(joint, cold),
+        ])
     }
 }
 

@@ -13,6 +13,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "A rigid body with gravity absorbs little of it; a learned potential V(q) absorbs all of it.",
     source: "Kovacic and Brennan, The Duffing Equation, Wiley 2011",
     stage: Stage::Body(&HardeningSpring),
+    family: Family::Spring,
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("cubic_stiffness", "k_3", Dimension::CubicStiffness).at_least(0.0)],

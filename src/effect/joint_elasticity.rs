@@ -14,6 +14,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Where the motion has a single frequency, rotor inertia and base parameters absorb it.",
     source: "Spong, Modeling and control of elastic joint robots, J. Dyn. Sys. Meas. Control 109 (1987) 310",
     stage: Stage::Body(&JointElasticity),
+    family: Family::Elasticity,
     scope: Scope::Joint,
     axis: Axis::Acceleration,
     parameters: &[ParameterSpec::linear("inertia_over_stiffness", "c", Dimension::TimeSquared).between(0.0, 1.0)],

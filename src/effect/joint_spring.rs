@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "A rigid body with gravity absorbs little of it; a learned potential V(q) absorbs all of it.",
     source: "Jubien and Gautier, Global identification of spring balancer, IROS 2013",
     stage: Stage::Body(&JointSpring),
+    family: Family::Spring,
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[

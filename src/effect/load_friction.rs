@@ -1,4 +1,3 @@
-use super::coulomb_friction::sign;
 use super::*;
 
 /// Dry friction that grows with the torque that the gear transmits.
@@ -13,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative. Where the load hardly changes it looks like Coulomb friction.",
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
     stage: Stage::Body(&LoadFriction),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[ParameterSpec::linear("load_friction_ratio", "μ", Dimension::Ratio).at_least(0.0)],
@@ -25,7 +25,10 @@ impl AddsTorque for LoadFriction {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let load = &motion.load()?.torque[joint];
         let qd = &motion.trajectory.qd[joint];
-        Ok(vec![Column::on_joint(joint, load.iter().zip(qd).map(|(load, &qd)| load.abs() * sign(qd)))])
+        Ok(vec![Column::on_joint(
+            joint,
+            load.iter().zip(qd).map(|(load, &qd)| load.abs() * motion.direction(joint, qd)),
+        )])
     }
 }
 

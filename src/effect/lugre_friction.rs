@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
                long strokes like Stribeck or Coulomb friction.",
     source: "Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419",
     stage: Stage::Body(&LugreFriction),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[

@@ -16,6 +16,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative. On long strokes it looks like Coulomb friction.",
     source: "Al-Bender, Lampaert and Swevers, The generalized Maxwell-slip model, IEEE Trans. Autom. Control 50 (2005) 1883",
     stage: Stage::Body(&MaxwellSlip),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[

@@ -18,6 +18,7 @@ pub mod place;
 pub mod registry;
 
 mod column;
+mod family;
 mod motion;
 mod parameter;
 mod stage;
@@ -31,6 +32,7 @@ mod base_tilt;
 mod bouc_wen_hysteresis;
 mod cogging;
 mod com_offset;
+mod concave_friction;
 mod coulomb_friction;
 mod dahl_hysteresis;
 mod dead_zone;
@@ -69,6 +71,7 @@ use crate::recording::{Channels, JointKind, Trajectory};
 
 pub use column::Column;
 pub use coulomb_friction::sign;
+pub use family::{Family, Group};
 pub use motion::{Lack, Load, Motion, NotApplicable};
 pub use parameter::{Dimension, ParameterError, ParameterSpec, Role};
 pub use stage::{AddsTorque, ChangesReading, ChangesTorque, NotAddable, Remedy, SetsRight, Stage};
@@ -95,6 +98,8 @@ pub struct Effect {
     pub source: &'static str,
     /// Where in the chain it stands, and what it does there.
     pub stage: Stage,
+    /// What it is hardly told from.
+    pub family: Family,
     /// One joint or the whole arm.
     pub scope: Scope,
     /// The state over which its residual shows best.

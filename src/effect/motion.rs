@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::sign;
 use crate::arm::{Arm, Posture};
 use crate::recording::{JointKind, Trajectory};
 use crate::signals::Signals;
@@ -22,6 +23,8 @@ pub struct Motion<'a> {
     pub arm: Option<&'a Arm>,
     /// What the rigid body needs, where it is known.
     pub load: Option<&'a Load>,
+    /// The speed within which each joint's dry friction turns round; none for joints that are not listed.
+    pub reversal_widths: &'a [f64],
 }
 
 /// What the rigid body needs along one trajectory, for effects that depend on it: friction under load, errors of the torque
@@ -69,6 +72,15 @@ impl Motion<'_> {
     /// The load.
     pub(super) fn load(&self) -> Result<&Load, Lack> {
         self.load.ok_or(Lack::Load)
+    }
+
+    /// The direction of dry friction at this velocity of a joint: its sign, and where a width is known tanh(q̇ / width). At a
+    /// reversal a real joint sticks, slides by its bristles and is read with noise, so its friction does not jump.
+    pub fn direction(&self, joint: usize, velocity: f64) -> f64 {
+        match self.reversal_widths.get(joint) {
+            Some(&width) if width > 0.0 => (velocity / width).tanh(),
+            _ => sign(velocity),
+        }
     }
 
     /// A joint behind the one before it, for the effect of a pair.

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing. In short recordings its mean looks like a torque offset.",
     source: "The offset of Janot, Gautier and Brunot, the EMPS benchmark, with a rate",
     stage: Stage::Body(&OffsetDrift),
+    family: Family::Offset,
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[

@@ -1,5 +1,4 @@
 use super::cogging::half_a_period;
-use super::coulomb_friction::sign;
 use super::*;
 
 /// The part of dry friction that changes with the position.
@@ -15,6 +14,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative.",
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
     stage: Stage::Body(&PositionFriction),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[
@@ -33,7 +33,8 @@ impl AddsTorque for PositionFriction {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let Channels { q, qd, .. } = &**motion.trajectory;
         let wave = |wave: fn(f64) -> f64| {
-            let torque = q[joint].iter().zip(&qd[joint]).map(move |(q, &qd)| wave(shape[0] * q) * sign(qd));
+            let torque =
+                q[joint].iter().zip(&qd[joint]).map(move |(q, &qd)| wave(shape[0] * q) * motion.direction(joint, qd));
             Column::on_joint(joint, torque)
         };
         Ok(vec![wave(f64::sin), wave(f64::cos)])

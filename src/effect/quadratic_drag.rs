@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative. Over a narrow range of speeds it looks like viscous friction.",
     source: "Duclusaud et al., BAM: extended friction models for servo actuators, arXiv 2410.08650",
     stage: Stage::Body(&QuadraticDrag),
+    family: Family::SpeedFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[ParameterSpec::linear("drag_coefficient", "c", Dimension::QuadraticDamping).at_least(0.0)],

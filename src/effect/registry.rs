@@ -10,6 +10,7 @@ pub static ALL: &[&Effect] = &[
     &stribeck_friction::EFFECT,
     &load_friction::EFFECT,
     &quadratic_drag::EFFECT,
+    &concave_friction::EFFECT,
     &position_friction::EFFECT,
     &friction_drift::EFFECT,
     &friction_warm_up::EFFECT,

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
                learned mass matrix absorbs all of it.",
     source: "Spong, Hutchinson and Vidyasagar, Robot Modeling and Control; Leboutet et al., Appl. Sci. 11 (2021) 4303",
     stage: Stage::Body(&RotorInertia),
+    family: Family::RotorInertia,
     scope: Scope::Joint,
     axis: Axis::Acceleration,
     parameters: &[ParameterSpec::linear("reflected_inertia", "I_r", Dimension::Inertia).at_least(0.0)],

@@ -1,4 +1,3 @@
-use super::coulomb_friction::sign;
 use super::*;
 
 /// Coulomb friction that is larger near standstill.
@@ -13,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative. With no slow motion in the data it looks like Coulomb friction.",
     source: "Li, Wu, Chen, Sun, Mathematics 12 (2024) 2527, eq. 12; Bittencourt and Gunnarsson (2012)",
     stage: Stage::Body(&StribeckFriction),
+    family: Family::DryFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[
@@ -30,8 +30,11 @@ impl AddsTorque for StribeckFriction {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![
-            Column::on_joint(joint, qd.iter().map(|&qd| sign(qd))),
-            Column::on_joint(joint, qd.iter().map(|&qd| (-(qd / shape[0]).powi(2)).exp() * sign(qd))),
+            Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd))),
+            Column::on_joint(
+                joint,
+                qd.iter().map(|&qd| (-(qd / shape[0]).powi(2)).exp() * motion.direction(joint, qd)),
+            ),
         ])
     }
 }

@@ -14,6 +14,7 @@ pub static EFFECT: Effect = Effect {
                left out of every fit and every error, so there is nothing to add to the model.",
     source: "Isermann, Fault-Diagnosis Systems, Springer 2006, chapter 20 (sensor faults)",
     stage: Stage::Reading(&StuckChannel, Remedy::LeaveOut(FaultKind::Stuck)),
+    family: Family::Clipping,
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[

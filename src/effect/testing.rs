@@ -50,6 +50,7 @@ impl Sample {
             posture: self.arm.posture,
             arm: Some(&self.arm),
             load: Some(&self.load),
+            reversal_widths: &[],
         }
     }
 }

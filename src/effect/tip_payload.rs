@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "The base parameters absorb all of a payload that never changes. It can be named only beside a stated arm.",
     source: "Khalil, Gautier and Lemoine, Identification of the payload inertial parameters, ICRA 2007; closed form of the planar arm",
     stage: Stage::Body(&TipPayload),
+    family: Family::Payload,
     scope: Scope::Arm,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("payload_mass", "m_p", Dimension::Mass).at_least(0.0)],

@@ -14,6 +14,7 @@ pub static EFFECT: Effect = Effect {
     source: "Janot, Vandanjon and Gautier, IEEE Trans. Control Syst. Technol. 22 (2014) 132 (joints 5 and 6 of the \
              TX40)",
     stage: Stage::Body(&TorqueCoupling),
+    family: Family::Crosstalk,
     scope: Scope::Pair,
     axis: Axis::Position,
     parameters: &[

@@ -14,6 +14,7 @@ pub static EFFECT: Effect = Effect {
     source: "Gautier and Briot, Global identification of joint drive gains, J. Dyn. Sys. Meas. Control 136 (2014) \
              051025",
     stage: Stage::Body(&TorqueGain),
+    family: Family::Gain,
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("gain_error", "γ", Dimension::Ratio).between(-0.9, 10.0)],

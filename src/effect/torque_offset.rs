@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing, unless a joint hardly moves: then it looks like gravity.",
     source: "Janot, Gautier and Brunot, the EMPS benchmark (its model has an offset)",
     stage: Stage::Body(&TorqueOffset),
+    family: Family::Offset,
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[ParameterSpec::linear("offset", "τ_0", Dimension::Torque)],

@@ -14,6 +14,7 @@ pub static EFFECT: Effect = Effect {
                opened and left out of every fit and every error, so there is nothing to add to the model.",
     source: "Tao and Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996",
     stage: Stage::Reading(&TorqueSaturation, Remedy::LeaveOut(FaultKind::Saturated)),
+    family: Family::Clipping,
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[ParameterSpec::reading("torque_limit", "τ_max", Dimension::Torque)],

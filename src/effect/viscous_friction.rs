@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     absorbed: "Nothing: a Lagrangian is conservative.",
     source: "Bittencourt and Gunnarsson, J. Dyn. Sys. Meas. Control 134 (2012) 051013",
     stage: Stage::Body(&ViscousFriction),
+    family: Family::SpeedFriction,
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[ParameterSpec::linear("viscous_coefficient", "d", Dimension::Damping).at_least(0.0)],

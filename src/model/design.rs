@@ -1,14 +1,17 @@
 //! Torque and columns of the training stretches, prepared alike: what models are fitted to.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use nalgebra::DVector;
 
 use super::equations::{Block, Equations, PreparedColumn};
 use super::preparation::Preparation;
+use super::reversal;
 use super::terms::{OperatingPoint, Setting};
+use super::working::Working;
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
-use crate::effect::{Column, Load, sign};
+use crate::effect::{Column, Load};
 use crate::recording::split::{Segment, Split};
 use crate::recording::{Recording, Trajectory};
 use crate::signals::Signals;
@@ -24,7 +27,7 @@ const TIME_BLOCKS: usize = 16;
 /// depend on what else is in the torque. Nobody changes it: [`Design::at`] gives the same data at another point.
 #[derive(Debug, Clone)]
 pub struct Design<'a> {
-    recording: &'a Recording,
+    recording: Cow<'a, Recording>,
     setting: Setting,
     /// Stretches that are kept together in validation.
     blocks: Vec<Block>,
@@ -45,8 +48,7 @@ impl<'a> Design<'a> {
     /// [`ModelError`] if no planar rigid body fits the recording or the torque never changes.
     pub fn new(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
         let setting = Setting::of(recording)?;
-        let preparations: Vec<_> =
-            (0..recording.trajectories.len()).map(|index| Preparation::of(recording, index)).collect();
+        let Working { recording, split, preparations } = Working::of(recording, split);
         let mut counts = Vec::new();
         let mut torque = Vec::new();
         for (trajectory, preparation) in recording.trajectories.iter().zip(&preparations) {
@@ -64,15 +66,16 @@ impl<'a> Design<'a> {
                 blank(&mut torque[trajectory][joint], counts);
             }
         }
-        let blocks = cut_into_blocks(&joined(split), &preparations);
+        let blocks = cut_into_blocks(&joined(&split), &preparations);
         let loads = vec![None; recording.trajectories.len()];
         let point = OperatingPoint::default();
-        let design = Design { recording, setting, blocks, torque, counts, preparations, point, loads };
-        if (0..recording.joint_count()).all(|joint| design.energy(joint) == 0.0) {
+        let mut design = Design { recording, setting, blocks, torque, counts, preparations, point, loads };
+        if (0..design.joint_count()).all(|joint| design.energy(joint) == 0.0) {
             return Err(ModelError::NothingToLearn(
                 "the torque is zero, or no joint moves, in all training samples".to_owned(),
             ));
         }
+        design.setting.reversal_widths = reversal::widths(&design)?;
         let body = Some(design.rough_body()?);
         Ok(design.at(OperatingPoint { body, ..OperatingPoint::default() }))
     }
@@ -91,9 +94,14 @@ impl<'a> Design<'a> {
         design
     }
 
-    /// The recording behind it.
-    pub fn recording(&self) -> &'a Recording {
-        self.recording
+    /// The recording behind it, in a wide band and thinned out.
+    pub fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
+    /// Prepared torque, by trajectory.
+    pub(super) fn torque(&self) -> &[Signals] {
+        &self.torque
     }
 
     /// How many joints there are.
@@ -117,10 +125,14 @@ impl<'a> Design<'a> {
         let mut columns = self.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&self.setting, trajectory)))?;
         let count = columns.len();
         columns.extend(self.prepare(|trajectory, _| {
+            let motion = self.setting.motion(trajectory);
             let common = |joint: usize| {
                 let qd = &trajectory.qd[joint];
-                let column = |value: fn(f64) -> f64| Column::on_joint(joint, qd.iter().map(move |&qd| value(qd)));
-                [column(|_| 1.0), column(|qd| qd), column(sign)]
+                [
+                    Column::on_joint(joint, qd.iter().map(|_| 1.0)),
+                    Column::on_joint(joint, qd.iter().copied()),
+                    Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd))),
+                ]
             };
             Ok((0..joints).flat_map(common).collect())
         })?);
@@ -350,6 +362,7 @@ fn cut_into_blocks(train: &[Segment], preparations: &[Preparation]) -> Vec<Block
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::sign;
     use crate::recording::{Channels, Joint, JointKind, Origin, Provenance};
 
     /// A sliding mass with dry friction that rests between its strokes. At rest dry friction has no direction: a column that

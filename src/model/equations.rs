@@ -139,7 +139,20 @@ impl Equations {
         torque: &[Signals],
         joint: usize,
     ) -> f64 {
-        let mut products = vec![0.0; MOST_LAG + 1];
+        let correlations = self.correlations(columns, factors, torque, joint, MOST_LAG);
+        1.0 + 2.0 * correlations.into_iter().take_while(|&rho| rho > 0.0).sum::<f64>()
+    }
+
+    /// The autocorrelations ρ₁, ρ₂ … of what these factors of all columns leave of a joint's torque; none if nothing is left.
+    pub fn correlations(
+        &self,
+        columns: &[PreparedColumn],
+        factors: &DVector<f64>,
+        torque: &[Signals],
+        joint: usize,
+        lags: usize,
+    ) -> Vec<f64> {
+        let mut products = vec![0.0; lags + 1];
         for block in &self.blocks {
             let mut residual = torque[block.trajectory][joint][block.samples.clone()].to_vec();
             for (column, factor) in columns.iter().zip(factors).filter(|(_, factor)| **factor != 0.0) {
@@ -152,10 +165,9 @@ impl Equations {
             }
         }
         if products[0] <= 0.0 {
-            return 1.0;
+            return Vec::new();
         }
-        let positive = products[1..].iter().map(|product| product / products[0]).take_while(|&rho| rho > 0.0);
-        1.0 + 2.0 * positive.sum::<f64>()
+        products[1..].iter().map(|product| product / products[0]).collect()
     }
 
     /// How many blocks there are.

@@ -32,11 +32,22 @@ impl Preparation {
             Origin::Measured => CUTOFF,
             Origin::Derived(_) => default_cutoff(&trajectory.q, &trajectory.qd, time_step),
         };
+        Preparation::at(cutoff, time_step)
+    }
+
+    /// With this cut-off \[Hz\] and time step \[s\].
+    fn at(cutoff: f64, time_step: f64) -> Preparation {
         let rate = if time_step > 0.0 { 1.0 / time_step } else { 0.0 };
         if rate <= 2.5 * cutoff {
             return Preparation { time_step, cutoff: None, every: 1 };
         }
         Preparation { time_step, cutoff: Some(cutoff), every: ((rate / (2.0 * cutoff)).round() as usize).max(1) }
+    }
+
+    /// What does the same to signals of which only every `every`th sample is left.
+    pub fn after(&self, every: usize) -> Preparation {
+        let time_step = every as f64 * self.time_step;
+        self.cutoff.map_or(*self, |cutoff| Preparation::at(cutoff, time_step))
     }
 
     /// Filters and decimates one signal.

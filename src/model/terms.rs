@@ -29,6 +29,9 @@ pub struct Setting {
     /// Effects of the model that change what the others do (a lag comes between friction and its reading), roughly.
     #[serde(default)]
     pub alterations: Vec<Alteration>,
+    /// The speed \[rad/s or m/s\] within which each joint's dry friction turns round; 0 or none where it jumps.
+    #[serde(default)]
+    pub reversal_widths: Vec<f64>,
 }
 
 /// An effect that changes what the effects before it do, with its linear parameters as they were found.
@@ -118,7 +121,7 @@ impl Setting {
         }
         let posture = recording.posture.or(recording.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default();
         let (arm, chain) = (recording.stated_arm.clone(), recording.chain.clone());
-        Ok(Setting { kinds, posture, arm, chain, body: None, alterations: Vec::new() })
+        Ok(Setting { kinds, posture, arm, chain, body: None, alterations: Vec::new(), reversal_widths: Vec::new() })
     }
 
     /// Gravity \[m/s²\]: of the stated arm, or the standard.
@@ -128,7 +131,8 @@ impl Setting {
 
     /// What an effect is told.
     pub fn motion<'a>(&'a self, trajectory: &'a Trajectory) -> Motion<'a> {
-        Motion { trajectory, kinds: &self.kinds, posture: self.posture, arm: self.arm.as_ref(), load: None }
+        let (posture, arm, reversal_widths) = (self.posture, self.arm.as_ref(), self.reversal_widths.as_slice());
+        Motion { trajectory, kinds: &self.kinds, posture, arm, load: None, reversal_widths }
     }
 
     /// What the rigid body needs along a trajectory that is read: by its rough factors, or by the stated arm if there are none.

@@ -68,7 +68,14 @@ impl<'a> Hidden<'a> {
     ) -> Result<T, SimulationError> {
         let kinds = vec![JointKind::Revolute; arm.joint_count()];
         let load = self.effect.facts.depends_on_load.then(|| Load::of_arm(arm, trajectory));
-        let motion = Motion { trajectory, kinds: &kinds, posture: arm.posture, arm: Some(arm), load: load.as_ref() };
+        let motion = Motion {
+            trajectory,
+            kinds: &kinds,
+            posture: arm.posture,
+            arm: Some(arm),
+            load: load.as_ref(),
+            reversal_widths: &[],
+        };
         Ok(work(&motion)?)
     }
 }

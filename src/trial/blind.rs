@@ -227,7 +227,7 @@ impl Trial {
     pub fn confidences(&self) -> Vec<(f64, bool)> {
         let expected = self.expected();
         let names = self.report.effects.iter();
-        names.map(|named| (named.confidence, answer_of(named).is_subset(&expected))).collect()
+        names.map(|named| (named.presence, answer_of(named).is_subset(&expected))).collect()
     }
 }
 

@@ -217,7 +217,7 @@ pub(super) fn lacking(recording: &Recording, monitor: &Monitor) -> Result<(Repor
 impl Answered {
     /// Judges a report.
     pub(super) fn new(name: String, truth: &Truth, report: &Report, seconds: f64) -> Answered {
-        let names: Vec<Name> = report.effects.iter().flat_map(|named| names_of(named, truth)).collect();
+        let names: Vec<Name> = report.effects.iter().flat_map(|named| names_of(named, report, truth)).collect();
         let wanted: Vec<Wanted> = truth
             .wanted()
             .map(|planted| {
@@ -242,13 +242,13 @@ impl Answered {
 }
 
 /// The names of an effect at each of its places.
-fn names_of(named: &MissingEffect, truth: &Truth) -> Vec<Name> {
+fn names_of(named: &MissingEffect, report: &Report, truth: &Truth) -> Vec<Name> {
     let is_half_step = truth.with_speed && is_short_delay(named);
     let judged = |(effect, place): (String, Option<usize>)| {
         let joint = place.map(|joint| joint + 1);
         let verdict = truth.judge(&effect, joint);
         let verdict = if is_half_step { verdict.max(Verdict::Beside) } else { verdict };
-        Name { effect, joint, confidence: named.confidence, verdict }
+        Name { effect, joint, confidence: report.presence_of(named, place), verdict }
     };
     answer_of(named).into_iter().map(judged).collect()
 }

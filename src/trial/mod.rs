@@ -6,10 +6,13 @@
 //! | [`world`] | a seed draws an arm of rigid bodies that a servo moves, and what is in its drives and joints | [`verdict`] on each name |
 //! | [`foreign`] | recordings of other engines, with a file that says what is in each | [`verdict`] on each name; a form of the right effect is told apart from a false one |
 //!
+//! [`calibration`] learns from the same truths how sure a diagnosis may be.
+//!
 //! The diagnosis sees recordings only; the truth is looked at when it has spoken. Everything here is data: commands word it, tests
 //! read it.
 
 pub mod blind;
+pub mod calibration;
 pub mod foreign;
 pub mod rates;
 pub mod verdict;

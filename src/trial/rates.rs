@@ -132,7 +132,7 @@ fn first_is_right(trial: &Trial) -> bool {
 }
 
 fn is_doubted(trial: &Trial) -> bool {
-    trial.report.effects.iter().all(|named| named.confidence < 0.5)
+    trial.report.effects.iter().all(|named| named.presence < 0.5)
 }
 
 fn error_over_floor(trial: &Trial) -> Option<f64> {

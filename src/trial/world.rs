@@ -9,7 +9,7 @@ use super::verdict::{Planted, Truth};
 use crate::effect::registry;
 use crate::progress::Monitor;
 use crate::recording::Recording;
-use crate::recording::seal::Cause;
+use crate::recording::seal::{Cause, HiddenEffect};
 use crate::simulation::world::{self, Class, Scenario};
 
 /// Share of the torque from which on an effect has to be named.
@@ -61,15 +61,35 @@ impl WorldTrial {
         Ok(Answered::new(self.scenario.name.clone(), &truth, &report, seconds))
     }
 
-    fn truth(&self, recording: &Recording) -> Result<Truth, TrialError> {
-        let opened = recording.seal.as_ref().map(|seal| seal.open()).transpose()?;
-        let causes = opened.map(|truth| truth.causes).unwrap_or_default();
-        Ok(Truth {
-            kind: self.class.name().to_owned(),
-            with_speed: self.scenario.sensors.velocity,
-            planted: causes.iter().map(|cause| planted(cause, recording.joint_count())).collect(),
-        })
+    /// The log of the world, and what is hidden in it.
+    ///
+    /// # Errors
+    /// [`TrialError`] if it can't be simulated.
+    pub fn simulated(&self) -> Result<(Recording, Truth), TrialError> {
+        let recording = world::simulate(&self.scenario, &Monitor::new())?;
+        let truth = self.truth(&recording)?;
+        Ok((recording, truth))
     }
+
+    fn truth(&self, recording: &Recording) -> Result<Truth, TrialError> {
+        truth_of(recording, self.class.name(), self.scenario.sensors.velocity)
+    }
+}
+
+/// What the seal of a simulated recording says is hidden in it.
+///
+/// # Errors
+/// [`TrialError::Seal`] if the seal is damaged.
+pub(super) fn truth_of(recording: &Recording, kind: &str, with_speed: bool) -> Result<Truth, TrialError> {
+    let opened = recording.seal.as_ref().map(|seal| seal.open()).transpose()?;
+    let mut causes = Vec::new();
+    if let Some(truth) = opened {
+        // What formulas hide they hide as strongly as it says.
+        let whole = |HiddenEffect { effect, joint, parameters }| Cause { effect, joint, parameters, share: 1.0 };
+        causes = if truth.causes.is_empty() { truth.effects.into_iter().map(whole).collect() } else { truth.causes };
+    }
+    let planted = causes.iter().map(|cause| planted(cause, recording.joint_count())).collect();
+    Ok(Truth { kind: kind.to_owned(), with_speed, planted })
 }
 
 /// A cause in the words of the judge.

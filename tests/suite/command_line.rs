@@ -63,7 +63,7 @@ fn a_hidden_effect_is_diagnosed_with_the_promised_schema() {
     let effect = &report["effects"][0];
     assert_eq!(effect["effect"], "coulomb-friction");
     assert_eq!(effect["joints"], serde_json::json!([1, 2]));
-    assert!(effect["confidence"].as_f64().unwrap() > 0.9);
+    assert!(effect["presence"].as_f64().unwrap() > 0.9);
     assert!(effect["alternatives"].is_array());
     for (parameter, (joint, truth)) in effect["parameters"].as_array().unwrap().iter().zip([(1, 2.0), (2, 0.7)]) {
         assert_eq!((&parameter["name"], &parameter["joint"]), (&"coulomb_torque".into(), &joint.into()));

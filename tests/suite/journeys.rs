@@ -200,7 +200,7 @@ fn data_that_can_not_answer_get_an_honest_answer() {
         recording.trajectories = vec![recording.trajectories[0].slice(0..50)];
     });
     if let Ok(session) = fifty_samples {
-        assert!(report(&session).effects.iter().all(|effect| effect.confidence < 1.0));
+        assert!(report(&session).effects.iter().all(|effect| effect.presence < 1.0));
     }
     let one_joint_still = still(|recording| {
         for trajectory in &mut recording.trajectories {

@@ -420,6 +420,7 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
         chain: None,
         body: None,
         alterations: Vec::new(),
+        reversal_widths: Vec::new(),
     };
     let columns_of =
         |runs: &[Trajectory]| -> Vec<_> { runs.iter().map(|run| columns(&effects, &setting, run).unwrap()).collect() };

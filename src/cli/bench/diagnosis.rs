@@ -159,7 +159,7 @@ fn tell(trial: &Trial) -> String {
     let named = |named: &MissingEffect| {
         let joints: Vec<String> = answer_of(named).iter().map(|(_, joint)| place_text(*joint)).collect();
         let alternatives: Vec<String> = named.alternatives.iter().map(Alternative::text).collect();
-        format!("{}@{} {:.2} [{}]", named.effect.id, joints.join(","), named.confidence, alternatives.join("|"))
+        format!("{}@{} {:.2} [{}]", named.effect.id, joints.join(","), named.presence, alternatives.join("|"))
     };
     let named: Vec<String> = report.effects.iter().map(named).collect();
     let Scenario { arm, torque_noise, encoder_resolution, motion, stated, .. } = &trial.scenario;

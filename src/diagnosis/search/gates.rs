@@ -154,11 +154,6 @@ impl BlockGains {
         self.gains.iter().sum()
     }
 
-    /// t of the paired gains.
-    pub fn paired_t(&self) -> f64 {
-        paired_t(&self.gains)
-    }
-
     /// t of the paired gains, or of their shares if that is larger.
     fn t(&self) -> f64 {
         paired_t(&self.gains).max(paired_t(&self.shares))

@@ -7,12 +7,12 @@
 
 mod backward;
 mod forward;
-mod gates;
+pub(super) mod gates;
 mod shape;
 mod state;
 mod swap;
 
-pub use gates::{BlockGains, FEWEST_BLOCKS};
+pub use gates::FEWEST_BLOCKS;
 pub use state::{CLOSE, MARGIN, Search};
 pub use swap::Rival;
 

@@ -90,6 +90,38 @@ impl<'a> Search<'a> {
         self.equations_of(groups).solve()
     }
 
+    /// Factors of all columns of the library with these groups on all blocks; 0 for those that are not in.
+    pub fn factors(&self, groups: &[usize]) -> DVector<f64> {
+        let mut factors = DVector::zeros(self.library.columns.len());
+        for (column, &factor) in self.columns(groups).into_iter().zip(&self.solve(groups).factors) {
+            factors[column] = factor;
+        }
+        factors
+    }
+
+    /// Weighted normal equations of one block in these columns.
+    pub fn block_equations(&self, block: usize, columns: &[usize]) -> NormalEquations {
+        self.blocks[block].select(columns)
+    }
+
+    /// ρ₁ of what these factors of all columns leave of a joint; 0 if nothing is left.
+    pub fn first_correlation(&self, joint: usize, factors: &DVector<f64>) -> f64 {
+        let Library { equations, columns, torque, .. } = &self.library;
+        equations.correlations(columns, factors, torque, joint, 1).first().copied().unwrap_or(0.0)
+    }
+
+    /// Of these groups the one that leaves the least beside the set `others`, its price counted; a physical one if there is any.
+    pub fn best_beside(&self, others: &[usize], groups: impl Iterator<Item = usize>) -> Option<usize> {
+        let base = Base::new(self, others.to_vec());
+        let judged = groups.filter_map(|group| {
+            let beside = base.with(self, group);
+            let effect = self.library.groups[group].effect;
+            let wrong = !super::gates::are_physical(effect, &beside.factors);
+            beside.shows.then_some((wrong, beside.cost + self.price_of(group), group))
+        });
+        judged.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))).map(|(_, _, group)| group)
+    }
+
     /// Weighted squared error that is left with these groups.
     pub fn cost(&self, groups: &[usize]) -> f64 {
         self.solve(groups).residual_energy
@@ -158,13 +190,10 @@ impl<'a> Search<'a> {
     /// Beside something that no candidate explains, a small gain proves little: a form of friction that drifts or warms up
     /// copies a bit of it. What is left then counts as noise, and its neighbouring samples as one.
     pub(super) fn weigh_by_remainder(&mut self) -> bool {
-        let solution = self.solve(&self.active);
-        let mut factors = DVector::zeros(self.library.columns.len());
-        for (column, &factor) in self.columns(&self.active).into_iter().zip(&solution.factors) {
-            factors[column] = factor;
-        }
+        let rank = self.solve(&self.active).rank();
+        let factors = self.factors(&self.active);
         let weights: Vec<f64> = (0..self.weights.len())
-            .map(|joint| self.weights[joint].min(self.library.certainty_beside(joint, &factors, solution.rank())))
+            .map(|joint| self.weights[joint].min(self.library.certainty_beside(joint, &factors, rank)))
             .collect();
         let falls = weights.iter().zip(&self.weights).any(|(new, old)| *new < LIGHTER * old);
         if falls {

@@ -215,7 +215,7 @@ fn chooser(ui: &mut Ui, chosen: &mut usize, report: &Report) {
     ui.horizontal_wrapped(|ui| {
         for (number, effect) in report.effects.iter().enumerate() {
             let name = effect.effect.name;
-            let text = format!("{}. {name} · {:.0} %", number + 1, 100.0 * effect.confidence);
+            let text = format!("{}. {name} · {:.0} %", number + 1, 100.0 * effect.presence);
             ui.selectable_value(chosen, number, text);
         }
     });
@@ -228,8 +228,11 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
     let text = effect_text(effect, recording);
     widgets::card(ui, &text, |ui| {
         ui.horizontal_wrapped(|ui| {
-            ui.label(format!("Confidence {:.0} %", 100.0 * effect.confidence));
-            widgets::share_bar(ui, effect.confidence, 90.0, palette.accent);
+            ui.label(format!("There {:.0} %", 100.0 * effect.presence));
+            widgets::share_bar(ui, effect.presence, 90.0, palette.accent);
+            ui.add_space(GAP);
+            ui.label(format!("in this form {:.0} %", 100.0 * effect.form));
+            widgets::share_bar(ui, effect.form, 60.0, palette.weak);
             ui.add_space(GAP);
             let best = effect
                 .nmse_before
@@ -349,7 +352,7 @@ fn candidates(ui: &mut Ui, desk: &mut Desk, report: &Report) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "All candidates", |ui| {
         let text = "By how much each effect, added alone, divides the squared residual in cross-validation. Effects that look \
-                    alike all divide it: this is no confidence.";
+                    alike all divide it: this is no probability.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
         ui.add_space(4.0);
         for candidate in &report.ranking {
@@ -376,7 +379,7 @@ fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
                     joints: candidate.joint.into_iter().collect(),
                 });
             }
-            ui.label(RichText::new(divided(candidate.error_drop)).color(color));
+            ui.label(RichText::new(candidate.divides()).color(color));
             if !candidate.accepted() {
                 ui.label(RichText::new("refused").size(SMALL).color(color));
             }
@@ -390,27 +393,5 @@ fn row(ui: &mut Ui, desk: &mut Desk, candidate: &Candidate) {
     response.response.on_hover_text(candidate.reason());
     if candidate.accepted() {
         ui.label(RichText::new(candidate.reason()).size(SMALL).color(palette.weak));
-    }
-}
-
-/// By how much an error is divided that falls by a share of itself. Not in per cent, as a confidence is.
-fn divided(drop: f64) -> String {
-    match 1.0 / (1.0 - drop) {
-        factor if !factor.is_finite() || factor < 0.0 => "÷ ∞".to_owned(),
-        factor if factor < 1.005 => "no fall".to_owned(),
-        factor if factor < 10.0 => format!("÷ {factor:.2}"),
-        factor => format!("÷ {factor:.0}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::divided;
-
-    /// A candidate that is refused has no bar and no per cent beside the confidence of one that is named.
-    #[test]
-    fn what_an_effect_alone_does_is_not_said_as_a_confidence_is() {
-        assert_eq!([0.99, 0.5, 0.001, -0.3].map(divided), ["÷ 100", "÷ 2.00", "no fall", "no fall"]);
-        assert_eq!(divided(1.0), "÷ ∞");
     }
 }

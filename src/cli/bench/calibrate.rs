@@ -1,0 +1,125 @@
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::cli::progress;
+use crate::cli::table::{number, table};
+use crate::cli::write_file;
+use crate::diagnosis::presence::calibration::Calibration;
+use crate::trial::TrialError;
+use crate::trial::calibration::{Labelled, Quality, Source, cross_validate, label_all, learn};
+
+/// Learns how sure a diagnosis may be, where the truth is known.
+///
+/// What the data say of every family of effects is laid beside whether it is there: in blind draws of our own formulas and in
+/// worlds of rigid bodies. A logistic map is learned from it. How well it does is measured on recordings that it has not seen:
+/// each tenth of them by a map that was learned on the other nine.
+#[derive(Args)]
+#[command(after_help = "Example:
+  torquescope bench calibrate --draws 80 --worlds 240 --seed 500000 -o assets/presence.json")]
+pub struct Calibrate {
+    /// How many blind draws of our own formulas.
+    #[arg(long, default_value_t = 80)]
+    draws: u64,
+    /// How many worlds.
+    #[arg(long, default_value_t = 240)]
+    worlds: u64,
+    /// First seed of both.
+    #[arg(long, default_value_t = 500_000)]
+    seed: u64,
+    /// Write the map to this file.
+    #[arg(long, short)]
+    output: Option<PathBuf>,
+    /// Write what was seen in each recording to this file, a line of JSON for each.
+    #[arg(long, value_name = "FILE")]
+    examples: Option<PathBuf>,
+    /// Print the qualities as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Calibrate {
+    /// Labels, learns, tests and writes.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let seeds = |count: u64| self.seed..self.seed + count;
+        let cases: Vec<(Source, u64)> = seeds(self.draws)
+            .map(|seed| (Source::Formulas, seed))
+            .chain(seeds(self.worlds).map(|seed| (Source::World, seed)))
+            .collect();
+        let (map, qualities, labelled) = progress::watch("bench calibrate", move |monitor| {
+            let labelled = label_all(&cases, monitor, |&(source, seed)| match source {
+                Source::Formulas => Labelled::of_draw(seed, monitor),
+                Source::World | Source::Planted => Labelled::of_world(seed, monitor),
+            })?;
+            Ok::<_, TrialError>((learn(&labelled), cross_validate(&labelled), labelled))
+        })?;
+        let map = Calibration { command: self.command(), ..map };
+        if let Some(path) = &self.output {
+            write_file(path, &serde_json::to_vec_pretty(&map)?)?;
+        }
+        if let Some(path) = &self.examples {
+            let lines: Vec<String> = labelled.iter().map(serde_json::to_string).collect::<Result<_, _>>()?;
+            write_file(path, lines.join("\n").as_bytes())?;
+        }
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&qualities)?);
+        } else {
+            print(&map, &qualities);
+        }
+        Ok(())
+    }
+
+    /// The command that makes the same map again.
+    fn command(&self) -> String {
+        let Calibrate { draws, worlds, seed, .. } = self;
+        format!("torquescope bench calibrate --draws {draws} --worlds {worlds} --seed {seed} -o assets/presence.json")
+    }
+}
+
+fn print(map: &Calibration, qualities: &[Quality]) {
+    let of = |[part, all]: [usize; 2]| format!("{part} of {all}");
+    let rows: Vec<Vec<String>> = qualities
+        .iter()
+        .map(|quality| {
+            let [strong, sure, likely] = quality.strong;
+            vec![
+                quality.source.map_or("all".to_owned(), |source| format!("{source:?}").to_lowercase()),
+                of([quality.present, quality.sightings]),
+                number(quality.auc),
+                quality.calibration_error.map_or(String::new(), number),
+                of([quality.sure[1], quality.sure[0]]),
+                format!("{sure} / {likely} of {strong}"),
+                of([quality.complete[1], quality.complete[0]]),
+                of([quality.incomplete[1], quality.incomplete[0]]),
+            ]
+        })
+        .collect();
+    println!(
+        "{}",
+        table(
+            &[
+                "recordings",
+                "there",
+                "AUC",
+                "calibration error",
+                "right at 90 %",
+                "strong at 90 / 50 %",
+                "flagged complete",
+                "flagged incomplete"
+            ],
+            &rows
+        )
+    );
+    if let Some(all) = qualities.last() {
+        let rows: Vec<Vec<String>> = all
+            .reliability
+            .iter()
+            .map(|class| vec![number(class.confidence), number(class.right), class.names.to_string()])
+            .collect();
+        println!("{}", table(&["presence", "there", "sightings"], &rows));
+    }
+    println!("not complete from {} of a joint's torque on", number(map.remainder));
+    for (name, weight) in &map.clues {
+        println!("  {name}: {}", number(*weight));
+    }
+}

@@ -1,0 +1,247 @@
+//! Is it there? For each family of effects on each joint, how the evidence of it compares with everything else that may be there.
+//!
+//! A [`Sighting`] is what the data say of one family at one place once the search has spoken: how much torque it carries, how
+//! much of that nothing else explains, how steady it is from block to block, and how much is left beside it. Each clue is a
+//! ratio, so none has a unit. A posterior of the same data would be too sure of itself wherever the residual is not the noise that
+//! it assumes, which is on every real robot; so the clues pass a small map that was learned where the truth is known
+//! ([`calibration`]).
+//!
+//! Source of the clues: the Wald statistic with a covariance that is robust to blocks (Liang and Zeger, Biometrika 73 (1986) 13),
+//! the von Neumann ratio (Ann. Math. Stat. 12 (1941) 367).
+
+pub mod calibration;
+mod judged;
+
+pub(super) use judged::Judged;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::search::{MARGIN, Search, gates};
+use crate::effect::{Effect, Family};
+use crate::model::least_squares::NormalEquations;
+
+/// From this presence on a family is likelier there than not, and is named.
+pub const LIKELY: f64 = 0.5;
+/// From this presence on it is said to be there.
+pub const SURE: f64 = 0.9;
+
+/// Names of the clues, in their order.
+pub const CLUES: [&str; 12] = [
+    "ln(1 + Wald)",
+    "ln(share / 2 %)",
+    "ln(unique share / 1 %)",
+    "ln(unique share / rest of its joint)",
+    "ln(unique share / worst rest)",
+    "ln(worst rest / 1 %)",
+    "ln(whiteness)",
+    "what a flexible basis predicts of the rest",
+    "ln(share / unique share)",
+    "ln(1 + families for each joint)",
+    "found by the search",
+    "asinh(evidence over its price)",
+];
+/// Shares below this are taken for it: an exact fit leaves rounding only.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// What the data say of one family at one place.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sighting {
+    /// The family.
+    pub family: Family,
+    /// Its joint, from 0; `None` for the whole arm.
+    pub joint: Option<usize>,
+    /// The form in which it explains most: the one that was found, or the best candidate.
+    pub effect: &'static Effect,
+    /// Its groups in the library.
+    #[serde(skip)]
+    pub(super) groups: Vec<usize>,
+    /// Whether the search found it.
+    pub found: bool,
+    /// Whether its parameters lie within their bounds.
+    pub physical: bool,
+    /// RMS of its torque over that of the measured torque, on the joint where it is largest.
+    pub share: f64,
+    /// The same of what nothing else explains.
+    pub unique: f64,
+    /// The clues, in the order of [`CLUES`].
+    pub clues: [f64; CLUES.len()],
+}
+
+impl Sighting {
+    /// Whether it acts on this joint.
+    pub fn acts_on(&self, joint: usize) -> bool {
+        self.joint.is_none_or(|own| own == joint)
+    }
+
+    /// Whether the evidence speaks for it, and yet it is not likely with this presence.
+    pub fn is_doubtful(&self, presence: f64) -> bool {
+        presence < LIKELY && self.found
+    }
+}
+
+/// What is left of each joint with the effects found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rest {
+    /// RMS over that of the measured torque, by joint.
+    pub share: Vec<f64>,
+    /// The same without any effect that was found.
+    pub before: Vec<f64>,
+    /// 1 − ρ₁ of the residual, by joint: 1 for white noise, near 0 for what moves as slowly as the arm.
+    pub whiteness: Vec<f64>,
+    /// Share of the residual that a flexible basis predicts on left-out blocks, by joint.
+    pub predicted: Vec<f64>,
+}
+
+impl Rest {
+    /// Of the effects that the search has found; `predicted` as [`super::flexible`] finds it.
+    pub fn of(search: &Search, predicted: Vec<f64>) -> Rest {
+        let [before, factors] = [&[], search.active.as_slice()].map(|set| search.factors(set));
+        let joints = 0..search.weights.len();
+        let energies = Energies::new(search);
+        let left = |joint: usize, factors: &DVector<f64>| energies.left(joint, factors).sqrt().max(LEAST_SHARE);
+        Rest {
+            share: joints.clone().map(|joint| left(joint, &factors)).collect(),
+            before: joints.clone().map(|joint| left(joint, &before)).collect(),
+            whiteness: joints.map(|joint| (1.0 - search.first_correlation(joint, &factors)).clamp(0.0, 1.0)).collect(),
+            predicted,
+        }
+    }
+}
+
+/// Every family at every place that the data can show.
+pub fn sightings(search: &Search, rest: &Rest) -> Vec<Sighting> {
+    let groups = &search.library.groups;
+    let mut places: Vec<(Family, Option<usize>)> =
+        groups.iter().map(|group| (group.effect.family, group.joint)).collect();
+    places.sort_unstable();
+    places.dedup();
+    let energies = Energies::new(search);
+    places.into_par_iter().filter_map(|(family, joint)| sighting(search, rest, &energies, family, joint)).collect()
+}
+
+/// The squared length of each joint's torque and its normal equations over all blocks.
+struct Energies {
+    joints: Vec<(Vec<usize>, NormalEquations)>,
+}
+
+impl Energies {
+    fn new(search: &Search) -> Self {
+        let of_joint = |joint: usize| {
+            let (acting, equations) = search.library.equations.of_joint(joint);
+            (acting.to_vec(), equations)
+        };
+        Energies { joints: (0..search.weights.len()).map(of_joint).collect() }
+    }
+
+    /// Share of the joint's energy that these factors of all columns leave.
+    fn left(&self, joint: usize, factors: &DVector<f64>) -> f64 {
+        let (acting, equations) = &self.joints[joint];
+        let here = DVector::from_fn(acting.len(), |i, _| factors[acting[i]]);
+        equations.residual_energy(&here) / equations.energy.max(f64::MIN_POSITIVE)
+    }
+
+    /// Share of the joint's energy that these columns carry.
+    fn carried(&self, joint: usize, columns: &[usize], factors: &DVector<f64>) -> f64 {
+        let (acting, equations) = &self.joints[joint];
+        let here =
+            DVector::from_fn(acting.len(), |i, _| if columns.contains(&acting[i]) { factors[acting[i]] } else { 0.0 });
+        here.dot(&(&equations.gram * &here)) / equations.energy.max(f64::MIN_POSITIVE)
+    }
+}
+
+fn sighting(
+    search: &Search,
+    rest: &Rest,
+    energies: &Energies,
+    family: Family,
+    place: Option<usize>,
+) -> Option<Sighting> {
+    let groups = &search.library.groups;
+    let is_it = |group: usize| groups[group].effect.family == family && groups[group].joint == place;
+    let mut mine: Vec<usize> = search.active.iter().copied().filter(|&group| is_it(group)).collect();
+    let others: Vec<usize> = search.active.iter().copied().filter(|&group| !is_it(group)).collect();
+    let found = !mine.is_empty();
+    if !found {
+        mine = vec![search.best_beside(&others, (0..groups.len()).filter(|&group| is_it(group)))?];
+    }
+    let with: Vec<usize> = others.iter().chain(&mine).copied().collect();
+    let (before, after) = (search.factors(&others), search.factors(&with));
+    let columns: Vec<usize> = mine.iter().flat_map(|&group| groups[group].columns.clone()).collect();
+    let shown = |joint: usize| energies.carried(joint, &columns, &after);
+    let on = (0..search.weights.len()).max_by(|&a, &b| shown(a).total_cmp(&shown(b)))?;
+    let share = shown(on).sqrt();
+    let gain = search.cost(&others) - search.cost(&with);
+    let count: usize = mine.iter().map(|&group| groups[group].parameter_count()).sum();
+    let price: f64 = mine.iter().map(|&group| search.price_of(group)).sum();
+    let wald = (gain / count as f64).min(robust_wald(search, &with, &columns)?).max(0.0);
+    let unique = (energies.left(on, &before) - energies.left(on, &after)).max(0.0).sqrt().max(LEAST_SHARE);
+    let own_rest = energies.left(on, &after).sqrt().max(LEAST_SHARE);
+    let worst = rest.share.iter().copied().fold(LEAST_SHARE, f64::max);
+    let felt: Vec<usize> = place.map_or((0..search.weights.len()).collect(), |_| vec![on]);
+    let least = |values: &[f64]| felt.iter().map(|&joint| values[joint]).fold(f64::INFINITY, f64::min);
+    let most = |values: &[f64]| felt.iter().map(|&joint| values[joint]).fold(0.0, f64::max);
+    let families = search.active.len() as f64 / search.weights.len() as f64;
+    let clues = [
+        wald.ln_1p(),
+        (share.max(1e-5) / 0.02).ln(),
+        (unique / 0.01).ln().max(-3.0),
+        (unique / own_rest).ln(),
+        (unique / worst).ln(),
+        (worst / 0.01).ln(),
+        (least(&rest.whiteness) + 0.02).ln(),
+        most(&rest.predicted),
+        (share / unique).max(1.0).ln(),
+        families.ln_1p(),
+        f64::from(u8::from(found)),
+        (gain / (MARGIN * price)).asinh(),
+    ];
+    let physical = mine.iter().all(|&group| gates::is_physical(search, &with, group));
+    let effect = mine.iter().copied().max_by(|&a, &b| {
+        let carried = |group: usize| energies.carried(on, &groups[group].columns.clone().collect::<Vec<_>>(), &after);
+        carried(a).total_cmp(&carried(b))
+    })?;
+    Some(Sighting {
+        family,
+        joint: place,
+        effect: groups[effect].effect,
+        groups: mine,
+        found,
+        physical,
+        share,
+        unique,
+        clues,
+    })
+}
+
+/// θᵀV⁻¹θ for each of these columns beside all of the set, V from the sums of scores over blocks; `None` if the data can't show them.
+fn robust_wald(search: &Search, set: &[usize], columns: &[usize]) -> Option<f64> {
+    let all = search.columns(set);
+    let solution = search.solve(set);
+    let kept: Vec<usize> = (0..all.len()).filter(|&place| solution.identified[place]).collect();
+    let shown: Vec<usize> = kept.iter().map(|&place| all[place]).collect();
+    let own: Vec<usize> =
+        columns.iter().map(|column| shown.iter().position(|other| other == column)).collect::<Option<_>>()?;
+    let theta = DVector::from_fn(kept.len(), |i, _| solution.factors[kept[i]]);
+    let gram = search.equations_of(set).select(&kept).gram;
+    let scale = DVector::from_fn(kept.len(), |i, _| 1.0 / gram[(i, i)].max(f64::MIN_POSITIVE).sqrt());
+    let scaled = DMatrix::from_fn(kept.len(), kept.len(), |i, j| gram[(i, j)] * scale[i] * scale[j]);
+    let inverse = scaled.cholesky()?.inverse();
+    let count = own.len();
+    let mut spread = DMatrix::<f64>::zeros(count, count);
+    let blocks = search.library.equations.block_count();
+    for block in 0..blocks {
+        let of_block = search.block_equations(block, &shown);
+        let score = (of_block.moment - of_block.gram * &theta).component_mul(&scale);
+        let step = DVector::from_fn(count, |i, _| inverse.row(own[i]).transpose().dot(&score) * scale[own[i]]);
+        spread += &step * step.transpose();
+    }
+    spread *= blocks as f64 / (blocks as f64 - 1.0 - count as f64).max(1.0);
+    let ridge = 1e-9 * spread.trace() / count as f64 + f64::MIN_POSITIVE;
+    for i in 0..count {
+        spread[(i, i)] += ridge;
+    }
+    let mine = DVector::from_fn(count, |i, _| theta[own[i]]);
+    Some(mine.dot(&spread.cholesky()?.solve(&mine)) / count as f64)
+}

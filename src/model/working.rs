@@ -1,0 +1,167 @@
+//! The recording as models are fitted to it: in a band that is wider than that of the torque, at a rate that is enough for it.
+//!
+//! Columns are formed along these signals and then filtered as the torque is ([`super::preparation`]), since the filter of a
+//! product is not the product of what was filtered: the direction of friction is smeared over a reversal just as the torque is.
+//! Derivatives that the reader made for the eye, at the cut-off of the torque, are made anew here in the wide band. Many samples
+//! in a band that needs few say nothing more and cost time: a log of 5 kHz is thinned out sixty times.
+
+use std::borrow::Cow;
+
+use super::preparation::Preparation;
+use crate::recording::differentiate::{derivative, low_pass};
+use crate::recording::split::{Segment, Split};
+use crate::recording::{Channels, Origin, Provenance, Recording, Trajectory};
+use crate::signals::Signals;
+
+/// The wide band reaches so many times as far as the torque's, and ends below this share of the sampling rate.
+const WIDER: f64 = 2.5;
+const HIGHEST_SHARE: f64 = 0.4;
+/// Samples for each period of the torque's cut-off that are kept at least: five for each of the wide band.
+const RATE: f64 = 12.5;
+
+/// A recording in the wide band, with its split and the preparation of each trajectory.
+pub struct Working<'a> {
+    /// The recording.
+    pub recording: Cow<'a, Recording>,
+    /// Its training and held-out parts.
+    pub split: Split,
+    /// What its torque and columns pass through.
+    pub preparations: Vec<Preparation>,
+}
+
+impl<'a> Working<'a> {
+    /// Of a recording whose derivatives were measured at a moderate rate it is the recording itself.
+    pub fn of(recording: &'a Recording, split: &Split) -> Self {
+        let count = recording.trajectories.len();
+        let preparations: Vec<Preparation> = (0..count).map(|index| Preparation::of(recording, index)).collect();
+        let bands: Vec<Option<Band>> =
+            preparations.iter().map(|preparation| Band::of(preparation, &recording.provenance)).collect();
+        if bands.iter().all(Option::is_none) {
+            return Working { recording: Cow::Borrowed(recording), split: split.clone(), preparations };
+        }
+        let each = recording.trajectories.iter().zip(&bands);
+        let trajectories = each
+            .map(|(trajectory, band)| {
+                band.as_ref().map_or_else(|| trajectory.clone(), |band| band.apply(trajectory, &recording.provenance))
+            })
+            .collect();
+        let thinned = |segments: &[Segment]| -> Vec<Segment> {
+            let thinned = |segment: &Segment| {
+                let every = bands[segment.trajectory].as_ref().map_or(1, |band| band.every);
+                let samples = segment.samples.start.div_ceil(every)..segment.samples.end.div_ceil(every);
+                Segment { trajectory: segment.trajectory, samples }
+            };
+            segments.iter().map(thinned).collect()
+        };
+        let preparations = preparations
+            .iter()
+            .zip(&bands)
+            .map(|(preparation, band)| preparation.after(band.as_ref().map_or(1, |band| band.every)))
+            .collect();
+        Working {
+            split: Split { train: thinned(&split.train), held_out: thinned(&split.held_out) },
+            recording: Cow::Owned(Recording {
+                name: recording.name.clone(),
+                joints: recording.joints.clone(),
+                trajectories,
+                provenance: recording.provenance.clone(),
+                posture: recording.posture,
+                stated_arm: recording.stated_arm.clone(),
+                chain: recording.chain.clone(),
+                seal: None,
+            }),
+            preparations,
+        }
+    }
+}
+
+/// What is done to the signals of one trajectory.
+struct Band {
+    /// The end of the wide band \[Hz\].
+    cutoff: f64,
+    /// Every how manieth sample is kept.
+    every: usize,
+}
+
+impl Band {
+    /// `None` where there is nothing to gain.
+    fn of(preparation: &Preparation, provenance: &Provenance) -> Option<Band> {
+        let rate = 1.0 / preparation.time_step;
+        let narrow = preparation.cutoff?;
+        let cutoff = WIDER * narrow;
+        let every = ((rate / (RATE * narrow)) as usize).max(1);
+        let is_derived = matches!(provenance.acceleration, Origin::Derived(_));
+        (every > 1 || is_derived && cutoff < HIGHEST_SHARE * rate).then_some(Band { cutoff, every })
+    }
+
+    fn apply(&self, trajectory: &Trajectory, provenance: &Provenance) -> Trajectory {
+        let Channels { time, q, qd, qdd, tau } = &**trajectory;
+        let step = trajectory.time_step();
+        let smooth = |signal: &[f64]| low_pass(signal, step, self.cutoff);
+        let derived = |signal: &Signals| signal.map_joints(|signal| derivative(signal, time, self.cutoff));
+        let [q, tau] = [q, tau].map(|signal| signal.map_joints(smooth));
+        let qd = match provenance.velocity {
+            Origin::Measured => qd.map_joints(smooth),
+            Origin::Derived(_) => derived(&q),
+        };
+        let qdd = match provenance.acceleration {
+            Origin::Measured => qdd.map_joints(smooth),
+            Origin::Derived(_) => derived(&qd),
+        };
+        let thin = |signal: &Signals| signal.map_joints(|signal| signal.iter().copied().step_by(self.every).collect());
+        let channels = Channels {
+            time: time.iter().copied().step_by(self.every).collect(),
+            q: thin(&q),
+            qd: thin(&qd),
+            qdd: thin(&qdd),
+            tau: thin(&tau),
+        };
+        // All channels are thinned alike, so their shapes agree as those of the trajectory did.
+        Trajectory::new(trajectory.name.as_str(), channels).unwrap_or_else(|_| trajectory.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Monitor;
+    use crate::simulation::{Excitation, Scenario, simulate};
+
+    fn log(rate: f64) -> Recording {
+        let mut scenario = Scenario::embedded();
+        if let Excitation::MultiSine { trajectories, duration, rate: at, .. } = &mut scenario.motion {
+            (*trajectories, *duration, *at) = (2, 4.0, rate);
+        }
+        simulate(&scenario, &Monitor::new()).unwrap()
+    }
+
+    #[test]
+    fn a_slow_recording_with_measured_derivatives_is_itself() {
+        let recording = log(100.0);
+        let split = Split::automatic(&recording);
+        assert!(matches!(Working::of(&recording, &split).recording, Cow::Borrowed(_)));
+    }
+
+    /// Thinned out, it is the same motion: velocity and acceleration are derivatives of the position, and no later.
+    #[test]
+    fn a_fast_one_is_thinned_out_and_derived_anew() {
+        let mut recording = log(1000.0);
+        recording.provenance.acceleration = Origin::Derived("rough".to_owned());
+        for trajectory in &mut recording.trajectories {
+            trajectory.channels_mut().qdd.values_mut().fill(0.0);
+        }
+        let truth = log(1000.0);
+        let split = Split::automatic(&recording);
+        let working = Working::of(&recording, &split);
+        let (thin, full) = (&working.recording.trajectories[0], &truth.trajectories[0]);
+        let every = full.len().div_ceil(thin.len());
+        assert!(every > 2, "{every}");
+        assert!(working.split.train.iter().all(|segment| segment.samples.end <= thin.len()));
+        let largest = full.qdd[1].iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        for t in thin.len() / 4..thin.len() * 3 / 4 {
+            assert_eq!(thin.time[t], full.time[t * every]);
+            let [is, was] = [thin.qdd[1][t], full.qdd[1][t * every]];
+            assert!((is - was).abs() < 0.02 * largest, "{is} is not {was}");
+        }
+    }
+}
