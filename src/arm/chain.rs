@@ -185,14 +185,50 @@ impl Regressor {
         let width = n * PER_LINK;
         assert_eq!(rows.len(), n * width, "the regressor of {n} joints has {n} × {width} elements");
         rows.fill(0.0);
+        let moved = self.moved(q, qd, qdd);
+        for (link, LinkMotion { omega, alpha, acceleration, .. }) in moved.iter().enumerate() {
+            for (parameter, (force, moment)) in wrenches(omega, alpha, acceleration).into_iter().enumerate() {
+                let column = link * PER_LINK + parameter;
+                let (mut force, mut moment) = (force, moment);
+                for joint in (0..=link).rev() {
+                    rows[joint * width + column] = if self.sliding[joint] { force.z } else { moment.z };
+                    let step = &moved[joint].step;
+                    force = step.rotation * force;
+                    moment = step.rotation * moment + step.offset.cross(&force);
+                }
+            }
+        }
+    }
+
+    /// The torque of one state with these parameters (ten for each link, in the order of the regressor's columns): what the regressor
+    /// times them is, a link at a time. Source: the recursive Newton-Euler algorithm of Luh, Walker and Paul, J. Dyn. Sys. Meas.
+    /// Control 102 (1980) 69.
+    ///
+    /// # Panics
+    /// If there are fewer than 10 n parameters, or fewer than n places for the torque.
+    pub fn torque(&self, q: &[f64], qd: &[f64], qdd: &[f64], parameters: &[f64], torque: &mut [f64]) {
+        let moved = self.moved(q, qd, qdd);
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for (link, LinkMotion { step, omega, alpha, acceleration }) in moved.iter().enumerate().rev() {
+            let own = &parameters[link * PER_LINK..(link + 1) * PER_LINK];
+            let first = Vector3::new(own[1], own[2], own[3]);
+            let inertia = Matrix3::new(own[4], own[5], own[6], own[5], own[7], own[8], own[6], own[8], own[9]);
+            force += own[0] * acceleration + alpha.cross(&first) + omega.cross(&omega.cross(&first));
+            moment += first.cross(acceleration) + inertia * alpha + omega.cross(&(inertia * omega));
+            torque[link] = if self.sliding[link] { force.z } else { moment.z };
+            force = step.rotation * force;
+            moment = step.rotation * moment + step.offset.cross(&force);
+        }
+    }
+
+    /// How each link moves, in its own frame.
+    fn moved(&self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Vec<LinkMotion> {
         let z = Vector3::z();
         let (mut omega, mut alpha, mut acceleration) = (Vector3::zeros(), Vector3::zeros(), -self.gravity);
-        let mut moved: Vec<Step> = Vec::with_capacity(n);
-        for link in 0..n {
+        let mut moved = Vec::with_capacity(self.steps.len());
+        for (link, from) in self.steps.iter().enumerate() {
             let slides = self.sliding[link];
-            let step =
-                self.steps[link].then(if slides { Step::about_z(0.0, q[link]) } else { Step::about_z(q[link], 0.0) });
-            moved.push(step);
+            let step = from.then(if slides { Step::about_z(0.0, q[link]) } else { Step::about_z(q[link], 0.0) });
             let into = step.rotation.transpose();
             let carried = acceleration + alpha.cross(&step.offset) + omega.cross(&omega.cross(&step.offset));
             let (before, turned) = (into * omega, into * alpha);
@@ -204,18 +240,20 @@ impl Regressor {
                 omega = before + z * qd[link];
                 alpha = turned + before.cross(&z) * qd[link] + z * qdd[link];
             }
-            for (parameter, (force, moment)) in wrenches(&omega, &alpha, &acceleration).into_iter().enumerate() {
-                let column = link * PER_LINK + parameter;
-                let (mut force, mut moment) = (force, moment);
-                for joint in (0..=link).rev() {
-                    rows[joint * width + column] = if self.sliding[joint] { force.z } else { moment.z };
-                    let step = &moved[joint];
-                    force = step.rotation * force;
-                    moment = step.rotation * moment + step.offset.cross(&force);
-                }
-            }
+            moved.push(LinkMotion { step, omega, alpha, acceleration });
         }
+        moved
     }
+}
+
+/// How a link moves, in its own frame.
+struct LinkMotion {
+    /// From the frame before it.
+    step: Step,
+    omega: Vector3<f64>,
+    alpha: Vector3<f64>,
+    /// Of its origin, gravity taken off.
+    acceleration: Vector3<f64>,
 }
 
 /// Force and moment about the origin of the link's frame that one unit of each parameter needs.
@@ -249,6 +287,27 @@ mod tests {
     use super::*;
     use crate::arm::{Arm, Link, Posture};
     use crate::signals::Signals;
+
+    /// Revolute and sliding joints, every parameter: the torque is the regressor times the parameters.
+    #[test]
+    fn the_torque_is_the_regressor_times_the_parameters() {
+        let axis = |alpha: f64, a: f64, d: f64| Axis { alpha, a, d, ..Axis::default() };
+        let axes = vec![axis(0.4, 0.1, 0.3), axis(-1.2, 0.5, 0.0), axis(0.7, 0.2, -0.1)];
+        let chain = Chain { convention: Convention::Modified, axes, gravity: [0.5, -1.0, -9.7] };
+        let (q, qd, qdd) = ([0.3, -0.7, 1.1], [1.0, -2.0, 0.5], [3.0, 1.0, -4.0]);
+        let parameters: Vec<f64> = (0..30).map(|number| (1.0 + f64::from(number)).sin()).collect();
+        for sliding in [[false; 3], [false, true, false]] {
+            let regressor = chain.regressor(&sliding);
+            let mut rows = vec![0.0; 90];
+            regressor.fill(&q, &qd, &qdd, &mut rows);
+            let mut torque = [0.0; 3];
+            regressor.torque(&q, &qd, &qdd, &parameters, &mut torque);
+            for (joint, torque) in torque.iter().enumerate() {
+                let expected: f64 = rows[joint * 30..][..30].iter().zip(&parameters).map(|(a, b)| a * b).sum();
+                assert!((torque - expected).abs() < 1e-12 * expected.abs().max(1.0), "{torque} is not {expected}");
+            }
+        }
+    }
 
     #[test]
     fn a_planar_arm_in_space_has_the_torque_of_the_closed_form() {

@@ -7,11 +7,13 @@ use super::report::Alternative;
 use super::search::{CLOSE, Rival, Search};
 use super::stated_arm::{self, Comparison};
 use crate::arm::Arm;
-use crate::effect::Effect;
+use crate::effect::{Effect, registry};
 use crate::recording::Recording;
 
 /// A rival counts as an alternative too if it explains all but this share of what the effect explains.
 const NEARLY_AS_MUCH: f64 = 0.05;
+/// Odds of a form that not nearly every joint has, before the data speak.
+const RARE: f64 = 0.2;
 /// No form is surer: data alone never make certain.
 const SUREST_FORM: f64 = 0.98;
 
@@ -128,7 +130,12 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
         }
     }
     let certainty = judged.certainty(groups[group].joint);
-    let others: f64 = forms.values().map(|priced| (-0.5 * certainty * priced).exp()).sum();
+    // A form with more evidence was refused by left-out blocks: then it is one or the other.
+    let odds = |(id, priced): (&&str, &f64)| {
+        let rare = registry::find(id).is_ok_and(|form| !form.facts.everyday);
+        (if rare { RARE } else { 1.0 }) * (-0.5 * certainty * priced.max(0.0)).exp()
+    };
+    let others: f64 = forms.iter().map(odds).sum();
     Judgement {
         gain,
         presence: judged.presence(groups[group].effect.family, groups[group].joint),

@@ -15,7 +15,7 @@ use super::design::{Design, inverse};
 use super::equations::{Equations, PreparedColumn};
 use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
-use super::terms::{Factor, Found, OperatingPoint, Setting};
+use super::terms::{Factor, Found, OperatingPoint, Setting, identified_torque};
 use super::{Model, ModelError, RigidBody, Term};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
@@ -475,13 +475,19 @@ impl Fitted {
             None => Vec::new(),
         }
         .into_iter();
-        let load = self.model.effects().next().and_then(|_| self.setting.load(trajectory));
+        let needs_load = self.model.effects().any(|term| term.effect.facts.depends_on_load);
+        let load = if needs_load { self.setting.load(trajectory) } else { None };
         let mut terms = Vec::new();
         let mut factors = self.factors.iter();
         for (term, shape) in self.model.terms.iter().zip(&self.shapes) {
             let (known, columns) = match term {
-                Term::RigidBody(body) => {
-                    (body.known_torque(&self.setting, trajectory), body.columns(&self.setting, trajectory))
+                Term::RigidBody(body @ RigidBody::Stated(_)) => {
+                    (body.known_torque(&self.setting, trajectory), Vec::new())
+                }
+                Term::RigidBody(RigidBody::Identified) => {
+                    let count = RigidBody::Identified.factors(0, &self.setting).len();
+                    let own: Vec<f64> = factors.by_ref().take(count).copied().collect();
+                    (Some(identified_torque(&self.setting, trajectory, &own)), Vec::new())
                 }
                 Term::Effect(effect) => (None, effect.columns(&self.setting, trajectory, load.as_ref(), shape)?),
                 Term::Learned(_) => (learned.next(), Vec::new()),

@@ -3,6 +3,8 @@
 //! A block's equations are computed once; any selection of blocks (all, all but one, the slow ones) is then a sum of small
 //! matrices, so cross-validation and the jackknife cost next to nothing.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 /// XᵀX, Xᵀy and yᵀy of a linear model y ≈ Xβ.
@@ -100,7 +102,8 @@ impl NormalEquations {
 #[derive(Debug, Clone, Default)]
 pub struct Elimination {
     scale: Vec<f64>,
-    rows: Vec<Vec<f64>>,
+    /// Shared with what goes on from here: hundreds of candidates are tried beside the same columns.
+    rows: Vec<Arc<[f64]>>,
     half: Vec<f64>,
     identified: Vec<bool>,
     energy: f64,
@@ -128,7 +131,7 @@ impl Elimination {
             row.fill(0.0);
         }
         self.scale.push(scale);
-        self.rows.push(row);
+        self.rows.push(row.into());
         self.half.push(half);
         self.identified.push(identified);
     }

@@ -12,6 +12,10 @@ use crate::signals::Signals;
 /// and the cut-off follows the motion as in [`default_cutoff`].
 const CUTOFF: f64 = 25.0;
 
+/// Samples for each period of the cut-off that are kept: two would do for the factors; with three, neighbours also tell slow
+/// remainders from noise.
+const KEPT: f64 = 3.125;
+
 /// How signals of one trajectory are filtered and thinned out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preparation {
@@ -41,7 +45,7 @@ impl Preparation {
         if rate <= 2.5 * cutoff {
             return Preparation { time_step, cutoff: None, every: 1 };
         }
-        Preparation { time_step, cutoff: Some(cutoff), every: ((rate / (2.0 * cutoff)).round() as usize).max(1) }
+        Preparation { time_step, cutoff: Some(cutoff), every: ((rate / (KEPT * cutoff)).round() as usize).max(1) }
     }
 
     /// What does the same to signals of which only every `every`th sample is left.

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use super::least_squares::dot;
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::arm::chain::{Chain, PER_LINK};
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
@@ -158,13 +159,7 @@ impl Setting {
         let is_planar = self.chain.is_none() && !self.kinds.contains(&JointKind::Prismatic);
         let lumped = is_planar.then(|| factors.to_vec());
         let factors = factors.to_vec();
-        let sum = move |setting: &Setting, trajectory: &Trajectory| {
-            let mut torque = Signals::zeros(trajectory.joint_count(), trajectory.len());
-            for (column, factor) in RigidBody::Identified.columns(setting, trajectory).iter().zip(&factors) {
-                column.add_to(&mut torque, *factor);
-            }
-            torque
-        };
+        let sum = move |setting: &Setting, trajectory: &Trajectory| identified_torque(setting, trajectory, &factors);
         let mut still = trajectory.clone();
         let run = still.channels_mut();
         for mut signal in [run.qd, run.qdd] {
@@ -249,6 +244,51 @@ impl RigidBody {
     }
 }
 
+/// Torque of the identified rigid body with these factors: its columns times them, without the columns in between.
+pub(super) fn identified_torque(setting: &Setting, trajectory: &Trajectory, factors: &[f64]) -> Signals {
+    let joints = trajectory.joint_count();
+    let mut torque = Signals::zeros(joints, trajectory.len());
+    if let Some(chain) = &setting.chain {
+        let regressor = chain.regressor(&sliding(setting));
+        along(trajectory, |sample, q, qd, qdd| {
+            let mut now = [0.0; MOST_JOINTS];
+            regressor.torque(q, qd, qdd, factors, &mut now);
+            (0..joints).for_each(|joint| torque[joint][sample] = now[joint]);
+        });
+    } else if setting.kinds == [JointKind::Prismatic] {
+        let mass = factors[0];
+        torque[0].iter_mut().zip(&trajectory.qdd[0]).for_each(|(tau, qdd)| *tau = mass * qdd);
+    } else {
+        let width = regressor::parameter_count(joints);
+        let mut rows = vec![0.0; joints * width];
+        along(trajectory, |sample, q, qd, qdd| {
+            regressor::fill(setting.posture, setting.gravity(), q, qd, qdd, &mut rows);
+            for (joint, row) in rows.chunks_exact(width).enumerate() {
+                torque[joint][sample] = dot(row, factors);
+            }
+        });
+    }
+    torque
+}
+
+/// Which joints slide.
+fn sliding(setting: &Setting) -> Vec<bool> {
+    setting.kinds.iter().map(|kind| *kind == JointKind::Prismatic).collect()
+}
+
+/// Each sample of a trajectory with q, q̇ and q̈ of all joints side by side.
+fn along(trajectory: &Trajectory, mut at: impl FnMut(usize, &[f64], &[f64], &[f64])) {
+    let joints = trajectory.joint_count();
+    let mut state = [[0.0; MOST_JOINTS]; 3];
+    for sample in 0..trajectory.len() {
+        for (state, signal) in state.iter_mut().zip([&trajectory.q, &trajectory.qd, &trajectory.qdd]) {
+            state.iter_mut().zip(signal.at(sample)).for_each(|(place, value)| *place = value);
+        }
+        let [q, qd, qdd] = &state;
+        at(sample, &q[..joints], &qd[..joints], &qdd[..joints]);
+    }
+}
+
 /// The regressor of the planar arm.
 fn regressor_columns(setting: &Setting, trajectory: &Trajectory) -> Vec<Column> {
     let width = regressor::parameter_count(trajectory.joint_count());
@@ -259,8 +299,7 @@ fn regressor_columns(setting: &Setting, trajectory: &Trajectory) -> Vec<Column> 
 
 /// The regressor of an arm in space.
 fn chain_columns(chain: &Chain, setting: &Setting, trajectory: &Trajectory) -> Vec<Column> {
-    let sliding: Vec<bool> = setting.kinds.iter().map(|kind| *kind == JointKind::Prismatic).collect();
-    let regressor = chain.regressor(&sliding);
+    let regressor = chain.regressor(&sliding(setting));
     let width = PER_LINK * trajectory.joint_count();
     columns_along(trajectory, width, |q, qd, qdd, rows| regressor.fill(q, qd, qdd, rows))
 }
@@ -275,17 +314,12 @@ fn columns_along(
     let samples = trajectory.len();
     let mut values = vec![vec![0.0; samples]; joints * width];
     let mut rows = vec![0.0; joints * width];
-    let mut state = [[0.0; MOST_JOINTS]; 3];
-    for sample in 0..samples {
-        for (state, signal) in state.iter_mut().zip([&trajectory.q, &trajectory.qd, &trajectory.qdd]) {
-            state.iter_mut().zip(signal.at(sample)).for_each(|(place, value)| *place = value);
-        }
-        let [q, qd, qdd] = &state;
-        fill(&q[..joints], &qd[..joints], &qdd[..joints], &mut rows);
+    along(trajectory, |sample, q, qd, qdd| {
+        fill(q, qd, qdd, &mut rows);
         for (element, row) in values.iter_mut().zip(&rows) {
             element[sample] = *row;
         }
-    }
+    });
     let mut columns: Vec<Column> = (0..width).map(|_| Column { parts: Vec::new() }).collect();
     for (index, element) in values.into_iter().enumerate() {
         if element.iter().any(|&value| value != 0.0) {

@@ -54,12 +54,9 @@ pub struct Sighting {
     pub joint: Option<usize>,
     /// The form in which it explains most: the one that was found, or the best candidate.
     pub effect: &'static Effect,
-    /// Its groups in the library.
-    #[serde(skip)]
-    pub(super) groups: Vec<usize>,
     /// Whether the search found it.
     pub found: bool,
-    /// Whether its parameters lie within their bounds.
+    /// Whether the parameters of that form lie within their bounds.
     pub physical: bool,
     /// RMS of its torque over that of the measured torque, on the joint where it is largest.
     pub share: f64,
@@ -197,18 +194,16 @@ fn sighting(
         f64::from(u8::from(found)),
         (gain / (MARGIN * price)).asinh(),
     ];
-    let physical = mine.iter().all(|&group| gates::is_physical(search, &with, group));
-    let effect = mine.iter().copied().max_by(|&a, &b| {
+    let main = mine.iter().copied().max_by(|&a, &b| {
         let carried = |group: usize| energies.carried(on, &groups[group].columns.clone().collect::<Vec<_>>(), &after);
         carried(a).total_cmp(&carried(b))
     })?;
     Some(Sighting {
         family,
         joint: place,
-        effect: groups[effect].effect,
-        groups: mine,
+        effect: groups[main].effect,
         found,
-        physical,
+        physical: gates::is_physical(search, &with, main),
         share,
         unique,
         clues,

@@ -16,30 +16,43 @@ const SHORT_LIST: usize = 4;
 impl Search<'_> {
     /// The candidate with the best evidence that passes all gates.
     pub(super) fn next_best(&mut self, refused: &mut Vec<(usize, Refusal)>) -> Result<Option<usize>, ModelError> {
+        let base = Base::new(self, self.active.clone());
+        let now = gates::Now::of(self);
+        let mut scores: Vec<Option<f64>> =
+            (0..self.library.groups.len()).into_par_iter().map(|group| self.score(&base, group)).collect();
+        let mut refined: Vec<usize> = Vec::new();
         loop {
-            let base = Base::new(self, self.active.clone());
-            let (before, now) = (base.cost, self.priced_cost(&self.active));
-            let score = |group: usize| {
-                let candidate = &self.library.groups[group];
-                let is_refused =
-                    refused.iter().any(|(other, _)| self.library.groups[*other].same_place_and_effect(candidate));
-                if is_refused || !self.is_open(group) {
-                    return None;
-                }
-                let beside = base.with(self, group);
-                let with = self.with(group);
-                let replaces = with.len() <= self.active.len();
-                let score =
-                    if replaces { now - self.priced_cost(&with) } else { before - beside.cost - self.price_of(group) };
-                (score > 0.0 && beside.shows).then_some((group, score))
+            let is_refused = |group: usize| {
+                let groups = &self.library.groups;
+                refused.iter().any(|(other, _)| groups[*other].same_place_and_effect(&groups[group]))
             };
-            let scored: Vec<(usize, f64)> = (0..self.library.groups.len()).into_par_iter().filter_map(score).collect();
-            let Some(group) = self.best_when_refined(scored)? else { return Ok(None) };
-            match gates::check(self, group) {
+            let open = scores.iter().enumerate().filter_map(|(group, score)| Some((group, (*score)?)));
+            let open: Vec<(usize, f64)> = open.filter(|(group, _)| !is_refused(*group)).collect();
+            let before = refined.len();
+            let Some(group) = self.best_when_refined(open, &mut refined)? else { return Ok(None) };
+            for &reshaped in &refined[before..] {
+                scores[reshaped] = self.score(&base, reshaped);
+            }
+            match gates::check(self, &now, group) {
                 Ok(()) => return Ok(Some(group)),
                 Err(reason) => refused.push((group, reason)),
             }
         }
+    }
+
+    /// The evidence for one more group, its price taken off; `None` if there is none.
+    fn score(&self, base: &Base, group: usize) -> Option<f64> {
+        if !self.is_open(group) {
+            return None;
+        }
+        let with = self.with(group);
+        let beside = base.with(self, group);
+        let score = if with.len() <= self.active.len() {
+            base.cost + self.price_of_all(&self.active) - self.priced_cost(&with)
+        } else {
+            base.cost - beside.cost - self.price_of(group)
+        };
+        (score > 0.0 && beside.shows).then_some(score)
     }
 
     /// Two refused candidates that pass all gates beside each other: where two strong effects are missing, each may hide the
@@ -67,7 +80,7 @@ impl Search<'_> {
         let passes = |search: &mut Search, [first, second]: [usize; 2]| {
             let pass = [[first, second], [second, first]].into_iter().all(|[there, added]| {
                 search.active = with(&[there]);
-                gates::check(search, added).is_ok()
+                gates::check(search, &gates::Now::of(search), added).is_ok()
             });
             search.active.clone_from(&before);
             pass && gates::is_confirmed(search, &before, &with(&[first, second]))
@@ -76,8 +89,13 @@ impl Search<'_> {
         best.map_or(Vec::new(), Vec::from)
     }
 
-    /// The best of the most promising effects, each with its shape refined: at its start value a shape may do badly.
-    fn best_when_refined(&mut self, mut scored: Vec<(usize, f64)>) -> Result<Option<usize>, ModelError> {
+    /// The best of the most promising effects, each with its shape refined: at its start value a shape may do badly. Those that are
+    /// `refined` beside this set already stay as they are; the others join them.
+    fn best_when_refined(
+        &mut self,
+        mut scored: Vec<(usize, f64)>,
+        refined: &mut Vec<usize>,
+    ) -> Result<Option<usize>, ModelError> {
         scored.sort_by(|a, b| b.1.total_cmp(&a.1));
         let is_everyday = |&group: &usize| self.library.groups[group].effect.facts.everyday;
         let everyday: Vec<usize> = scored.iter().map(|(group, _)| *group).filter(is_everyday).collect();
@@ -91,13 +109,13 @@ impl Search<'_> {
                 break;
             }
         }
-        let refined = short_list
-            .par_iter()
-            .map(|&group| self.best_shape(group, COARSE))
-            .collect::<Result<Vec<_>, ModelError>>()?;
-        for (&group, shape) in short_list.iter().zip(refined) {
+        let new: Vec<usize> = short_list.iter().copied().filter(|group| !refined.contains(group)).collect();
+        let shapes =
+            new.par_iter().map(|&group| self.best_shape(group, COARSE)).collect::<Result<Vec<_>, ModelError>>()?;
+        for (&group, shape) in new.iter().zip(shapes) {
             shape.map_or(Ok(()), |shape| self.reshape(group, shape))?;
         }
+        refined.extend(new);
         let cost = |group: &usize| self.priced_cost(&self.with(*group));
         let Some(best) = short_list.iter().copied().min_by(|a, b| cost(a).total_cmp(&cost(b))) else { return Ok(None) };
         let groups = &self.library.groups;

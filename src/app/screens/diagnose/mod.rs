@@ -141,6 +141,8 @@ impl Diagnose {
 fn ranking(ui: &mut Ui, desk: &mut Desk) {
     let Some(report) = desk.session.report.clone() else { return };
     widgets::card(ui, "What to do", |ui| advice(ui, &report));
+    presence(ui, &report);
+    completeness(ui, &report);
     candidates(ui, desk, &report);
 }
 
@@ -157,6 +159,49 @@ fn advice(ui: &mut Ui, report: &Report) {
             }
         });
     }
+}
+
+/// How likely each kind of physics is there, by joint.
+fn presence(ui: &mut Ui, report: &Report) {
+    if report.presence.is_empty() {
+        return;
+    }
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "What is there, and how sure", |ui| {
+        let text =
+            "Probability that something of this kind is there, as evidence like it was right where the truth is known.";
+        widgets::weak(ui, text);
+        ui.add_space(4.0);
+        for one in &report.presence {
+            let is_likely = one.probability >= crate::diagnosis::presence::LIKELY;
+            let color = if is_likely { palette.text } else { palette.weak };
+            ui.horizontal(|ui| {
+                let bar = if is_likely { palette.accent } else { palette.weak };
+                widgets::share_bar(ui, one.probability, 60.0, bar);
+                ui.label(RichText::new(format!("{:.0} %", 100.0 * one.probability)).color(color));
+                ui.add(egui::Label::new(RichText::new(one.place()).color(color)).truncate());
+            })
+            .response
+            .on_hover_text(format!(
+                "{}: it {}; {:.1} % of the torque as {}.",
+                one.place(),
+                one.likelihood(),
+                100.0 * one.share,
+                one.effect.name
+            ));
+        }
+    });
+}
+
+/// How complete the answer is, by joint.
+fn completeness(ui: &mut Ui, report: &Report) {
+    let palette = Palette::in_ui(ui);
+    widgets::card(ui, "How complete", |ui| {
+        for one in &report.completeness {
+            let color = if one.complete { palette.text } else { palette.warning };
+            ui.label(RichText::new(format!("{}.", widgets::sentence_case(&one.text()))).size(SMALL).color(color));
+        }
+    });
 }
 
 /// The verdict as one sentence.
