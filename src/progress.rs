@@ -5,6 +5,7 @@
 //! nobody) is not its concern: it never waits for them. Those who are slow find all [`Event`]s in their order; only progress
 //! that is out of date is left out.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -117,6 +118,18 @@ impl Monitor {
     /// the part ends.
     pub fn relaying(pass_on: impl Fn(&Event) -> Result<(), Stopped> + Send + Sync + 'static) -> Self {
         Self(Arc::new(Line { pass_on: Some(Box::new(pass_on)), ..Line::default() }))
+    }
+
+    /// The line of a part of this work that goes from one share of the whole (0 to 1) to another. Of what the part tells only its
+    /// progress is passed on; a stop of the whole reaches it at its next report.
+    pub fn part(&self, share: Range<f32>) -> Self {
+        let whole = self.clone();
+        Monitor::relaying(move |event| match event {
+            Event::Progress(Progress { fraction, activity }) => {
+                whole.report(share.start + (share.end - share.start) * fraction, activity)
+            }
+            _ => whole.check(),
+        })
     }
 
     /// Says what is being done and how far it is (0 to 1).
@@ -264,5 +277,17 @@ mod tests {
         whole.stop("enough");
         part.tell(epoch(2));
         assert_eq!(part.report(1.0, "second half"), Err(Stopped { reason: "enough".into() }));
+    }
+
+    #[test]
+    fn a_part_reports_its_share_and_keeps_what_it_has_to_itself() {
+        let whole = Monitor::new();
+        let part = whole.part(0.5..0.75);
+        part.report(0.5, "third quarter").unwrap();
+        part.tell(Event::Found(vec!["friction".into()]));
+        assert_eq!(whole.progress(), Progress { fraction: 0.625, activity: "third quarter".into() });
+        assert_eq!(whole.take_events().len(), 1);
+        whole.stop("enough");
+        assert_eq!(part.report(1.0, "third quarter"), Err(Stopped { reason: "enough".into() }));
     }
 }

@@ -51,9 +51,15 @@ impl Split {
     /// The split that is used when the user does not choose: every fifth trajectory is held out or, with fewer than four
     /// trajectories, every fifth of about twenty time blocks.
     pub fn automatic(recording: &Recording) -> Split {
+        Split::in_turn(recording, 0)
+    }
+
+    /// [`Split::automatic`] with other trajectories or time blocks held out: those that come so many later in each five.
+    pub fn in_turn(recording: &Recording, turn: usize) -> Split {
         let trajectories = &recording.trajectories;
         if trajectories.len() >= FEWEST_TRAJECTORIES {
-            let held_out = |index: usize| index % EVERY == EVERY.min(trajectories.len()) - 1;
+            let every = EVERY.min(trajectories.len());
+            let held_out = |index: usize| index % EVERY == (every - 1 + turn) % every;
             return Split::by_trajectory(trajectories, held_out).clear_of_faults(recording);
         }
         let mut split = Split::default();
@@ -64,7 +70,8 @@ impl Split {
                 if samples.is_empty() {
                     continue;
                 }
-                let part = if block % EVERY == EVERY / 2 { &mut split.held_out } else { &mut split.train };
+                let part =
+                    if block % EVERY == (EVERY / 2 + turn) % EVERY { &mut split.held_out } else { &mut split.train };
                 match part.last_mut() {
                     Some(last) if last.trajectory == trajectory && last.samples.end == samples.start => {
                         last.samples.end = samples.end;
@@ -123,8 +130,8 @@ impl Split {
         Ok(split.clear_of_faults(recording))
     }
 
-    /// Without the readings that are none, unless nothing would be left to train on.
-    fn clear_of_faults(self, recording: &Recording) -> Split {
+    /// Without the readings of this recording that are none, unless nothing would be left to train on.
+    pub fn clear_of_faults(self, recording: &Recording) -> Split {
         let faults = fault::find(recording);
         if faults.is_empty() {
             return self;
@@ -268,6 +275,19 @@ mod tests {
         for samples in [5, 20, 60, 200] {
             let split = Split::automatic(&filtered(&[samples], 2.0));
             assert!(size(&split.held_out) > 0 && size(&split.train) > 0, "{samples} samples: {split:?}");
+        }
+    }
+
+    /// Every stretch is held out in one turn of five.
+    #[test]
+    fn turns_hold_out_everything_once() {
+        for lengths in [&[1000][..], &[500, 300], &[100; 4], &[100; 11]] {
+            let recording = recording(lengths);
+            let turns = if lengths.len() == 4 { 4 } else { 5 };
+            let splits: Vec<Split> = (0..turns).map(|turn| Split::in_turn(&recording, turn)).collect();
+            assert_eq!(splits[0], Split::automatic(&recording));
+            let held_out: usize = splits.iter().map(|split| size(&split.held_out)).sum();
+            assert_eq!(held_out, recording.sample_count(), "{lengths:?}");
         }
     }
 

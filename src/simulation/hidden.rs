@@ -3,18 +3,15 @@
 use rand::seq::{SliceRandom, index};
 use rand::{Rng, RngExt};
 
+use super::strength::Strength;
 use super::{Draw, Scenario, SimulationError, demand, random};
 use crate::arm::Arm;
 use crate::arm::dynamics::Components;
-use crate::effect::{Effect, Load, Motion, NotApplicable, ParameterSpec, Scope, registry};
+use crate::effect::{Effect, Load, Motion, NotApplicable, Scope, registry};
 use crate::progress::Monitor;
-use crate::recording::fault::FaultKind;
 use crate::recording::seal::{HiddenEffect, Truth};
 use crate::recording::{JointKind, Trajectory};
 use crate::signals::Signals;
-
-/// Steps in which the size of a fault is found.
-const BISECTIONS: usize = 30;
 
 /// A hidden effect that was found to make sense for an arm of a number of joints.
 pub(super) struct Hidden<'a> {
@@ -191,110 +188,18 @@ impl Scenario {
         &self,
         effect: &'static Effect,
         joint: Option<usize>,
-        strength: f64,
+        share: f64,
         runs: &[Trajectory],
         random: &mut impl Rng,
     ) -> Result<HiddenEffect, SimulationError> {
         let place = checked_place(effect, joint, self.arm.joint_count())?;
-        if let Some(kind) = effect.fault() {
-            return self.faulty(effect, kind, place, strength, runs, random);
-        }
-        let shape: Vec<f64> = effect.shapes().map(|(_, grid)| draw_shape(grid, random)).collect();
-        let with = |linear: Vec<f64>| HiddenEffect {
-            effect: effect.id.to_owned(),
-            joint,
-            parameters: linear.into_iter().chain(shape.iter().copied()).collect(),
-        };
-        let torque_with = |linear: Vec<f64>| -> Result<Vec<Signals>, SimulationError> {
-            // Not yet the final parameters, so they may lie outside their bounds.
-            let parameters = with(linear).parameters;
-            let hidden = Hidden { effect, joint: place, parameters: &parameters };
+        let torque = |parameters: &[f64]| {
+            let hidden = Hidden { effect, joint: place, parameters };
             runs.iter().map(|run| hidden.torque(&self.arm, run)).collect()
         };
-        let norm_with = |linear| Ok::<f64, SimulationError>(norm(torque_with(linear)?.iter().flatten().flatten()));
-
-        let count = effect.linear().count();
-        let alone = |index| (0..count).map(|other| if other == index { 1.0 } else { 0.0 }).collect();
-        let sizes = (0..count).map(|index| norm_with(alone(index))).collect::<Result<Vec<_>, _>>()?;
-        if sizes.contains(&0.0) {
-            return Err(SimulationError::NoTorque { effect: effect.name, joint });
-        }
-        // How much is a lot differs for a torque and a stiffness, but not for two torques: what is drawn is measured by the
-        // column of the first parameter that has the same dimension.
-        let size_of = |dimension| {
-            let alike = effect.linear().zip(&sizes).find(|(parameter, _)| parameter.dimension == dimension);
-            alike.map_or(1.0, |(_, size)| *size)
-        };
-        let drawn: Vec<f64> =
-            effect.linear().map(|parameter| draw_share(parameter, random) / size_of(parameter.dimension)).collect();
-        // It is measured by the torque of the joints that feel it.
-        let torque = torque_with(drawn.clone())?;
-        let feels = |joint: &usize| torque.iter().any(|run| run[*joint].iter().any(|value| *value != 0.0));
-        let feeling: Vec<usize> = (0..self.arm.joint_count()).filter(feels).collect();
-        let wanted = strength * norm(runs.iter().flat_map(|run| feeling.iter().flat_map(|joint| &run.tau[*joint])));
-        let factor = wanted / norm(torque.iter().flatten().flatten());
-        if !(factor.is_finite() && factor > 0.0) {
-            return Err(SimulationError::NoTorque { effect: effect.name, joint });
-        }
-        let hidden = with(drawn.into_iter().map(|parameter| factor * parameter).collect());
-        effect.check_parameters(&hidden.parameters)?;
-        Ok(hidden)
+        let parameters = Strength { effect, joint, share, runs, least_shape: &[] }.draw(random, torque)?;
+        Ok(HiddenEffect { effect: effect.id.to_owned(), joint, parameters })
     }
-
-    /// A fault of the readings that changes them by the wanted share; its first parameter is found by bisection.
-    fn faulty(
-        &self,
-        effect: &'static Effect,
-        kind: FaultKind,
-        joint: usize,
-        strength: f64,
-        runs: &[Trajectory],
-        random: &mut impl Rng,
-    ) -> Result<HiddenEffect, SimulationError> {
-        let largest = runs.iter().flat_map(|run| &run.tau[joint]).fold(0.0, |most: f64, tau| most.max(tau.abs()));
-        let (mut weak, mut strong, others) = match kind {
-            FaultKind::Saturated => (largest, 0.0, Vec::new()),
-            FaultKind::Stuck => {
-                let period = random.random_range(1.5..=3.0);
-                (0.0, 0.8 * period, vec![period])
-            }
-        };
-        let of_arm = norm(runs.iter().flat_map(|run| &run.tau[joint]));
-        let parameters = |first: f64| -> Vec<f64> { std::iter::once(first).chain(others.iter().copied()).collect() };
-        let share = |first: f64| -> Result<f64, SimulationError> {
-            let hidden = Hidden { effect, joint, parameters: &parameters(first) };
-            let change = runs.iter().map(|run| hidden.torque(&self.arm, run)).collect::<Result<Vec<_>, _>>()?;
-            Ok(norm(change.iter().flatten().flatten()) / of_arm)
-        };
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (weak + strong);
-            if share(middle)? < strength { weak = middle } else { strong = middle }
-        }
-        let reached = share(strong)? / strength;
-        if !(0.8..=1.25).contains(&reached) {
-            return Err(SimulationError::NoTorque { effect: effect.name, joint: Some(joint) });
-        }
-        let parameters = parameters(strong);
-        effect.check_parameters(&parameters)?;
-        Ok(HiddenEffect { effect: effect.id.to_owned(), joint: Some(joint), parameters })
-    }
-}
-
-/// Between the values that a search would try first, evenly in their logarithm where they are positive.
-fn draw_shape(grid: &[f64], random: &mut impl Rng) -> f64 {
-    let (first, last) = (grid.first().copied().unwrap_or(1.0), grid.last().copied().unwrap_or(1.0));
-    let place: f64 = random.random_range(0.0..=1.0);
-    if first > 0.0 { first * (last / first).powf(place) } else { first + (last - first) * place }
-}
-
-/// A third to the whole of a typical size, of either sign where the parameter may be negative.
-fn draw_share(parameter: &ParameterSpec, random: &mut impl Rng) -> f64 {
-    let share = random.random_range(0.3..=1.0);
-    if parameter.min < 0.0 && random.random_bool(0.5) { -share } else { share }
-}
-
-fn norm<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
-    values.into_iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod excitation;
 pub mod extrapolation;
 mod hidden;
 mod sensor;
+mod strength;
 pub mod world;
 mod written;
 
@@ -22,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub use excitation::Excitation;
 pub use hidden::TrueParts;
+pub use strength::Strength;
 
 use crate::arm::{Arm, ArmError, GRAVITY, Link, Posture};
 use crate::effect::registry::UnknownEffect;
