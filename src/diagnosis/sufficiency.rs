@@ -69,3 +69,39 @@ pub fn sufficiency(
     }
     Ok(least)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Preset;
+    use crate::simulation::{Excitation, Scenario, simulate};
+
+    fn of(strength: f64, suspects: &[Suspect]) -> f64 {
+        let mut scenario = Scenario { seed: 3, stated: false, effects: Vec::new(), ..Scenario::embedded() };
+        if let Excitation::MultiSine { trajectories, duration, rate, .. } = &mut scenario.motion {
+            (*trajectories, *duration, *rate) = (6, 5.0, 60.0);
+        }
+        scenario.effects = scenario.hide_by_strength("viscous-friction", &[1], strength).unwrap();
+        let recording = simulate(&scenario, &Monitor::new()).unwrap();
+        let split = Split::automatic(&recording);
+        let model = Preset::RigidBody.model(&recording).unwrap();
+        let body = crate::model::fit(&model, &recording, &split, &Monitor::new()).unwrap();
+        sufficiency(&body, &recording, &split, suspects, &Monitor::new()).unwrap()
+    }
+
+    fn suspect(effect: &str, joint: usize) -> Suspect {
+        Suspect { effect: effect.to_owned(), joint: Some(joint), shape: Vec::new() }
+    }
+
+    /// Evidence grows with the square of the strength; for what is not there, beside what is, there is none.
+    #[test]
+    fn evidence_is_that_of_what_is_there() {
+        let friction = suspect("viscous-friction", 1);
+        let [weak, strong] = [0.01, 0.1].map(|strength| of(strength, std::slice::from_ref(&friction)));
+        assert!(strong > 1.0 && weak > 0.0 && strong > 5.0 * weak, "{weak}, {strong}");
+        assert!(of(0.1, &[friction.clone(), suspect("viscous-friction", 2)]) < 1.0);
+        assert!(of(0.1, &[suspect("viscous-friction", 0)]) < 1.0, "the friction is on another joint");
+        assert!(of(0.1, &[suspect("tip-payload", 0)]) <= 0.0, "no joint has a payload");
+        assert_eq!(of(0.1, &[]), f64::INFINITY, "nothing has to be shown");
+    }
+}

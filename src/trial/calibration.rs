@@ -142,10 +142,10 @@ fn remainder_of<'a>(map: &Calibration, rest: &Rest, seen: impl Iterator<Item = &
 fn label(truth: &Truth, sighting: &Sighting) -> Option<bool> {
     let joint = sighting.joint.map(|joint| joint + 1);
     let is_member = |effect: &Effect| effect.family == sighting.family;
-    for planted in truth.planted.iter().filter(|planted| !planted.unknown && planted.joint == joint) {
-        if registry::find(&planted.effect).is_ok_and(is_member) {
-            return (!planted.absorbed).then_some(true);
-        }
+    let here = truth.planted.iter().filter(|planted| !planted.unknown && planted.joint == joint);
+    let mut own = here.filter(|planted| registry::find(&planted.effect).is_ok_and(is_member)).peekable();
+    if own.peek().is_some() {
+        return own.any(|planted| !planted.absorbed && !planted.assumed).then_some(true);
     }
     let members = registry::ALL.iter().filter(|effect| is_member(effect));
     let best = members.map(|effect| truth.judge(effect.id, joint)).max()?;

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::rates::{Reliability, calibration_error, reliability, share};
 use super::verdict::{Truth, Verdict};
-use super::{TrialError, answer_of};
+use super::{SURE, TrialError, answer_of};
 use crate::arm::Posture;
 use crate::diagnosis::{self, MissingEffect, Report};
 use crate::effect::{Dimension, ParameterSpec, Scope};
@@ -22,8 +22,6 @@ use crate::recording::Recording;
 use crate::recording::read::{ReadOptions, read};
 use crate::recording::split::Split;
 
-/// From this confidence on a name is stated, not suggested.
-const SURE: f64 = 0.9;
 /// A simulation that steps velocity before position reads them half a step apart: a delay below this \[s\] goes with it.
 const HALF_STEP: f64 = 6e-4;
 
@@ -177,7 +175,7 @@ impl Foreign {
     fn diagnose(&self, monitor: &Monitor) -> Result<(Report, f64), TrialError> {
         let options = ReadOptions { zero: Some(self.zero), ..ReadOptions::default() };
         let recording = read(std::slice::from_ref(&self.path), &options, monitor)?.recording;
-        lacking(&recording, monitor)
+        lacking(&recording, &Split::automatic(&recording), monitor)
     }
 }
 
@@ -206,11 +204,10 @@ impl Zero {
 }
 
 /// What a rigid body lacks in a recording, and how long it took to say that \[s\].
-pub(super) fn lacking(recording: &Recording, monitor: &Monitor) -> Result<(Report, f64), TrialError> {
-    let split = Split::automatic(recording);
-    let body = model::fit(&Preset::RigidBody.model(recording)?, recording, &split, monitor)?;
+pub(super) fn lacking(recording: &Recording, split: &Split, monitor: &Monitor) -> Result<(Report, f64), TrialError> {
+    let body = model::fit(&Preset::RigidBody.model(recording)?, recording, split, &monitor.part(0.0..0.1))?;
     let begin = Instant::now();
-    let report = diagnosis::diagnose(&body, recording, &split, monitor)?;
+    let report = diagnosis::diagnose(&body, recording, split, &monitor.part(0.1..1.0))?;
     Ok((report, begin.elapsed().as_secs_f64()))
 }
 

@@ -5,6 +5,8 @@
 //! | [`blind`] | a seed hides effects of the catalogue in a recording that is simulated | [`rates`]: all of them and nothing else |
 //! | [`world`] | a seed draws an arm of rigid bodies that a servo moves, and what is in its drives and joints | [`verdict`] on each name |
 //! | [`foreign`] | recordings of other engines, with a file that says what is in each | [`verdict`] on each name; a form of the right effect is told apart from a false one |
+//! | [`planted`] | a seed plants effects into a log of a real arm, or into a twin of it whose truth is known | [`verdict`] on each name; what was named before anything was planted counts neither way |
+//! | [`stability`] | nobody: the same log is cut, thinned out and filtered in other ways | whether a name is given again |
 //!
 //! [`calibration`] learns from the same truths how sure a diagnosis may be.
 //!
@@ -14,7 +16,10 @@
 pub mod blind;
 pub mod calibration;
 pub mod foreign;
+pub mod kin;
+pub mod planted;
 pub mod rates;
+pub mod stability;
 pub mod verdict;
 pub mod world;
 
@@ -35,6 +40,9 @@ pub fn answer_of(named: &MissingEffect) -> Answer {
     let places = named.effect.places(named.joints.iter().copied());
     places.into_iter().map(|place| (named.effect.id.to_owned(), place)).collect()
 }
+
+/// From here on a name is stated, not suggested.
+pub const SURE: f64 = 0.9;
 
 /// A trial can't be held.
 #[derive(Debug, thiserror::Error)]
@@ -59,6 +67,19 @@ pub enum TrialError {
     /// The seal is damaged.
     #[error(transparent)]
     Seal(#[from] SealError),
+    /// A log that nothing can be planted into.
+    #[error(
+        "none of {tries} effects that were drawn could be planted into `{log}` at {percent} % of the torque: joints that hardly \
+         move feel nothing, or a rigid body takes up what they feel. Record a motion that moves all joints"
+    )]
+    NotPlantable {
+        /// Name of the recording.
+        log: String,
+        /// How many were tried.
+        tries: usize,
+        /// The strength that they were to have \[%\].
+        percent: f64,
+    },
     /// Somebody stopped it.
     #[error(transparent)]
     Stopped(#[from] Stopped),

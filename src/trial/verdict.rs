@@ -33,6 +33,10 @@ pub struct Planted {
     pub unknown: bool,
     /// Whether a rigid body takes it up, so that nobody has to name it.
     pub absorbed: bool,
+    /// Whether nobody knows that it is there: it was named in a log of a real arm before anything was planted there, so it may be
+    /// named again, and its name counts neither way.
+    #[serde(default)]
+    pub assumed: bool,
     /// Its parameters by the catalogue's names, as far as they have them.
     pub parameters: BTreeMap<String, f64>,
 }
@@ -69,7 +73,9 @@ impl Verdict {
 impl Truth {
     /// What has to be named.
     pub fn wanted(&self) -> impl Iterator<Item = &Planted> {
-        self.planted.iter().filter(|planted| planted.strong && !planted.absorbed && !planted.unknown)
+        let is_wanted =
+            |planted: &&Planted| planted.strong && !planted.absorbed && !planted.unknown && !planted.assumed;
+        self.planted.iter().filter(is_wanted)
     }
 
     /// What an effect is that was named on a joint (from 1; `None` for the whole arm): the best that it is for any that acts there.

@@ -1,34 +1,17 @@
 //! Worlds of rigid bodies that a seed draws: the diagnosis sees the log, and is judged by what the parts really did.
 //!
-//! What is weaker than `TO_BE_NAMED` of its joint's torque may be named or not: a strong part may do little in the motion that
-//! was drawn, and a weak one is there to disturb.
+//! What is weak beside its joint's torque may be named or not: a strong part may do little in the motion that was drawn, and a weak
+//! one is there to disturb.
 
 use super::TrialError;
 use super::foreign::{Answered, lacking};
+use super::kin::{self, Place};
 use super::verdict::{Planted, Truth};
-use crate::effect::registry;
 use crate::progress::Monitor;
 use crate::recording::Recording;
 use crate::recording::seal::{Cause, HiddenEffect};
+use crate::recording::split::Split;
 use crate::simulation::world::{self, Class, Scenario};
-
-/// Share of the torque from which on an effect has to be named.
-const TO_BE_NAMED: f64 = 0.03;
-
-/// Friction that stays when the speed falls. In a motion that does not dwell on what tells them apart each is a form of the others.
-const DRY: [&str; 11] = [
-    "coulomb-friction",
-    "asymmetric-friction",
-    "stribeck-friction",
-    "dahl-hysteresis",
-    "maxwell-slip",
-    "bouc-wen-hysteresis",
-    "lugre-friction",
-    "friction-drift",
-    "friction-warm-up",
-    "load-friction",
-    "position-friction",
-];
 
 /// A world and the class that it is drawn from.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +38,7 @@ impl WorldTrial {
     /// [`TrialError`] if it can't be simulated, fitted or diagnosed.
     pub fn run(&self, monitor: &Monitor) -> Result<Answered, TrialError> {
         let recording = world::simulate(&self.scenario, monitor)?;
-        let (report, seconds) = lacking(&recording, monitor)?;
+        let (report, seconds) = lacking(&recording, &Split::automatic(&recording), monitor)?;
         // Only now, after the diagnosis has spoken, is the seal opened.
         let truth = self.truth(&recording)?;
         Ok(Answered::new(self.scenario.name.clone(), &truth, &report, seconds))
@@ -94,53 +77,9 @@ pub(super) fn truth_of(recording: &Recording, kind: &str, with_speed: bool) -> R
 
 /// A cause in the words of the judge.
 fn planted(cause: &Cause, joints: usize) -> Planted {
-    let known = registry::find(&cause.effect).ok();
-    let names = known.iter().flat_map(|effect| effect.parameters);
-    let joint = cause.joint.map(|joint| joint + 1);
-    let [equal, also] = kin(&cause.effect, joint, joints);
-    Planted {
-        effect: cause.effect.clone(),
-        joint,
-        strong: cause.share >= TO_BE_NAMED,
-        equal,
-        also,
-        unknown: known.is_none(),
-        // The rotor of the first joint turns with the first link.
-        absorbed: cause.effect == "tip-payload" || (cause.effect == "rotor-inertia" && joint == Some(1)),
-        parameters: names.map(|parameter| parameter.name.to_owned()).zip(cause.parameters.iter().copied()).collect(),
-    }
-}
-
-/// Names with their places.
-type Names = Vec<(String, Option<usize>)>;
-
-/// What else says the same of the motion, and what goes with it.
-fn kin(effect: &str, joint: Option<usize>, joints: usize) -> [Names; 2] {
-    let here = |names: &[&str]| -> Names { names.iter().map(|name| ((*name).to_owned(), joint)).collect() };
-    let of_arm = |name: &str| vec![(name.to_owned(), None)];
-    match effect {
-        _ if DRY.contains(&effect) => {
-            // Different in the two directions is the same friction with an offset.
-            let also = if effect == "asymmetric-friction" { here(&["torque-offset"]) } else { Vec::new() };
-            [here(&DRY), also]
-        }
-        "viscous-friction" => [here(&["quadratic-drag"]), Vec::new()],
-        "quadratic-drag" => [here(&["viscous-friction"]), Vec::new()],
-        "joint-spring" | "hardening-spring" | "end-stop" => {
-            [here(&["joint-spring", "hardening-spring", "end-stop"]), here(&["torque-offset"])]
-        }
-        "torque-offset" => [here(&["offset-drift", "joint-spring"]), Vec::new()],
-        "offset-drift" => [here(&["torque-offset"]), Vec::new()],
-        "joint-elasticity" => [here(&["backlash"]), here(&["rotor-inertia"])],
-        "backlash" => [here(&["joint-elasticity"]), here(&["rotor-inertia"])],
-        "actuator-lag" => [of_arm("derivative-delay"), Vec::new()],
-        "base-tilt" => {
-            let leaning = (1..=joints).map(|joint| ("com-offset".to_owned(), Some(joint)));
-            [leaning.collect(), Vec::new()]
-        }
-        "com-offset" => [of_arm("base-tilt"), Vec::new()],
-        _ => [Vec::new(), Vec::new()],
-    }
+    let place = Place { effect: &cause.effect, joint: cause.joint.map(|joint| joint + 1), joints };
+    let parameters = kin::parameters(&cause.effect, &cause.parameters);
+    Planted { absorbed: place.is_absorbed(), ..place.planted(cause.share, parameters) }
 }
 
 #[cfg(test)]
@@ -170,13 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kin_is_in_the_catalogue_and_is_not_itself_alone() {
-        for effect in registry::ALL {
-            let id = effect.id;
-            for (name, _) in kin(id, Some(1), 3).concat() {
-                assert!(registry::find(&name).is_ok(), "{id}: {name}");
-            }
-        }
+    fn causes_are_put_in_the_words_of_the_judge() {
         let cause =
             |effect: &str, joint, share| Cause { effect: effect.to_owned(), joint, parameters: vec![1.0], share };
         let friction = planted(&cause("coulomb-friction", Some(1), 0.1), 3);

@@ -27,7 +27,7 @@ const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/fil
 /// Where an effect may be named by its id: its own room, what hides a chosen effect on purpose (the embedded scenario and the
 /// benches that state what they measure), the parts of the simulated world, which say what they are in the catalogue, and the
 /// judge of answers there. A rule asks `effect::Facts` instead.
-const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "simulation/world/part", "trial/world.rs", "cli/bench"];
+const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "simulation/world/part", "trial/kin.rs", "cli/bench"];
 
 /// A source file: its path below `src`, and its code without comments and unit tests.
 struct Source {

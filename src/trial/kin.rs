@@ -1,0 +1,126 @@
+//! Which names say the same of a motion: the table by which a judge tells another form of what is there from a false name.
+
+use std::collections::BTreeMap;
+
+use super::verdict::Planted;
+use crate::effect::registry;
+
+/// Share of the torque from which on an effect has to be named.
+pub const TO_BE_NAMED: f64 = 0.03;
+
+/// Friction that stays when the speed falls. In a motion that does not dwell on what tells them apart each is a form of the others.
+const DRY: [&str; 11] = [
+    "coulomb-friction",
+    "asymmetric-friction",
+    "stribeck-friction",
+    "dahl-hysteresis",
+    "maxwell-slip",
+    "bouc-wen-hysteresis",
+    "lugre-friction",
+    "friction-drift",
+    "friction-warm-up",
+    "load-friction",
+    "position-friction",
+];
+
+/// Friction that grows with the speed.
+const SPEED: [&str; 3] = ["viscous-friction", "quadratic-drag", "concave-friction"];
+
+/// Names with their places; joints from 1.
+pub type Names = Vec<(String, Option<usize>)>;
+
+/// Where an effect acts.
+#[derive(Debug, Clone, Copy)]
+pub struct Place<'a> {
+    /// Its id in the catalogue, or the name of something that is not in it.
+    pub effect: &'a str,
+    /// The joint, from 1; none for the whole arm.
+    pub joint: Option<usize>,
+    /// How many joints the arm has.
+    pub joints: usize,
+}
+
+impl Place<'_> {
+    /// What a judge has to know of an effect that acts here and makes this share of the torque. No rigid body takes it up.
+    pub fn planted(&self, share: f64, parameters: BTreeMap<String, f64>) -> Planted {
+        let [equal, also] = self.kin();
+        Planted {
+            effect: self.effect.to_owned(),
+            joint: self.joint,
+            strong: share >= TO_BE_NAMED,
+            equal,
+            also,
+            unknown: registry::find(self.effect).is_err(),
+            absorbed: false,
+            assumed: false,
+            parameters,
+        }
+    }
+
+    /// Whether the base parameters of a planar arm take it up by its nature. The rotor of the first joint turns with the first
+    /// link.
+    pub fn is_absorbed(&self) -> bool {
+        self.effect == "tip-payload" || (self.effect == "rotor-inertia" && self.joint == Some(1))
+    }
+
+    /// What else says the same of the motion, and what goes with it.
+    fn kin(&self) -> [Names; 2] {
+        let Place { effect, joint, joints } = *self;
+        let here = |names: &[&str]| -> Names { names.iter().map(|name| ((*name).to_owned(), joint)).collect() };
+        let of_arm = |name: &str| vec![(name.to_owned(), None)];
+        match effect {
+            _ if DRY.contains(&effect) => {
+                // Different in the two directions is the same friction with an offset.
+                let also = if effect == "asymmetric-friction" { here(&["torque-offset"]) } else { Vec::new() };
+                [here(&DRY), also]
+            }
+            _ if SPEED.contains(&effect) => [here(&SPEED), Vec::new()],
+            "joint-spring" | "hardening-spring" | "end-stop" => {
+                [here(&["joint-spring", "hardening-spring", "end-stop"]), here(&["torque-offset"])]
+            }
+            "torque-offset" => [here(&["offset-drift", "joint-spring"]), Vec::new()],
+            "offset-drift" => [here(&["torque-offset"]), Vec::new()],
+            "joint-elasticity" => [here(&["backlash"]), here(&["rotor-inertia"])],
+            "backlash" => [here(&["joint-elasticity"]), here(&["rotor-inertia"])],
+            "actuator-lag" => [of_arm("derivative-delay"), Vec::new()],
+            "base-tilt" => {
+                let leaning = (1..=joints).map(|joint| ("com-offset".to_owned(), Some(joint)));
+                [leaning.collect(), Vec::new()]
+            }
+            "com-offset" => [of_arm("base-tilt"), Vec::new()],
+            _ => [Vec::new(), Vec::new()],
+        }
+    }
+}
+
+/// Values of parameters by the catalogue's names; none of what is not in it.
+pub fn parameters(effect: &str, values: &[f64]) -> BTreeMap<String, f64> {
+    let names = registry::find(effect).into_iter().flat_map(|effect| effect.parameters);
+    names.map(|parameter| parameter.name.to_owned()).zip(values.iter().copied()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kin_is_in_the_catalogue() {
+        for effect in registry::ALL {
+            let place = Place { effect: effect.id, joint: Some(1), joints: 3 };
+            for (name, _) in place.kin().concat() {
+                assert!(registry::find(&name).is_ok(), "{}: {name}", effect.id);
+            }
+        }
+    }
+
+    /// Friction of one joint is no form of that of another, and what is not in the catalogue has no kin.
+    #[test]
+    fn forms_are_of_one_joint() {
+        let of = |effect, joint| Place { effect, joint, joints: 3 }.planted(0.1, BTreeMap::new());
+        assert!(of("coulomb-friction", Some(2)).equal.iter().all(|(_, joint)| *joint == Some(2)));
+        let tilt: Names = (1..=3).map(|joint| ("com-offset".to_owned(), Some(joint))).collect();
+        assert_eq!(of("base-tilt", None).equal, tilt);
+        let cable = of("cable", Some(1));
+        assert!(cable.unknown && cable.equal.is_empty() && cable.also.is_empty());
+    }
+}
