@@ -2,9 +2,11 @@
 
 mod calibrate;
 mod diagnosis;
+mod planted;
 mod recipe;
 mod recordings;
 mod speed;
+mod stability;
 mod train;
 mod ui;
 
@@ -15,6 +17,8 @@ use clap::Subcommand;
 pub enum Bench {
     Calibrate(calibrate::Calibrate),
     Diagnosis(diagnosis::Diagnosis),
+    Planted(planted::Planted),
+    Stability(stability::StabilityBench),
     Recipe(recipe::RecipeBench),
     Train(train::Train),
     Ui(ui::Ui),
@@ -30,6 +34,8 @@ impl Bench {
                 None if bench.world => bench.run_worlds(),
                 None => bench.run(),
             },
+            Bench::Planted(bench) => bench.run(),
+            Bench::Stability(bench) => bench.run(),
             Bench::Recipe(bench) => bench.run(),
             Bench::Train(bench) => bench.run(),
             Bench::Ui(bench) => bench.run(),

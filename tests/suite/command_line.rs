@@ -1,34 +1,11 @@
 //! The program as a user calls it: arguments in, text, JSON, files and exit codes out.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-fn torquescope(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_torquescope")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn succeeds(arguments: &[&str], folder: &Path) -> String {
-    let output = torquescope(arguments, folder);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn json(arguments: &[&str], folder: &Path) -> Value {
-    let text = succeeds(arguments, folder);
-    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
-
-/// The message of a command that fails with this exit code.
-fn fails(arguments: &[&str], folder: &Path, code: i32) -> String {
-    let output = torquescope(arguments, folder);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
-    assert!(!message.contains("panicked"), "{message}");
-    assert!(output.stdout.is_empty(), "{arguments:?} printed a result");
-    message
-}
+use crate::runner::{fails, json, succeeds, torquescope};
 
 /// A recording with 2 N m of Coulomb friction hidden in joint 1 and 0.7 N m in joint 2.
 fn hidden_friction(folder: &Path) {
@@ -383,7 +360,7 @@ fn a_failure_is_told_as_json_too() {
         (["effects", "magic", "--json"], 2, "magic"),
         (["inspect", "--nonsense", "--json"], 2, "--nonsense"),
     ] {
-        let output = torquescope(&arguments, folder.path());
+        let output = torquescope(&arguments, folder.path()).output().unwrap();
         assert_eq!(output.status.code(), Some(code), "{arguments:?}");
         let told: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(told["code"], code);
@@ -417,16 +394,16 @@ fn folders_of_results_are_named_first_unless_asked_to_be_quiet() {
         (&["experiment", "figures", "small.toml", "--figure", "errors"], "figures"),
     ];
     for (arguments, output) in commands {
-        let told = torquescope(arguments, at);
+        let told = torquescope(arguments, at).output().unwrap();
         let remarks = String::from_utf8(told.stderr).unwrap();
         assert!(told.status.success(), "{arguments:?}: {remarks}");
         let path = at.canonicalize().unwrap().join(output);
         assert!(remarks.lines().next().unwrap().contains(&path.display().to_string()), "{arguments:?}: {remarks}");
         assert!(path.is_dir());
-        let quiet = torquescope(&[arguments, &["--quiet"]].concat(), at);
+        let quiet = torquescope(&[arguments, &["--quiet"]].concat(), at).output().unwrap();
         assert!(quiet.status.success() && quiet.stderr.is_empty());
     }
-    let saved = torquescope(&["simulate", "-o", "x.npz", "--quiet"], at);
+    let saved = torquescope(&["simulate", "-o", "x.npz", "--quiet"], at).output().unwrap();
     assert!(saved.status.success() && saved.stdout.is_empty() && saved.stderr.is_empty());
 }
 
@@ -504,4 +481,32 @@ fn output_that_nobody_reads_ends_it_quietly() {
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// How far to trust the diagnosis on one's own log: what is planted there is found, and names stay where it is looked at otherwise.
+#[test]
+fn a_log_is_planted_into_and_looked_at_in_other_ways() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let small = ["--joints", "2", "--trajectories", "3", "--duration", "6", "--effect", "coulomb-friction@2=1.5"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &small].concat(), at);
+    let bench = ["bench", "planted", "x.npz", "--draws", "2", "--twins", "1", "--strengths", "0.1,0.2"];
+    let planted = json(&[&bench[..], &["--json"]].concat(), at);
+    assert_eq!(planted["before"][0]["effect"], "coulomb-friction");
+    let cases = planted["cases"].as_array().unwrap();
+    let strengths: Vec<f64> =
+        cases.iter().take(2).map(|case| case["detections"][0]["strength"].as_f64().unwrap()).collect();
+    assert_eq!((cases.len(), strengths), (3, vec![0.1, 0.2]));
+    assert_eq!(cases[2]["kind"], "twin");
+    assert_eq!(planted["planted"]["cases"], 2);
+    let count = |row: &Value| row["planted"].as_u64().unwrap() + row["there_before"].as_u64().unwrap();
+    let rows = planted["planted"]["by_strength"].as_array().unwrap();
+    assert_eq!(rows.iter().map(count).collect::<Vec<_>>(), [1, 1]);
+    assert!(fails(&["bench", "planted", "x.npz", "--strengths", "5"], at, 2).contains("0.05 is 5 %"));
+
+    let stability = json(&["bench", "stability", "x.npz", "--json"], at);
+    let friction = &stability["names"][0];
+    assert_eq!((&friction["effect"], &friction["joint"]), (&"coulomb-friction".into(), &2.into()));
+    assert!(friction["in_some_form"].as_f64().unwrap() >= 0.8, "{stability}");
+    assert_eq!(stability["variants"].as_array().unwrap().len(), 5);
 }

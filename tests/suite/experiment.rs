@@ -1,10 +1,12 @@
 //! Experiments as a user, or a cluster, runs them: processes on one folder, some of which die.
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
+
+use crate::runner;
 
 /// Six cells of a pendulum; the networks take about a second each.
 const TINY: &str = r#"
@@ -39,20 +41,20 @@ seeds = 1
 epochs = 2
 "#;
 
+fn of_experiment<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    [&["experiment"], arguments].concat()
+}
+
 fn torquescope(arguments: &[&str], folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_torquescope"));
-    command.args(["experiment"]).args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
+    runner::torquescope(&of_experiment(arguments), folder)
 }
 
 fn succeeds(arguments: &[&str], folder: &Path) -> String {
-    let output = torquescope(arguments, folder).output().unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    runner::succeeds(&of_experiment(arguments), folder)
 }
 
 fn json(arguments: &[&str], folder: &Path) -> Value {
-    serde_json::from_str(&succeeds(arguments, folder)).unwrap()
+    runner::json(&of_experiment(arguments), folder)
 }
 
 fn states(folder: &Path, out: &str) -> Vec<Value> {

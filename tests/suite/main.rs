@@ -15,4 +15,5 @@ mod outside;
 mod pairs;
 mod real_logs;
 mod recordings;
+mod runner;
 mod training;

@@ -76,7 +76,6 @@ fn recordings_in(folder: &Path) -> anyhow::Result<Vec<Foreign>> {
 
 /// One recording in a few words: what was named with what it is, and what was missed.
 fn tell_answered(answered: &Answered) -> String {
-    let at = |joint: Option<usize>| joint.map_or("all".to_owned(), |joint| joint.to_string());
     let names = answered
         .names
         .iter()
@@ -99,7 +98,12 @@ fn tell_answered(answered: &Answered) -> String {
     )
 }
 
-fn word(verdict: Verdict) -> &'static str {
+/// A joint counted from 1, for people.
+pub(super) fn at(joint: Option<usize>) -> String {
+    joint.map_or("all".to_owned(), |joint| joint.to_string())
+}
+
+pub(super) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Right => "right",
         Verdict::Form => "form",
