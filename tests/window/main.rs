@@ -313,6 +313,27 @@ fn undo_and_redo_by_button_and_key() {
     assert_eq!(window.state().session().ladder.len(), 1);
 }
 
+/// Effects are planted by a job of its own, which another recording or Stop ends; a job of a minute is not waited for here.
+#[test]
+fn planting_effects_can_be_stopped_and_ends_with_its_recording() {
+    let mut window = window(diagnosed(), &diagnose::ABOUT, Theme::Light);
+    for stop in [true, false] {
+        window.get_by_label("Plant effects").click();
+        step_until(&mut window, "effects are planted", |window| window.query_by_label("Plant effects").is_none());
+        assert!(window.state().is_busy());
+        match stop {
+            true => window.get_by_label("Stop").click(),
+            false => window
+                .state_mut()
+                .order(Order::run(Command::Simulate(Box::new(Scenario { seed: 5, ..Scenario::embedded() })))),
+        }
+        settle(&mut window);
+    }
+    window.state_mut().order(Order::run(Command::Diagnose));
+    settle(&mut window);
+    assert!(window.query_by_label("Plant effects").is_some(), "nothing is known of the other recording");
+}
+
 #[test]
 fn theme_contrast_and_size_of_text_change_and_back() {
     let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);

@@ -2,12 +2,14 @@
 
 mod bet;
 mod figures;
+mod sure;
 
 use std::sync::Arc;
 
 use egui::{Align, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
 use bet::Bet;
+use sure::Sure;
 
 use crate::app::desk::{About, Busy, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
@@ -34,7 +36,7 @@ pub static ABOUT: About = About {
 
 const PANELS: Part<Diagnose> = Part::Beside(&[
     (2.1, Part::Panel("Evidence", Diagnose::evidence)),
-    (1.0, Part::Panel("Candidates", |_, ui, desk| ranking(ui, desk))),
+    (1.0, Part::Panel("Candidates", Diagnose::ranking)),
 ]);
 
 /// The screen of the diagnosis.
@@ -45,6 +47,7 @@ pub struct Diagnose {
     /// Whether evidence is shown with the effect in the model.
     after: bool,
     bet: Bet,
+    sure: Sure,
 }
 
 impl Screen for Diagnose {
@@ -94,11 +97,20 @@ impl Screen for Diagnose {
         matches!(command, Command::Diagnose)
     }
 
-    fn follow(&mut self, _: &Session, _: &Session, by: Option<&Command>) {
+    fn follow(&mut self, before: &Session, after: &Session, by: Option<&Command>) {
         self.chosen = 0;
+        self.sure.follow(before, after);
         if matches!(by, Some(Command::Diagnose)) {
             self.bet.guess = None;
         }
+    }
+
+    fn poll(&mut self) {
+        self.sure.poll();
+    }
+
+    fn is_busy(&self) -> bool {
+        self.sure.is_busy()
     }
 }
 
@@ -136,14 +148,15 @@ impl Diagnose {
         let chosen = self.chosen.min(report.effects.len() - 1);
         effect(ui, desk, &mut self.after, &report, chosen, &recording);
     }
-}
 
-fn ranking(ui: &mut Ui, desk: &mut Desk) {
-    let Some(report) = desk.session.report.clone() else { return };
-    widgets::card(ui, "What to do", |ui| advice(ui, &report));
-    presence(ui, &report);
-    completeness(ui, &report);
-    candidates(ui, desk, &report);
+    fn ranking(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        let Some(report) = desk.session.report.clone() else { return };
+        widgets::card(ui, "What to do", |ui| advice(ui, &report));
+        presence(ui, &report);
+        completeness(ui, &report);
+        self.sure.card(ui, desk);
+        candidates(ui, desk, &report);
+    }
 }
 
 /// The advice, a line for each sentence; what can't be judged at all is told to those who ask.
