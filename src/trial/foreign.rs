@@ -12,8 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::rates::{Reliability, calibration_error, reliability, share};
 use super::verdict::{Truth, Verdict};
-use super::{SURE, TrialError, answer_of};
+use super::{TrialError, answer_of};
 use crate::arm::Posture;
+use crate::diagnosis::presence::SURE;
 use crate::diagnosis::{self, MissingEffect, Report};
 use crate::effect::{Dimension, ParameterSpec, Scope};
 use crate::model::{self, Preset};

@@ -41,9 +41,6 @@ pub fn answer_of(named: &MissingEffect) -> Answer {
     places.into_iter().map(|place| (named.effect.id.to_owned(), place)).collect()
 }
 
-/// From here on a name is stated, not suggested.
-pub const SURE: f64 = 0.9;
-
 /// A trial can't be held.
 #[derive(Debug, thiserror::Error)]
 pub enum TrialError {

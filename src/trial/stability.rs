@@ -8,12 +8,13 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+use super::TrialError;
 use super::foreign::{Name, lacking};
 use super::kin::Place;
 use super::planted::named;
 use super::rates::share;
 use super::verdict::{Planted, Verdict};
-use super::{SURE, TrialError};
+use crate::diagnosis::presence::SURE;
 use crate::model::ModelError;
 use crate::progress::Monitor;
 use crate::recording::split::{Segment, Split};
@@ -22,6 +23,8 @@ use crate::signals::{ShapeError, Signals};
 
 /// A name survives that is given in this share of the variants.
 const MOST: f64 = 0.8;
+/// From here on a name is probable; below, it is only likelier than not.
+const PROBABLE: f64 = 0.7;
 /// Every how manieth sample is kept in the variants that are thinned out.
 const THINNED: [usize; 2] = [2, 4];
 /// No variant is thinned out below this rate \[Hz\]: the motion itself needs it.
@@ -228,9 +231,9 @@ fn assumed(name: &Name, joints: usize) -> Planted {
     Place { effect: &name.effect, joint: name.joint, joints }.planted(0.0, Default::default())
 }
 
-/// Sure, probable and doubtful names.
+/// Sure, probable and hardly likely names.
 fn classes(names: &[Stays]) -> Vec<Class> {
-    let ends = [SURE, 0.5, 0.0];
+    let ends = [SURE, PROBABLE, 0.0];
     let of_class = |number: usize| {
         let below = if number == 0 { f64::INFINITY } else { ends[number - 1] };
         let own: Vec<&Stays> = names.iter().filter(|name| (ends[number]..below).contains(&name.confidence)).collect();

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{Case, Planting};
+use crate::diagnosis::presence::SURE;
 use crate::diagnosis::{MissingEffect, Report};
 use crate::effect::{Effect, registry};
-use crate::trial::SURE;
 use crate::trial::foreign::{Answered, Name};
 use crate::trial::rates::{Reliability, calibration_error, reliability, share};
 use crate::trial::verdict::{Planted, Truth, Verdict};
