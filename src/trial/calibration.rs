@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::TrialError;
 use super::blind::Drawing;
+use super::planted::Log;
 use super::rates::{Reliability, calibration_error, reliability};
 use super::verdict::{Truth, Verdict};
 use super::world::{WorldTrial, truth_of};
@@ -20,6 +21,8 @@ use crate::recording::Recording;
 use crate::recording::split::Split;
 use crate::simulation::simulate;
 
+/// The strongest effect in a twin, as a share of the torque.
+const STRONGEST: f64 = 0.2;
 /// Of complete answers so many may be said to be incomplete.
 const FALSE_FLAGS: f64 = 0.06;
 
@@ -119,6 +122,15 @@ impl Labelled {
     pub fn of_world(seed: u64, monitor: &Monitor) -> Result<Self, TrialError> {
         let (recording, truth) = WorldTrial::draw(seed, None)?.simulated()?;
         Labelled::of(Source::World, seed.to_string(), &recording, &truth, monitor)
+    }
+
+    /// A twin of a real log.
+    ///
+    /// # Errors
+    /// As [`Labelled::of`], and if nothing can be planted into the log.
+    pub fn of_twin(log: &Log, seed: u64, monitor: &Monitor) -> Result<Self, TrialError> {
+        let case = log.twin(seed, STRONGEST, &Monitor::new())?;
+        Labelled::of(Source::Planted, case.name.clone(), &case.recording, &case.truth, monitor)
     }
 
     /// What is left or doubtful on the joint where it is most, as a share of its torque.

@@ -1,22 +1,26 @@
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, Parser};
 
+use crate::cli::data::Files;
 use crate::cli::progress;
 use crate::cli::table::{number, table};
 use crate::cli::write_file;
 use crate::diagnosis::presence::calibration::Calibration;
+use crate::progress::Monitor;
+use crate::session::Session;
 use crate::trial::TrialError;
-use crate::trial::calibration::{Labelled, Quality, Source, cross_validate, label_all, learn};
+use crate::trial::calibration::{Labelled, Quality, cross_validate, label_all, learn};
+use crate::trial::planted::Log;
 
 /// Learns how sure a diagnosis may be, where the truth is known.
 ///
-/// What the data say of every family of effects is laid beside whether it is there: in blind draws of our own formulas and in
-/// worlds of rigid bodies. A logistic map is learned from it. How well it does is measured on recordings that it has not seen:
-/// each tenth of them by a map that was learned on the other nine.
+/// What the data say of every family of effects is laid beside whether it is there: in blind draws of our own formulas, in worlds
+/// of rigid bodies, and in twins of real logs. A logistic map is learned from it. How well it does is measured on recordings that
+/// it has not seen: each tenth of them by a map that was learned on the other nine.
 #[derive(Args)]
 #[command(after_help = "Example:
-  torquescope bench calibrate --draws 80 --worlds 240 --seed 500000 -o assets/presence.json")]
+  torquescope bench calibrate --draws 80 --worlds 240 --twins 20 --log 'DATA_EMPS.mat --map emps' -o presence.json")]
 pub struct Calibrate {
     /// How many blind draws of our own formulas.
     #[arg(long, default_value_t = 80)]
@@ -24,7 +28,13 @@ pub struct Calibrate {
     /// How many worlds.
     #[arg(long, default_value_t = 240)]
     worlds: u64,
-    /// First seed of both.
+    /// A real log, with the options that it is read with; may be repeated.
+    #[arg(long, value_name = "'FILES OPTIONS'", value_parser = parse_log)]
+    log: Vec<LogOptions>,
+    /// How many twins of each log.
+    #[arg(long, default_value_t = 20)]
+    twins: u64,
+    /// First seed of all.
     #[arg(long, default_value_t = 500_000)]
     seed: u64,
     /// Write the map to this file.
@@ -38,18 +48,49 @@ pub struct Calibrate {
     json: bool,
 }
 
+/// A log as a command reads it.
+#[derive(Debug, Clone, Parser)]
+#[command(name = "log", no_binary_name = true)]
+struct LogOptions {
+    #[command(flatten)]
+    files: Files,
+    /// What it was parsed from.
+    #[arg(skip)]
+    text: String,
+}
+
+fn parse_log(text: &str) -> Result<LogOptions, String> {
+    let options = LogOptions::try_parse_from(text.split_whitespace()).map_err(|problem| problem.to_string())?;
+    Ok(LogOptions { text: text.to_owned(), ..options })
+}
+
+/// One recording to learn from.
+enum Case<'a> {
+    Draw(u64),
+    World(u64),
+    Twin(&'a Log, u64),
+}
+
 impl Calibrate {
     /// Labels, learns, tests and writes.
     pub fn run(&self) -> anyhow::Result<()> {
-        let seeds = |count: u64| self.seed..self.seed + count;
-        let cases: Vec<(Source, u64)> = seeds(self.draws)
-            .map(|seed| (Source::Formulas, seed))
-            .chain(seeds(self.worlds).map(|seed| (Source::World, seed)))
-            .collect();
+        let sessions: Vec<Session> =
+            self.log.iter().map(|options| options.files.session()).collect::<anyhow::Result<_>>()?;
+        let (draws, worlds, twins, seed) = (self.draws, self.worlds, self.twins, self.seed);
         let (map, qualities, labelled) = progress::watch("bench calibrate", move |monitor| {
-            let labelled = label_all(&cases, monitor, |&(source, seed)| match source {
-                Source::Formulas => Labelled::of_draw(seed, monitor),
-                Source::World | Source::Planted => Labelled::of_world(seed, monitor),
+            let logs: Vec<Log> = sessions
+                .into_iter()
+                .filter_map(|session| session.recording.map(|recording| (recording, session.split)))
+                .map(|(recording, split)| Log::new((*recording).clone(), split, &Monitor::new()))
+                .collect::<Result<_, _>>()?;
+            let seeds = |count: u64| seed..seed + count;
+            let twins_of = |log| seeds(twins).map(move |seed| Case::Twin(log, seed));
+            let drawn = seeds(draws).map(Case::Draw).chain(seeds(worlds).map(Case::World));
+            let cases: Vec<Case> = drawn.chain(logs.iter().flat_map(twins_of)).collect();
+            let labelled = label_all(&cases, monitor, |case| match case {
+                Case::Draw(seed) => Labelled::of_draw(*seed, monitor),
+                Case::World(seed) => Labelled::of_world(*seed, monitor),
+                Case::Twin(log, seed) => Labelled::of_twin(log, *seed, monitor),
             })?;
             Ok::<_, TrialError>((learn(&labelled), cross_validate(&labelled), labelled))
         })?;
@@ -71,8 +112,12 @@ impl Calibrate {
 
     /// The command that makes the same map again.
     fn command(&self) -> String {
-        let Calibrate { draws, worlds, seed, .. } = self;
-        format!("torquescope bench calibrate --draws {draws} --worlds {worlds} --seed {seed} -o assets/presence.json")
+        let Calibrate { draws, worlds, twins, seed, .. } = self;
+        let logs: String = self.log.iter().map(|log| format!(" --log '{}'", log.text)).collect();
+        format!(
+            "torquescope bench calibrate --draws {draws} --worlds {worlds} --twins {twins} --seed {seed}{logs} -o \
+             assets/presence.json"
+        )
     }
 }
 
