@@ -7,7 +7,7 @@
 use torquescope::diagnosis::diagnose_among;
 use torquescope::effect::registry;
 use torquescope::effect::{
-    AddsTorque, Axis, Column, Dimension, Effect, Facts, Lack, Motion, ParameterSpec, Scope, Stage,
+    AddsTorque, Axis, Column, Dimension, Effect, Facts, Family, Lack, Motion, ParameterSpec, Scope, Stage,
 };
 use torquescope::model;
 use torquescope::prelude::*;

@@ -15,7 +15,7 @@ use super::world::{WorldTrial, truth_of};
 use crate::diagnosis::presence::calibration::{Calibration, Example, remainder};
 use crate::diagnosis::{Rest, Sighting, sightings};
 use crate::effect::{Effect, registry};
-use crate::model::{self, Preset};
+use crate::model::{self, ModelError, Preset};
 use crate::progress::Monitor;
 use crate::recording::Recording;
 use crate::recording::split::Split;
@@ -87,13 +87,13 @@ impl Labelled {
         source: Source,
         name: String,
         recording: &Recording,
+        split: &Split,
         truth: &Truth,
         monitor: &Monitor,
     ) -> Result<Self, TrialError> {
-        let split = Split::automatic(recording);
-        let body = model::fit(&Preset::RigidBody.model(recording)?, recording, &split, &Monitor::new())?;
+        let body = model::fit(&Preset::RigidBody.model(recording)?, recording, split, &Monitor::new())?;
         monitor.check()?;
-        let (seen, rest) = sightings(&body, recording, &split, &Monitor::new())?;
+        let (seen, rest) = sightings(&body, recording, split, &Monitor::new())?;
         let sightings = seen
             .into_iter()
             .map(|sighting| {
@@ -112,7 +112,8 @@ impl Labelled {
     pub fn of_draw(seed: u64, monitor: &Monitor) -> Result<Self, TrialError> {
         let case = Drawing::default().case(seed);
         let recording = simulate(&case.scenario, &Monitor::new())?;
-        Labelled::of(Source::Formulas, seed.to_string(), &recording, &truth_of(&recording, "formulas", true)?, monitor)
+        let (split, truth) = (Split::automatic(&recording), truth_of(&recording, "formulas", true)?);
+        Labelled::of(Source::Formulas, seed.to_string(), &recording, &split, &truth, monitor)
     }
 
     /// A world.
@@ -121,7 +122,7 @@ impl Labelled {
     /// As [`Labelled::of`].
     pub fn of_world(seed: u64, monitor: &Monitor) -> Result<Self, TrialError> {
         let (recording, truth) = WorldTrial::draw(seed, None)?.simulated()?;
-        Labelled::of(Source::World, seed.to_string(), &recording, &truth, monitor)
+        Labelled::of(Source::World, seed.to_string(), &recording, &Split::automatic(&recording), &truth, monitor)
     }
 
     /// A twin of a real log.
@@ -130,7 +131,7 @@ impl Labelled {
     /// As [`Labelled::of`], and if nothing can be planted into the log.
     pub fn of_twin(log: &Log, seed: u64, monitor: &Monitor) -> Result<Self, TrialError> {
         let case = log.twin(seed, STRONGEST, &Monitor::new())?;
-        Labelled::of(Source::Planted, case.name.clone(), &case.recording, &case.truth, monitor)
+        Labelled::of(Source::Planted, case.name.clone(), &case.recording, &case.split, &case.truth, monitor)
     }
 
     /// What is left or doubtful on the joint where it is most, as a share of its torque.
@@ -164,10 +165,11 @@ fn label(truth: &Truth, sighting: &Sighting) -> Option<bool> {
     (best < Verdict::Beside).then_some(false)
 }
 
-/// Labels many recordings, two at a time and more where there are cores.
+/// Labels many recordings, as many at a time as there are cores. One in which a planted fault of the readings left too few samples to
+/// fit a rigid body is passed over.
 ///
 /// # Errors
-/// [`TrialError`] of the first that fails.
+/// [`TrialError`] of the first that fails otherwise.
 pub fn label_all<T: Send + Sync>(
     cases: &[T],
     monitor: &Monitor,
@@ -176,12 +178,17 @@ pub fn label_all<T: Send + Sync>(
     let done = std::sync::atomic::AtomicUsize::new(0);
     let one = |case: &T| {
         monitor.check()?;
-        let labelled = labelled(case)?;
+        let labelled = match labelled(case) {
+            Ok(labelled) => Some(labelled),
+            Err(TrialError::Model(ModelError::TooFewSamples { .. })) => None,
+            Err(error) => return Err(error),
+        };
         let count = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         monitor.report(count as f32 / cases.len() as f32, "diagnosing recordings whose truth is known")?;
         Ok(labelled)
     };
-    cases.par_iter().map(one).collect()
+    let labelled = cases.par_iter().map(one).collect::<Result<Vec<_>, TrialError>>()?;
+    Ok(labelled.into_iter().flatten().collect())
 }
 
 /// Learns a map from all of these, with the share of a joint's torque from which on an answer is not complete.
