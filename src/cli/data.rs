@@ -19,6 +19,7 @@ use crate::model::learned::{Features, Layers, MOST_NEURONS};
 use crate::model::{Fitted, Model, Preset, Term};
 use crate::network::Activation;
 use crate::recording::catalogue;
+use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions};
 use crate::session::{Command, Session, runs};
@@ -62,13 +63,18 @@ pub struct Reading {
     /// Cut-off of the filter for velocity and acceleration that are derived [Hz].
     #[arg(long, value_name = "HZ")]
     low_pass: Option<f64>,
+    /// Set right how the log is set up, as `inspect` proposes it: `zero=down`, `sign-torque@2`, `order-torque=2,1`,
+    /// `angles=absolute`, `factor-velocity@1=0.1`, `delay-torque=0.02`. May be repeated.
+    #[arg(long, value_name = "CORRECTION")]
+    set_right: Vec<Correction>,
 }
 
 impl Reading {
     /// Whether nothing was given.
     fn is_empty(&self) -> bool {
-        let Reading { held_out, map, zero, arm, rate, low_pass } = self;
-        held_out.is_empty() && map.is_none() && zero.is_none() && arm.is_none() && rate.is_none() && low_pass.is_none()
+        let Reading { held_out, map, zero, arm, rate, low_pass, set_right } = self;
+        let is_numberless = rate.is_none() && low_pass.is_none();
+        held_out.is_empty() && map.is_none() && zero.is_none() && arm.is_none() && is_numberless && set_right.is_empty()
     }
 }
 
@@ -479,6 +485,7 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         arm,
         rate_hz: reading.rate,
         low_pass_hz: reading.low_pass,
+        set_right: reading.set_right.clone(),
         ..ReadOptions::default()
     };
     let mut paths = files.to_vec();

@@ -1,9 +1,11 @@
 use clap::Args;
+use serde::Serialize;
 
 use super::data::Data;
 use super::progress;
 use super::table::{number, numbers, table};
 use crate::diagnosis::{Alternative, Completeness, Report, Verdict};
+use crate::recording::check::{Finding, Severity};
 use crate::recording::joints_text;
 use crate::session::Command;
 
@@ -30,13 +32,33 @@ impl Diagnose {
     pub fn run(&self) -> anyhow::Result<()> {
         let session = progress::run(Command::Diagnose, &self.data.session_with_model()?)?;
         let Some(report) = &session.report else { return Ok(()) };
+        let findings: Vec<&Finding> = session.findings.iter().filter(|finding| matters(finding)).collect();
         if self.json {
-            println!("{}", serde_json::to_string_pretty(report.as_ref())?);
-        } else {
-            println!("{}", text(report));
+            println!("{}", serde_json::to_string_pretty(&Answer { findings, report })?);
+            return Ok(());
         }
+        for finding in &findings {
+            println!("{}: {finding}", finding.severity.word());
+        }
+        if !findings.is_empty() {
+            println!();
+        }
+        println!("{}", text(report));
         Ok(())
     }
+}
+
+/// What is to be known of the recording before the report is believed, and the report.
+#[derive(Serialize)]
+struct Answer<'a> {
+    findings: Vec<&'a Finding>,
+    #[serde(flatten)]
+    report: &'a Report,
+}
+
+/// Whether results may be wrong for it.
+fn matters(finding: &Finding) -> bool {
+    finding.severity >= Severity::Warning
 }
 
 /// The report for people.

@@ -113,7 +113,7 @@ impl Inspect {
             println!("No findings: nothing odd was seen.");
         }
         for finding in session.findings.iter() {
-            println!("{finding}");
+            println!("{}: {finding}", finding.severity.word());
         }
         Ok(())
     }

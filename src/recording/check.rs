@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::correction::Correction;
 use super::differentiate::{central_difference, default_cutoff, low_pass};
 use super::fault::{self, Fault, FaultKind};
 use super::{JointKind, Origin, Provenance, Recording, Trajectory};
@@ -27,6 +28,9 @@ pub struct Finding {
     pub place: Place,
     /// What to do about it, a sentence; empty where nothing has to be done.
     pub remedy: String,
+    /// What sets it right, one after the other; empty where nothing is known to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set_right: Vec<Correction>,
 }
 
 /// How much a finding matters.
@@ -39,6 +43,17 @@ pub enum Severity {
     Warning,
     /// Results will be wrong.
     Error,
+}
+
+impl Severity {
+    /// As people are told.
+    pub fn word(self) -> &'static str {
+        match self {
+            Severity::Info => "note",
+            Severity::Warning => "warning",
+            Severity::Error => "error",
+        }
+    }
 }
 
 /// The sorts of findings.
@@ -79,6 +94,12 @@ pub enum FindingKind {
     BrokenOff,
     /// Samples beside the cuts between time blocks are in no part.
     Guard,
+    /// The log contradicts how it is set up: its zero, a sign, the order of columns, a factor, a delay.
+    SetUp,
+    /// Something was set right, as asked.
+    SetRight,
+    /// The arm is hardly the planar one that it is taken for.
+    NotPlanar,
 }
 
 /// Where something was found; what is `None` does not apply or means everywhere.
@@ -117,14 +138,16 @@ impl fmt::Display for Finding {
 }
 
 /// Takes a channel out of a trajectory.
-type Pick = fn(&Trajectory) -> &Signals;
+pub(crate) type Pick = fn(&Trajectory) -> &Signals;
 
 /// A step longer than this many median steps is a gap: derivatives and internal states can't be followed across it.
 pub const GAP_STEPS: f64 = 5.0;
 /// Fewer samples than this in all are too few to tell effects apart.
 const FEW_SAMPLES: usize = 200;
+/// From so many axes on an arm is taken to be one in space.
+const MANY_AXES: usize = 6;
 /// A revolute joint that moves further than this \[rad\] is more likely to be given in degrees.
-const FAR: f64 = 15.0;
+pub(crate) const FAR: f64 = 15.0;
 /// Longest median step \[s\] that is believed.
 const LONGEST_STEP: f64 = 0.5;
 /// Shortest median step \[s\] that is believed.
@@ -138,6 +161,7 @@ const LONGEST_LAG: usize = 20;
 pub fn check(recording: &Recording) -> Vec<Finding> {
     let mut findings = Vec::new();
     few_samples(recording, &mut findings);
+    not_planar(recording, &mut findings);
     clock(recording, &mut findings);
     for joint in 0..recording.joint_count() {
         constant(recording, joint, &mut findings);
@@ -158,6 +182,28 @@ fn few_samples(recording: &Recording, findings: &mut Vec<Finding>) {
             what: format!("the recording has only {count} samples."),
             place: Place::default(),
             remedy: format!("Record at least {FEW_SAMPLES}, better some thousand, of varied motion."),
+            set_right: Vec::new(),
+        });
+    }
+}
+
+/// Arms of many axes are hardly ever planar, and nothing says that this one is.
+fn not_planar(recording: &Recording, findings: &mut Vec<Finding>) {
+    let Recording { chain: None, stated_arm: None, .. } = recording else { return };
+    let joints = recording.joint_count();
+    if joints >= MANY_AXES && recording.joints.iter().all(|joint| joint.kind == JointKind::Revolute) {
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::NotPlanar,
+            what: format!(
+                "{joints} axes are taken for those of a planar arm, all parallel, because nothing says where they are; robots \
+                 with so many are hardly ever planar."
+            ),
+            place: Place::default(),
+            remedy: "State the axes in a mapping file (a table `arm`, as `--map ur10` has one), or the links of a planar arm with \
+                     `--arm`."
+                .to_owned(),
+            set_right: Vec::new(),
         });
     }
 }
@@ -175,6 +221,7 @@ fn clock(recording: &Recording, findings: &mut Vec<Finding>) {
                 what: format!("`{}` has a gap of {step:.4} s after sample {at}.", trajectory.name),
                 place: Place { samples: Some(at..at + 2), ..place.clone() },
                 remedy: "Cut the trajectory there.".to_owned(),
+                set_right: Vec::new(),
             });
         }
         let off = steps().filter(|step| (step / median - 1.0).abs() > 0.2).count();
@@ -194,6 +241,7 @@ fn clock(recording: &Recording, findings: &mut Vec<Finding>) {
             ),
             place: place.clone(),
             remedy: "Derivatives use the actual times; the cut-off of filters holds for the median step.".to_owned(),
+            set_right: Vec::new(),
         });
     }
     let steps = recording.trajectories.iter().map(Trajectory::time_step).filter(|step| *step > 0.0);
@@ -205,6 +253,7 @@ fn clock(recording: &Recording, findings: &mut Vec<Finding>) {
             what: format!("the median time step is {step} s, which hardly is a robot's; the unit may be {unit}."),
             place: Place::default(),
             remedy: "Name the unit in the column, such as `time[ms]`, and read the file again.".to_owned(),
+            set_right: Vec::new(),
         });
     }
 }
@@ -229,6 +278,7 @@ fn constant(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
         what: format!("{} of {} never changes.", still.join(", "), recording.joints[joint].name),
         place: Place::joint(joint),
         remedy: "Nothing can be learned from it: check the mapping, or record a motion of this joint.".to_owned(),
+        set_right: Vec::new(),
     });
 }
 
@@ -259,6 +309,7 @@ fn faulty(recording: &Recording, fault: &Fault) -> Finding {
         remedy:
             "These samples and some around them train nothing and count in no error; check the sensor and its range."
                 .to_owned(),
+        set_right: Vec::new(),
     }
 }
 
@@ -274,6 +325,7 @@ fn degrees(recording: &Recording, joint: usize, findings: &mut Vec<Finding>) {
             what: format!("q of {} reaches {furthest:.1} rad, which looks like degrees.", recording.joints[joint].name),
             place: Place::joint(joint),
             remedy: "If it is, name the unit in the column, such as `q1[deg]`, and read the file again.".to_owned(),
+            set_right: Vec::new(),
         });
     }
 }
@@ -296,37 +348,48 @@ fn derivatives(recording: &Recording, joint: usize, findings: &mut Vec<Finding>)
                 what: format!("{name} of {} {complaint}.", recording.joints[joint].name),
                 place: Place::joint(joint),
                 remedy: format!("Check unit, sign, gear ratio and mapping of the column, or derive it with `{key}=-`."),
+                set_right: Vec::new(),
             });
         }
     }
 }
 
+/// So many times the noise that a filter lets through must a motion have to be one.
+const ABOVE_NOISE: f64 = 4.0;
+
+/// What a low-pass at this share of the sampling rate lets through of the power of differentiated white noise, with a margin; at
+/// most all that it holds back. Of central differences, sin²(2πf), the part below the cut-off is 16π²/3 of its cube.
+fn noise_passed(share: f64) -> f64 {
+    (ABOVE_NOISE * 16.0 * PI * PI / 3.0 * share.powi(3)).min(1.0)
+}
+
 /// How a stated derivative relates to the one computed, over all trajectories.
 #[derive(Debug, Clone, Copy)]
-struct Comparison {
+pub(crate) struct Comparison {
     /// Stated = factor × computed, after the lag is taken out.
-    factor: f64,
+    pub factor: f64,
     /// By how many samples the stated one comes late.
-    lag: isize,
+    pub lag: isize,
     /// The same in s.
-    lag_seconds: f64,
+    pub lag_seconds: f64,
     /// Share of the stated derivative's power that the computed one explains, lag taken out.
-    agreement: f64,
+    pub agreement: f64,
     /// The same without taking the lag out.
     agreement_at_once: f64,
 }
 
 impl Comparison {
     /// `None` where there is too little motion or data to tell.
-    fn of(recording: &Recording, joint: usize, signal: Pick, stated: Pick) -> Option<Comparison> {
+    pub fn of(recording: &Recording, joint: usize, signal: Pick, stated: Pick) -> Option<Comparison> {
         let margin = LONGEST_LAG;
         let lags = -(margin as isize)..=margin as isize;
         let mut products = vec![(0.0, 0.0); lags.clone().count()]; // Σ computed · stated, Σ computed²
         let (mut stated_power, mut noise_power) = (0.0, 0.0);
-        let mut step = 0.0;
+        let (mut step, mut passed) = (0.0, 0.0f64);
         for trajectory in recording.trajectories.iter().filter(|t| t.len() > 4 * margin) {
             step = trajectory.time_step();
             let cutoff = default_cutoff(&trajectory.q, &trajectory.qd, step);
+            passed = passed.max(noise_passed(cutoff * step));
             let smooth = |signal: &[f64]| low_pass(signal, step, cutoff);
             let raw = central_difference(&signal(trajectory)[joint], &trajectory.time);
             let computed = smooth(&raw);
@@ -344,8 +407,8 @@ impl Comparison {
                 }
             }
         }
-        // A joint that was held still has noise only, which follows nothing.
-        if products[margin].1 <= noise_power {
+        // A joint that was held still has noise only, which follows nothing; one that moves has more than noise lets through.
+        if products[margin].1 <= noise_power * passed {
             return None;
         }
         let agreement = |(product, power): (f64, f64)| product * product / (power * stated_power);
@@ -362,9 +425,14 @@ impl Comparison {
         (found.agreement.is_finite() && found.factor.is_finite()).then_some(found)
     }
 
+    /// Whether there is a lag: taking it out removes a good part of what was unexplained.
+    pub fn is_late(&self) -> bool {
+        self.lag.abs() >= 2 && 1.0 - self.agreement < 0.6 * (1.0 - self.agreement_at_once)
+    }
+
     /// What is wrong, in words that go on after the name of the channel; `None` if the two agree.
     fn complaint(&self, slope: &str) -> Option<(Severity, String)> {
-        let Comparison { factor, lag, lag_seconds, agreement, agreement_at_once } = *self;
+        let Comparison { factor, lag, lag_seconds, agreement, .. } = *self;
         if agreement < 0.7 {
             let severity = if agreement < 0.3 { Severity::Error } else { Severity::Warning };
             let percent = 100.0 * agreement;
@@ -381,8 +449,7 @@ impl Comparison {
                 severity = Severity::Error;
             }
         }
-        // A lag is believed where taking it out removes a good part of what was unexplained.
-        if lag.abs() >= 2 && 1.0 - agreement < 0.6 * (1.0 - agreement_at_once) {
+        if self.is_late() {
             let direction = if lag > 0 { "behind" } else { "ahead of" };
             parts.push(format!("is {} samples ({:.4} s) {direction} {slope}", lag.abs(), lag_seconds.abs()));
         }
@@ -457,6 +524,18 @@ mod tests {
             signal[0].iter_mut().enumerate().for_each(|(sample, value)| *value = size * noise(salt)(sample));
         }
         assert_eq!(kinds(&recording), []);
+    }
+
+    /// Encoder noise that buries dq/dt between two samples does not hide that q̇ is wrong.
+    #[test]
+    fn a_joint_that_moves_under_much_noise_is_not_held_still() {
+        let mut recording = swinging(0.1, 0.0);
+        let noise = |sample: usize| ((sample as f64 * 12.9898).sin() * 43758.5453).fract() - 0.5;
+        let mut run = recording.trajectories[0].channels_mut();
+        run.q[0].iter_mut().enumerate().for_each(|(sample, q)| *q += 0.1 * noise(sample));
+        let found = check(&recording);
+        let velocity = found.iter().find(|finding| finding.kind == FindingKind::VelocityMismatch).unwrap();
+        assert!(velocity.what.contains("0.1"), "{}", velocity.what);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 
 pub mod catalogue;
 pub mod check;
+pub mod correction;
 pub mod differentiate;
 pub mod fault;
 mod layout;

@@ -110,6 +110,7 @@ impl Split {
             ),
             place: Place::default(),
             remedy: String::new(),
+            set_right: Vec::new(),
         }]
     }
 

@@ -12,6 +12,8 @@ use crate::effect::registry;
 use crate::model::learned::LearnedPreset;
 use crate::model::{Fitted, Model, ModelError, Preset, Term};
 use crate::progress::{Event, Monitor};
+use crate::recording::check::{Finding, FindingKind, check};
+use crate::recording::correction::Correction;
 use crate::recording::read::{self, ReadOptions};
 use crate::recording::split::Split;
 use crate::simulation::extrapolation::{self, Stretch};
@@ -32,6 +34,8 @@ pub enum Command {
         /// Names of trajectories to hold out; with none, the split is automatic.
         held_out: Vec<String>,
     },
+    /// Sets right how the recording is set up, and fits the preset anew.
+    SetRight(Vec<Correction>),
     /// Opens a session that was saved.
     Restore {
         /// The file.
@@ -135,6 +139,7 @@ impl Command {
                     }
                     names => Split::holding_out(&import.recording, names)?,
                 };
+                findings.extend(diagnosis::setup::check(&import.recording, &findings, monitor)?);
                 let loaded = Session {
                     recording: Some(Arc::new(import.recording)),
                     findings: Arc::new(findings),
@@ -148,6 +153,7 @@ impl Command {
                 };
                 fitted_if_possible(loaded, monitor)
             }
+            Command::SetRight(corrections) => set_right(session, corrections, monitor),
             Command::Restore { path } => Ok(file::open(path, monitor)?),
             Command::Simulate(scenario) => {
                 let recording = simulation::simulate(scenario, monitor)?;
@@ -263,6 +269,10 @@ impl Command {
                     format!("open {name}")
                 }
             }
+            Command::SetRight(corrections) => {
+                let texts: Vec<String> = corrections.iter().map(Correction::to_string).collect();
+                format!("set right {}", texts.join(" "))
+            }
             Command::Restore { path } => {
                 format!("open the session {}", path.file_name().unwrap_or_default().to_string_lossy())
             }
@@ -326,6 +336,47 @@ fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session
         Err(SessionError::Model(_)) => Ok(session),
         other => other,
     }
+}
+
+/// The recording with these corrections, judged and fitted as if it had been read with them.
+fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -> Result<Session, SessionError> {
+    let mut recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?.clone();
+    // What the import said of its files, and what was set right before, still holds; the rest is asked anew.
+    let still_holds = |finding: &&Finding| finding.place.file.is_some() || finding.kind == FindingKind::SetRight;
+    let mut findings: Vec<Finding> = session.findings.iter().filter(still_holds).cloned().collect();
+    findings.extend(read::set_right(&mut recording, corrections)?);
+    findings.extend(check(&recording));
+    let trains = |index: usize| session.split.train.iter().any(|segment| segment.trajectory == index);
+    let held_out = (0..recording.trajectories.len()).filter(|&index| !trains(index));
+    let held_out: Vec<String> = held_out.map(|index| recording.trajectories[index].name.clone()).collect();
+    let split = if held_out.is_empty() {
+        findings.extend(Split::findings(&recording));
+        Split::automatic(&recording)
+    } else {
+        Split::holding_out(&recording, &held_out)?
+    };
+    findings.extend(diagnosis::setup::check(&recording, &findings, monitor)?);
+    let opened_by = session.opened_by.as_ref().map(|command| match command.as_ref() {
+        Command::Open { paths, options, held_out } => {
+            let mut options = options.clone();
+            options.set_right.extend_from_slice(corrections);
+            Arc::new(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() })
+        }
+        _ => Arc::clone(command),
+    });
+    let loaded = Session {
+        recording: Some(Arc::new(recording)),
+        findings: Arc::new(findings),
+        opened_by,
+        mapping: session.mapping.clone(),
+        split,
+        preset: session.preset,
+        plan: session.plan.clone(),
+        checkpoint_file: session.checkpoint_file.clone(),
+        truth: session.truth.clone(),
+        ..Session::default()
+    };
+    fitted_if_possible(loaded, monitor)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use super::runs::RunFileError;
 use crate::effect::registry::UnknownEffect;
 use crate::model::ModelError;
 use crate::progress::Stopped;
+use crate::recording::correction::CorrectionError;
 use crate::recording::read::ReadError;
 use crate::recording::seal::SealError;
 use crate::recording::split::SplitError;
@@ -18,6 +19,9 @@ pub enum SessionError {
     /// Nothing is loaded.
     #[error("there is no recording: open a file or simulate one first")]
     NoRecording,
+    /// What was to be set right does not fit the recording.
+    #[error("what is to be set right: {0}")]
+    Correction(#[from] CorrectionError),
     /// Nothing was fitted.
     #[error("there is no model yet: choose a preset first")]
     NoModel,

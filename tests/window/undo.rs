@@ -65,6 +65,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let all = vec![
         (demonstration(), Command::Open { paths: vec![csv], options: ReadOptions::default(), held_out: Vec::new() }),
         (demonstration(), Command::Restore { path: saved }),
+        (diagnosed(), Command::SetRight(vec!["sign-torque@1".parse().unwrap()])),
         (diagnosed(), Command::Simulate(Box::new(Scenario { seed: 5, ..Scenario::embedded() }))),
         (diagnosed(), Command::ChoosePreset(Preset::StatedArm)),
         (small(), Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan: plan() }),
@@ -90,7 +91,11 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         match command {
             Command::Open { .. } | Command::Restore { .. } | Command::Simulate(_) | Command::ChoosePreset(_) => (),
             Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) | Command::UseRun { .. } => (),
-            Command::UseModel { .. } | Command::Diagnose | Command::AddEffect { .. } | Command::EditTerms(_) => (),
+            Command::SetRight(_)
+            | Command::UseModel { .. }
+            | Command::Diagnose
+            | Command::AddEffect { .. }
+            | Command::EditTerms(_) => (),
             Command::Extrapolate { .. } | Command::GoTo { .. } | Command::OpenSeal => (),
         }
     }

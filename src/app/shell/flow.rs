@@ -6,6 +6,7 @@ use crate::app::desk::Order;
 use crate::app::screen::{Next, NextStep};
 use crate::app::screens::Screens;
 use crate::model::Preset;
+use crate::recording::correction::Correction;
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
 
@@ -18,6 +19,12 @@ pub fn next(session: &Session, screens: &Screens, exported: bool) -> Option<Next
     if session.recording.is_none() {
         let demonstration = Command::Simulate(Box::new(Scenario::embedded()));
         return Some(NextStep::run("Demonstration arm", "Simulate an arm with a hidden effect", demonstration));
+    }
+    if let Some(corrections) = session.findings.iter().map(|finding| &finding.set_right).find(|them| !them.is_empty()) {
+        let faults: Vec<String> = corrections.iter().map(Correction::fault).collect();
+        let why = "The log contradicts how it is set up; this sets it right, and undo takes it back";
+        let label = format!("Set right: {}", faults.join(" and "));
+        return Some(NextStep::run(label, why, Command::SetRight(corrections.clone())));
     }
     if session.current().is_none() {
         let why = "Identify the arm's base parameters from the data";

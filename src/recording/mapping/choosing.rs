@@ -200,10 +200,15 @@ fn starred(name: &str) -> String {
     }
 }
 
-/// The columns that a pattern means, in the order of their numbers.
+/// The columns that a pattern means, in the order of their numbers; those of a range such as `c2..c7` in the order of the file.
 fn matching(columns: &[String], pattern: &str) -> Vec<(Label, String)> {
     if columns.iter().any(|name| name == pattern) {
         return vec![(label_of(pattern), pattern.to_owned())];
+    }
+    if let Some((first, last)) = pattern.split_once("..") {
+        let place = |wanted: &str| columns.iter().position(|name| name == wanted);
+        let range = place(first).zip(place(last)).map_or(0..0, |(first, last)| first..last + 1);
+        return columns.get(range).unwrap_or_default().iter().map(|name| (label_of(name), name.clone())).collect();
     }
     let middle = |name: &str| -> Option<String> {
         let (head, tail) = pattern.split_once('*').unwrap_or((pattern, ""));
@@ -308,6 +313,14 @@ mod tests {
         let again = Mapping::find(&names, &found.to_spec()).unwrap();
         assert_eq!((again.q, again.tau, again.time), (found.q, found.tau, found.time));
         assert_eq!(spec.to_string().parse::<MappingSpec>().unwrap(), spec);
+        let ranges: MappingSpec = "q=c2..c3,qd=c4..c5+c1,tau=c6..c8,time=-".parse().unwrap();
+        let names = columns("c1 c2 c3 c4 c5 c6 c7 c8");
+        let found = Mapping::find(&names, &"q=c2..c4,tau=c6..c8,time=-".parse().unwrap()).unwrap();
+        assert_eq!((found.q, found.tau), (columns("c2 c3 c4"), columns("c6 c7 c8")));
+        let error = Mapping::find(&names, &ranges).unwrap_err().to_string();
+        assert!(error.contains("position has 2 joints"), "{error}");
+        let error = Mapping::find(&names, &"q=c2..c9,tau=c6".parse().unwrap()).unwrap_err().to_string();
+        assert!(error.contains("`q=c2..c9` matches no column"), "{error}");
         let explicit: MappingSpec = "q=c2+c1,tau=c3+c4,time=-".parse().unwrap();
         let found = Mapping::find(&columns("c1 c2 c3 c4"), &explicit).unwrap();
         assert_eq!((found.q, found.time), (columns("c2 c1"), None));

@@ -18,8 +18,8 @@ pub(super) const LEAVE_OUT: &str = "-";
 /// `q=pos_filt*,qd=vel_filt*,qdd=-,tau=tau_a+tau_b,time=time`.
 ///
 /// Each entry is the name of a column or of an array, or a pattern in which `*` stands for the number (or the name) of
-/// the joint; `+` joins several; `-` alone leaves the channel out, so that it is derived. A mapping file
-/// ([`MappingSpec::from_toml`]) says more than columns.
+/// the joint; `c2..c7` is all columns of the file from one to another; `+` joins several; `-` alone leaves the channel out, so
+/// that it is derived. A mapping file ([`MappingSpec::from_toml`]) says more than columns.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MappingSpec {

@@ -52,6 +52,7 @@ pub(super) fn assemble(
     let spec = options.mapping.clone().unwrap_or_default();
     let mut findings = passed_over(table, &spec, file);
     findings.extend(table.broken_off.map(|line| broken_off(line, file)));
+    findings.extend(shortened(table, file));
     let channels = convert(table, mapping, &spec, file, options, &mut findings)?;
     check_clock(table, &channels.time, file)?;
 
@@ -70,6 +71,7 @@ pub(super) fn assemble(
             ),
             place: Place::file(file),
             remedy: "Nothing was filled in; find out why the values are missing.".to_owned(),
+            set_right: Vec::new(),
         });
     }
     let stretches = stretches(table, &channels.time, &usable, file, &mut findings);
@@ -110,6 +112,7 @@ fn passed_over(table: &Table, spec: &MappingSpec, file: &str) -> Vec<Finding> {
         what: format!("passed over: {}.", parts.join("; ")),
         place: Place::file(file),
         remedy: String::new(),
+        set_right: Vec::new(),
     }]
 }
 
@@ -122,7 +125,22 @@ fn broken_off(line: u64, file: &str) -> Finding {
         ),
         place: Place::file(file),
         remedy: "Delete that line if the recorder or a copy was broken off.".to_owned(),
+        set_right: Vec::new(),
     }
+}
+
+fn shortened(table: &Table, file: &str) -> Option<Finding> {
+    let names: Vec<String> = table.shortened.iter().map(|name| format!("`{name}`")).collect();
+    (!names.is_empty()).then(|| Finding {
+        severity: Severity::Warning,
+        kind: FindingKind::PassedOver,
+        what: format!("the last row of {} was left out: the others have one less.", names.join(", ")),
+        place: Place::file(file),
+        remedy:
+            "If the first rows are not of the same moment, delete the row that is too many and read the files again."
+                .to_owned(),
+        set_right: Vec::new(),
+    })
 }
 
 fn convert(
@@ -164,9 +182,13 @@ fn convert(
     let tau = joints(Channel::Torque, &mapping.tau)?;
     let qd = mapping.qd.as_ref().map(|names| joints(Channel::Velocity, names)).transpose()?;
     let qdd = mapping.qdd.as_ref().map(|names| joints(Channel::Acceleration, names)).transpose()?;
-    let time = match (&mapping.time, options.rate_hz.or(spec.rate_hz).map(f64::recip).or(table.step)) {
+    let stated = options.rate_hz.or(spec.rate_hz).map(f64::recip).or(table.step);
+    let time = match (&mapping.time, stated.or_else(|| step_of_motion(table, &q, qd.as_ref()?))) {
         (Some(name), _) => column(Channel::Time, name)?,
         (None, Some(step)) => {
+            if stated.is_none() {
+                findings.push(rate_of_motion(step, file));
+            }
             table.runs.iter().flat_map(|run| (0..run.len()).map(move |sample| sample as f64 * step)).collect()
         }
         (None, None) => return Err(ReadError::NoTime { file: file.to_owned(), columns: table.names().join(", ") }),
@@ -178,6 +200,7 @@ fn convert(
             what: format!("the stated rate of {rate} Hz was not used, since `{name}` holds the time."),
             place: Place::file(file),
             remedy: "To use the rate instead, map `time=-`.".to_owned(),
+            set_right: Vec::new(),
         });
     }
     for (channel, transform) in &spec.transforms {
@@ -187,6 +210,7 @@ fn convert(
             what: format!("{} is {}, as the mapping says.", channel.title(), transform.describe()),
             place: Place::file(file),
             remedy: String::new(),
+            set_right: Vec::new(),
         });
     }
     if !converted.is_empty() {
@@ -196,9 +220,43 @@ fn convert(
             what: format!("converted to SI units, as the names of the columns say: {}.", converted.join(", ")),
             place: Place::file(file),
             remedy: String::new(),
+            set_right: Vec::new(),
         });
     }
     Ok(Converted { time, q, qd, qdd, tau })
+}
+
+/// Share of the steps of q that q̇ must explain for the time between them to follow.
+const CLEAR: f64 = 0.9;
+
+/// The time between rows \[s\] by which q grows as q̇ says; `None` if it does not.
+fn step_of_motion(table: &Table, q: &Signals, qd: &Signals) -> Option<f64> {
+    let (mut product, mut steps, mut speeds) = (0.0, 0.0, 0.0);
+    for run in &table.runs {
+        for (q, qd) in q.iter().zip(qd) {
+            for row in run.start..run.end.saturating_sub(1) {
+                let (step, speed) = (q[row + 1] - q[row], 0.5 * (qd[row] + qd[row + 1]));
+                if step.is_finite() && speed.is_finite() {
+                    product += step * speed;
+                    steps += step * step;
+                    speeds += speed * speed;
+                }
+            }
+        }
+    }
+    let step = product / speeds;
+    (step > 0.0 && product * product > CLEAR * steps * speeds).then_some(step)
+}
+
+fn rate_of_motion(step: f64, file: &str) -> Finding {
+    Finding {
+        severity: Severity::Warning,
+        kind: FindingKind::TimeUnit,
+        what: format!("there is no clock; the rate of {:.1} Hz follows from q and q̇.", step.recip()),
+        place: Place::file(file),
+        remedy: "State the sampling rate in Hz (`--rate`) if you know it: it is exact then.".to_owned(),
+        set_right: Vec::new(),
+    }
 }
 
 fn check_clock(table: &Table, time: &[f64], file: &str) -> Result<(), ReadError> {
@@ -273,6 +331,7 @@ fn stretches(
             ),
             place: Place::file(file),
             remedy: "Nothing was filled in; check whether the recorder lost samples.".to_owned(),
+            set_right: Vec::new(),
         });
     }
     if short > 0 {
@@ -284,6 +343,7 @@ fn stretches(
             ),
             place: Place::file(file),
             remedy: String::new(),
+            set_right: Vec::new(),
         });
     }
     stretches

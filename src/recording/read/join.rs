@@ -9,7 +9,10 @@ use super::table::Table;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum JoinError {
     /// Other samples.
-    #[error("`{first}` has {expected} samples and `{other}` {found}; files side by side must hold the same samples")]
+    #[error(
+        "`{first}` has {expected} samples and `{other}` {found}; files side by side must hold the same samples (one more at the \
+         end is left out)"
+    )]
     Length {
         /// Name of the first file.
         first: String,
@@ -37,8 +40,10 @@ pub(super) fn parts(path: &Path) -> Vec<PathBuf> {
 
 /// One table of all columns. Columns of the same name are equal (a clock that all files have) and kept once, or they are
 /// told apart by the name of their file: `currents.joint_1`.
-pub(super) fn side_by_side(tables: Vec<(String, Table)>) -> Result<Table, JoinError> {
-    let mut joined = Table::default();
+/// A recorder that is stopped writes one file a row further than the other: that row is left out.
+pub(super) fn side_by_side(mut tables: Vec<(String, Table)>) -> Result<Table, JoinError> {
+    let shortened = shorten(&mut tables);
+    let mut joined = Table { shortened, ..Table::default() };
     let mut values: BTreeMap<String, Vec<&[f64]>> = BTreeMap::new();
     for column in tables.iter().flat_map(|(_, table)| &table.columns) {
         values.entry(column.name.clone()).or_default().push(&column.values);
@@ -78,6 +83,18 @@ pub(super) fn side_by_side(tables: Vec<(String, Table)>) -> Result<Table, JoinEr
     Ok(joined)
 }
 
+/// Leaves out the last row of tables that have one more than the shortest, if none has more than that; names them.
+fn shorten(tables: &mut [(String, Table)]) -> Vec<String> {
+    let rows = |table: &Table| table.columns.first().map_or(0, |column| column.values.len());
+    let shortest = tables.iter().map(|(_, table)| rows(table)).min().unwrap_or_default();
+    let longest = tables.iter().map(|(_, table)| rows(table)).max().unwrap_or_default();
+    if shortest < 2 || longest != shortest + 1 {
+        return Vec::new();
+    }
+    let longer = tables.iter_mut().filter(|(_, table)| rows(table) == longest);
+    longer.filter_map(|(stem, table)| table.drop_last_row().then(|| stem.clone())).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::table::Column;
@@ -99,10 +116,19 @@ mod tests {
     }
 
     #[test]
-    fn files_of_other_length_are_refused() {
-        let tables = vec![("a".into(), table(&[("q", &[0.0, 1.0])])), ("b".into(), table(&[("tau", &[0.0])]))];
-        let message = side_by_side(tables).unwrap_err().to_string();
-        assert!(message.contains("`a` has 2 samples and `b` 1"), "{message}");
+    fn files_of_other_length_are_refused_but_for_one_row_at_the_end() {
+        let beside = |rows: &[f64]| {
+            let q = table(&[("time", &[0.0, 0.1, 0.2, 0.3]), ("q", &[1.0, 2.0, 3.0, 4.0])]);
+            let clock: Vec<f64> = (0..rows.len()).map(|row| [0.0, 0.1, 0.2, 0.3][row]).collect();
+            side_by_side(vec![("a".into(), q), ("b".into(), table(&[("time", &clock), ("tau", rows)]))])
+        };
+        let message = beside(&[5.0, 6.0]).unwrap_err().to_string();
+        assert!(message.contains("`a` has 4 samples and `b` 2"), "{message}");
+        let joined = beside(&[5.0, 6.0, 7.0]).unwrap();
+        assert_eq!(joined.names(), ["time", "q", "tau"], "clocks that are equal but for that row are one");
+        assert_eq!((joined.columns[1].values.len(), joined.runs[0].clone()), (3, 0..3));
+        assert_eq!(joined.shortened, ["a"]);
+        assert_eq!(beside(&[5.0, 6.0, 7.0, 8.0]).unwrap().shortened, Vec::<String>::new());
     }
 
     #[test]

@@ -30,6 +30,7 @@ use self::arrays::Gathered;
 use self::npz::Content;
 use self::table::Table;
 use super::check::{Finding, FindingKind, Place, Severity, check};
+use super::correction::{Correction, CorrectionError};
 use super::differentiate::description;
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec};
 use super::transform::TransformError;
@@ -52,13 +53,23 @@ pub struct ReadOptions {
     pub rate_hz: Option<f64>,
     /// Cut-off of the filter for derived channels \[Hz\]; by default [`super::differentiate::default_cutoff`].
     pub low_pass_hz: Option<f64>,
+    /// What is set right after reading, one after the other.
+    pub set_right: Vec<Correction>,
     /// Largest file that is read, and most that the numbers of an archive may take \[bytes\].
     pub largest: u64,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        ReadOptions { mapping: None, zero: None, arm: None, rate_hz: None, low_pass_hz: None, largest: file::LARGEST }
+        ReadOptions {
+            mapping: None,
+            zero: None,
+            arm: None,
+            rate_hz: None,
+            low_pass_hz: None,
+            set_right: Vec::new(),
+            largest: file::LARGEST,
+        }
     }
 }
 
@@ -267,6 +278,9 @@ pub enum ReadError {
         /// The difference.
         what: String,
     },
+    /// What was to be set right does not fit.
+    #[error("what is to be set right: {0}")]
+    Correction(#[from] CorrectionError),
     /// A recording of our own together with other files.
     #[error("{file} is a whole recording of this program; read it alone")]
     NotAlone {
@@ -309,7 +323,7 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Resu
         let file = file_name(path);
         monitor.report(index as f32 / paths.len() as f32, &format!("reading {file}"))?;
         match open(path, options, monitor)? {
-            Content::Recording(recording) if paths.len() == 1 => return Ok(own(*recording, options)),
+            Content::Recording(recording) if paths.len() == 1 => return own(*recording, options),
             Content::Recording(_) => return Err(ReadError::NotAlone { file }),
             Content::Table(table) => {
                 let merge = match &mut merge {
@@ -449,7 +463,7 @@ fn stem(path: &Path) -> String {
 }
 
 /// A recording of our own is complete; only the posture and the stated arm may be said anew.
-fn own(mut recording: Recording, options: &ReadOptions) -> Import {
+fn own(mut recording: Recording, options: &ReadOptions) -> Result<Import, ReadError> {
     recording.posture = options.zero.or(recording.posture);
     recording.stated_arm = options.arm.clone().or(recording.stated_arm);
     recording.chain = options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()).or(recording.chain);
@@ -463,7 +477,8 @@ fn own(mut recording: Recording, options: &ReadOptions) -> Import {
         joints: recording.joints.iter().map(|joint| joint.name.clone()).collect(),
         ..Mapping::default()
     };
-    let mut findings = check(&recording);
+    let mut findings = set_right(&mut recording, &options.set_right)?;
+    findings.extend(check(&recording));
     if options.mapping.is_some() || options.rate_hz.is_some() || options.low_pass_hz.is_some() {
         findings.push(Finding {
             severity: Severity::Info,
@@ -471,9 +486,30 @@ fn own(mut recording: Recording, options: &ReadOptions) -> Import {
             what: "mapping, rate and cut-off were not used: a recording of this program is complete.".to_owned(),
             place: Place::default(),
             remedy: String::new(),
+            set_right: Vec::new(),
         });
     }
-    Import { recording, findings, mapping }
+    Ok(Import { recording, findings, mapping })
+}
+
+/// Sets right what the user asked for, and says so.
+///
+/// # Errors
+/// [`CorrectionError`] if it does not fit the recording.
+pub fn set_right(recording: &mut Recording, corrections: &[Correction]) -> Result<Vec<Finding>, CorrectionError> {
+    let mut findings = Vec::new();
+    for correction in corrections {
+        correction.apply(recording)?;
+        findings.push(Finding {
+            severity: Severity::Info,
+            kind: FindingKind::SetRight,
+            what: format!("set right, as asked (`{correction}`): {}.", correction.fault()),
+            place: Place::default(),
+            remedy: String::new(),
+            set_right: Vec::new(),
+        });
+    }
+    Ok(findings)
 }
 
 /// Files on their way to become one recording.
@@ -552,7 +588,7 @@ impl Merge {
             acceleration: origin(&self.mapping.qdd, "q̇"),
             low_pass_hz: is_derived.then_some(lowest),
         };
-        let recording = Recording {
+        let mut recording = Recording {
             name,
             joints: self.joints,
             trajectories: self.trajectories,
@@ -563,6 +599,7 @@ impl Merge {
             seal: None,
         };
         recording.verify()?;
+        self.findings.extend(set_right(&mut recording, &options.set_right)?);
         self.findings.extend(check(&recording));
         Ok(Import { recording, findings: self.findings, mapping: self.mapping })
     }
@@ -583,6 +620,7 @@ fn about_mapping(mapping: &Mapping, file: &str) -> Vec<Finding> {
                 _ => "Map the measured column, if there is one.",
             }
             .to_owned(),
+            set_right: Vec::new(),
         });
     }
     if !mapping.alternatives.is_empty() {
@@ -595,6 +633,7 @@ fn about_mapping(mapping: &Mapping, file: &str) -> Vec<Finding> {
             ),
             place: Place::file(file),
             remedy: "Give one of these as mapping to take it instead.".to_owned(),
+            set_right: Vec::new(),
         });
     }
     findings

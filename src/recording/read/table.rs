@@ -23,6 +23,8 @@ pub(super) struct Table {
     pub joints: Option<Vec<String>>,
     /// Parts of the file that no column was made of, each with the reason.
     pub passed_over: Vec<String>,
+    /// Of files side by side those whose last row was left out, because the others have one less.
+    pub shortened: Vec<String>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +49,17 @@ impl Table {
 
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// Leaves out the last row of a table of one run; false if it has several.
+    pub fn drop_last_row(&mut self) -> bool {
+        let [run] = self.runs.as_mut_slice() else { return false };
+        run.end -= 1;
+        self.columns.iter_mut().for_each(|column| column.values.truncate(run.end));
+        if let Some(lines) = &mut self.lines {
+            lines.truncate(run.end);
+        }
+        true
     }
 
     /// Where a row stands, in words.

@@ -25,6 +25,7 @@ use crate::arm::Posture;
 use crate::figure::Panel;
 use crate::model::Preset;
 use crate::recording::check::Severity;
+use crate::recording::correction::Correction;
 use crate::recording::read::{READABLE, ReadOptions};
 use crate::recording::{Origin, Recording};
 use crate::session::{Command, Session};
@@ -138,9 +139,9 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
     trajectories(ui, desk, &recording);
 }
 
-fn findings(ui: &mut Ui, desk: &Desk, recording: &Recording) {
+fn findings(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
-    let findings = &desk.session.findings;
+    let findings = Arc::clone(&desk.session.findings);
     widgets::card(ui, "Findings", |ui| {
         if findings.is_empty() {
             let from =
@@ -148,18 +149,21 @@ fn findings(ui: &mut Ui, desk: &Desk, recording: &Recording) {
             widgets::weak(ui, from);
         }
         for finding in findings.iter() {
-            let (word, color) = match finding.severity {
-                Severity::Info => ("note", palette.accent),
-                Severity::Warning => ("warning", palette.warning),
-                Severity::Error => ("error", palette.error),
+            let color = match finding.severity {
+                Severity::Info => palette.accent,
+                Severity::Warning => palette.warning,
+                Severity::Error => palette.error,
             };
             ui.horizontal_wrapped(|ui| {
-                widgets::chip(ui, word, color);
+                widgets::chip(ui, finding.severity.word(), color);
                 if let Some(file) = &finding.place.file {
                     ui.label(RichText::new(file).strong());
                 }
                 ui.label(&finding.what);
                 widgets::weak(ui, &finding.remedy);
+                if !finding.set_right.is_empty() && ui.button("Set right").clicked() {
+                    desk.run(Command::SetRight(finding.set_right.clone()));
+                }
             });
         }
         let origin = |origin: &Origin| match origin {
@@ -187,7 +191,9 @@ fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 let same = current.is_some_and(|posture| (posture.zero_angle - zero.zero_angle).abs() < 1e-6);
                 if ui.selectable_label(same, name).clicked() && !same {
                     let sense = current.unwrap_or_default().sense;
-                    let options = ReadOptions { zero: Some(Posture { sense, ..zero }), ..options.clone() };
+                    let mut options = ReadOptions { zero: Some(Posture { sense, ..zero }), ..options.clone() };
+                    // What is chosen here is not set right once more.
+                    options.set_right.retain(|correction| !matches!(correction, Correction::Zero { .. }));
                     desk.run(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() });
                 }
             }

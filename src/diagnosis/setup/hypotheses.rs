@@ -1,0 +1,340 @@
+//! What may be wrong about a set-up: a list of corrections, and searches for those that have a number.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use rayon::prelude::*;
+
+use super::bench::{Bench, Fit};
+use crate::progress::{Monitor, Stopped};
+use crate::recording::check::FAR;
+use crate::recording::correction::{Correction, Counted, Part};
+use crate::recording::{JointKind, Origin, Recording};
+
+/// All orders are tried of so many joints; of more, pairs that were taken for each other, and the reverse.
+const ALL_ORDERS: usize = 4;
+/// All sets of joints with the other sign are tried of so many joints; of more, single ones and all.
+const ALL_SIGNS: usize = 3;
+/// Longest delay that is looked for, as a share of the period of the motion.
+const LONGEST_DELAY: f64 = 0.2;
+/// A zero may be off by more than this \[rad\]; less is a tilt or a centre of mass beside the link, which effects describe.
+const LEAST_TURN: f64 = 0.55;
+/// Steps of a search over a circle, and over delays.
+const ON_CIRCLE: usize = 24;
+const DELAYS: i32 = 8;
+/// Steps of a golden section.
+const REFINED: usize = 10;
+/// How far a joint is likely to move \[rad\]: where the search for gear ratios begins.
+const LIKELY_RANGES: [f64; 3] = [1.5, 2.5, 4.0];
+/// It goes so many steps of this factor to either side, so many rounds, until a round gains less (in sums of logarithms).
+const RATIO_STEP: f64 = 1.15;
+const STEPS: i32 = 6;
+const ROUNDS: usize = 4;
+const SLOW: f64 = 0.01;
+/// A lag is tried with these multiples of the delay that it could be.
+const LAGS: [f64; 5] = [0.6, 0.8, 1.0, 1.25, 1.6];
+
+/// Set-ups without a number to search for.
+pub(super) fn listed(bench: &Bench) -> Vec<Correction> {
+    let thin = &bench.thin;
+    let joints = thin.joint_count();
+    let mut list = Vec::new();
+    if is_planar(thin) {
+        list.extend(other_directions(bench));
+    }
+    if thin.chain.is_some() || joints > 1 {
+        let first = usize::from(thin.chain.is_none());
+        for joint in (first..joints).filter(|&joint| thin.joints[joint].kind == JointKind::Revolute) {
+            for quarters in [1.0, -1.0, 2.0] {
+                list.push(Correction::Offset { joints: vec![joint], angles: vec![quarters * FRAC_PI_2] });
+            }
+        }
+    }
+    for part in [Part::Torque, Part::Motion, Part::All] {
+        for joints in sign_sets(joints) {
+            list.push(Correction::Sign { part, joints });
+        }
+        for order in orders(joints) {
+            list.push(Correction::Order { part, order });
+        }
+    }
+    if is_planar(thin) && joints > 1 {
+        list.extend([Counted::Absolute, Counted::Relative].map(Correction::Angles));
+    }
+    list
+}
+
+/// Whether it is an arm in a vertical plane, whose zero is a direction.
+pub(super) fn is_planar(thin: &Recording) -> bool {
+    thin.chain.is_none() && thin.joints.iter().all(|joint| joint.kind == JointKind::Revolute)
+}
+
+/// The first link in the directions in which it is not said to be.
+pub(super) fn other_directions(bench: &Bench) -> impl Iterator<Item = Correction> {
+    let stated = bench.posture().zero_angle;
+    let is_other = move |angle: &f64| turn_between(*angle, stated) > 1e-6;
+    [0.0, FRAC_PI_2, PI, -FRAC_PI_2].into_iter().filter(is_other).map(|angle| Correction::Zero { angle })
+}
+
+/// The smaller angle between two directions \[rad\].
+fn turn_between(one: f64, other: f64) -> f64 {
+    let turn = (one - other).rem_euclid(TAU);
+    turn.min(TAU - turn)
+}
+
+/// Sets of joints that may have the other sign together. All of them at once are among them.
+fn sign_sets(joints: usize) -> Vec<Vec<usize>> {
+    if joints <= ALL_SIGNS {
+        let members = |set: usize| (0..joints).filter(|joint| set >> joint & 1 == 1).collect();
+        return (1..1usize << joints).map(members).collect();
+    }
+    (0..joints).map(|joint| vec![joint]).chain([(0..joints).collect()]).collect()
+}
+
+/// Orders of joints but the one that is stated.
+fn orders(joints: usize) -> Vec<Vec<usize>> {
+    let as_stated: Vec<usize> = (0..joints).collect();
+    let mut orders = vec![as_stated.clone()];
+    if joints <= ALL_ORDERS {
+        for place in 0..joints {
+            let extended = orders.iter().flat_map(|order| {
+                (place..joints).map(|other| {
+                    let mut order = order.clone();
+                    order.swap(place, other);
+                    order
+                })
+            });
+            orders = extended.collect();
+        }
+    } else {
+        for one in 0..joints {
+            for other in one + 1..joints {
+                let mut order = as_stated.clone();
+                order.swap(one, other);
+                orders.push(order);
+            }
+        }
+        orders.push((0..joints).rev().collect());
+    }
+    orders.retain(|order| *order != as_stated);
+    orders
+}
+
+/// How much is left, for a search: the mean of the joints' logarithms, so that each counts alike.
+fn left(fit: Option<Fit>) -> f64 {
+    fit.map_or(f64::INFINITY, |fit| fit.errors.iter().map(|error| error.max(1e-9).ln()).sum())
+}
+
+/// The best direction of the first link, if it is none of the four.
+pub(super) fn free_zero(bench: &Bench, monitor: &Monitor) -> Result<Option<Correction>, Stopped> {
+    let zero = |angle: f64| Correction::Zero { angle };
+    let step = TAU / ON_CIRCLE as f64;
+    let grid = (0..ON_CIRCLE).map(|place| place as f64 * step - PI);
+    let angle = search(bench, monitor, grid, step, zero)?;
+    let degrees = angle.to_degrees().round();
+    let is_far = turn_between(angle, bench.posture().zero_angle) > LEAST_TURN;
+    Ok((is_far && degrees.rem_euclid(90.0) > 0.0).then(|| zero(degrees.to_radians())))
+}
+
+/// The best delay of some channels, in whole samples.
+pub(super) fn delay(bench: &Bench, part: Part, monitor: &Monitor) -> Result<Option<Correction>, Stopped> {
+    let longest = LONGEST_DELAY * period(&bench.thin);
+    let step = longest / f64::from(DELAYS);
+    if !(step.is_finite() && step > 0.0) {
+        return Ok(None);
+    }
+    let delay = |seconds: f64| Correction::Delay { part, seconds };
+    let grid = (-DELAYS..=DELAYS).map(|place| f64::from(place) * step);
+    let seconds = search(bench, monitor, grid, step, delay)?;
+    let samples = (seconds / bench.step).round();
+    Ok((samples != 0.0 && seconds.abs() < longest).then(|| delay(samples * bench.step)))
+}
+
+/// The drive's lag that stands nearest to a delay of the torque: no mistake of the set-up.
+pub(super) fn lag(bench: &Bench, seconds: f64) -> Option<Fit> {
+    let fits = LAGS.iter().filter_map(|multiple| bench.without_lag(multiple * seconds));
+    fits.map(|fit| (left(Some(fit.clone())), fit)).min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, fit)| fit)
+}
+
+/// The channels that may come late apart from the others.
+pub(super) fn delayed_parts(thin: &Recording) -> Vec<Part> {
+    let provenance = &thin.provenance;
+    let is_measured = |origin: &Origin| *origin == Origin::Measured;
+    let mut parts = vec![Part::Torque];
+    if is_measured(&provenance.velocity) {
+        parts.extend([Part::Position, Part::Rates]);
+    }
+    if is_measured(&provenance.acceleration) {
+        parts.push(Part::Acceleration);
+    }
+    parts
+}
+
+/// Shortest of the joints' periods \[s\], 2π rms(q − mean) / rms(q̇).
+fn period(thin: &Recording) -> f64 {
+    let of_joint = |joint: usize| {
+        let spread = |values: &mut dyn Iterator<Item = f64>| {
+            let values: Vec<f64> = values.collect();
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            values.iter().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt()
+        };
+        let q = spread(&mut thin.trajectories.iter().flat_map(|run| run.q[joint].iter().copied()));
+        TAU * q / spread(&mut thin.trajectories.iter().flat_map(|run| run.qd[joint].iter().copied()))
+    };
+    (0..thin.joint_count()).map(of_joint).filter(|period| period.is_finite()).fold(f64::INFINITY, f64::min)
+}
+
+/// The value with the least error: of a grid, then by golden section between its neighbours.
+fn search(
+    bench: &Bench,
+    monitor: &Monitor,
+    grid: impl Iterator<Item = f64>,
+    step: f64,
+    correction: impl Fn(f64) -> Correction,
+) -> Result<f64, Stopped> {
+    let error = |value: f64| {
+        monitor.check()?;
+        Ok::<f64, Stopped>(left(bench.corrected(&[correction(value)])))
+    };
+    let mut best = (f64::INFINITY, 0.0);
+    for value in grid {
+        let found = error(value)?;
+        if found < best.0 {
+            best = (found, value);
+        }
+    }
+    golden([best.1 - step, best.1 + step], error)
+}
+
+/// The place of the least error in an interval, by golden section.
+fn golden([mut low, mut high]: [f64; 2], error: impl Fn(f64) -> Result<f64, Stopped>) -> Result<f64, Stopped> {
+    let share = (5f64.sqrt() - 1.0) / 2.0;
+    let inner = |low: f64, high: f64| (high - share * (high - low), low + share * (high - low));
+    let (mut below, mut above) = inner(low, high);
+    let (mut left, mut right) = (error(below)?, error(above)?);
+    for _ in 0..REFINED {
+        if left < right {
+            (high, above, right) = (above, below, left);
+            below = inner(low, high).0;
+            left = error(below)?;
+        } else {
+            (low, below, left) = (below, above, right);
+            above = inner(low, high).1;
+            right = error(above)?;
+        }
+    }
+    Ok((low + high) / 2.0)
+}
+
+/// Joints whose angles reach further than a robot's.
+pub(super) fn far(thin: &Recording) -> Vec<usize> {
+    let is_far = |joint: &usize| {
+        let reaches = thin.trajectories.iter().flat_map(|run| &run.q[*joint]).any(|q| q.abs() > FAR);
+        thin.joints[*joint].kind == JointKind::Revolute && reaches
+    };
+    (0..thin.joint_count()).filter(is_far).collect()
+}
+
+/// What the motion of the joints that reach too far may have to be multiplied by: all are in degrees, or each is that of a motor
+/// before a gear of its own.
+pub(super) fn gears(bench: &Bench, far: &[usize], monitor: &Monitor) -> Result<Vec<Correction>, Stopped> {
+    let coarse = bench.coarse();
+    let correction =
+        |factors: &[f64]| Correction::Factor { part: Part::Motion, joints: far.to_vec(), factors: factors.to_vec() };
+    let error = |bench: &Bench, factors: &[f64]| {
+        monitor.check()?;
+        Ok::<f64, Stopped>(left(bench.corrected(&[correction(factors)])))
+    };
+    let found: Result<Vec<(f64, Vec<f64>)>, Stopped> = starts(&bench.thin, far)
+        .into_par_iter()
+        .map(|mut factors| {
+            let mut least = error(&coarse, &factors)?;
+            for round in 0..ROUNDS {
+                let before = least;
+                for place in 0..far.len() {
+                    let middle = factors[place];
+                    // Both ways round at first.
+                    let ways: &[f64] = if round == 0 { &[1.0, -1.0] } else { &[1.0] };
+                    for (way, step) in ways.iter().flat_map(|way| (-STEPS..=STEPS).map(move |step| (way, step))) {
+                        let mut tried = factors.clone();
+                        tried[place] = way * middle * RATIO_STEP.powi(step);
+                        let found = error(&coarse, &tried)?;
+                        if found < least {
+                            (least, factors) = (found, tried);
+                        }
+                    }
+                }
+                if before - least < SLOW {
+                    break;
+                }
+            }
+            Ok((least, factors))
+        })
+        .collect();
+    let mut factors =
+        found?.into_iter().min_by(|one, other| one.0.total_cmp(&other.0)).map_or(Vec::new(), |best| best.1);
+    for width in [RATIO_STEP, RATIO_STEP.powf(0.2), RATIO_STEP.powf(0.04)] {
+        for place in 0..far.len() {
+            let of = |exponent: f64| {
+                let mut tried = factors.clone();
+                tried[place] *= width.powf(exponent);
+                tried
+            };
+            let exponent = golden([-1.0, 1.0], |exponent| error(bench, &of(exponent)))?;
+            factors = of(exponent);
+        }
+    }
+    let rounded: Vec<f64> = factors.iter().copied().map(round_ratio).collect();
+    Ok(vec![correction(&vec![PI / 180.0; far.len()]), correction(&rounded)])
+}
+
+/// Where the search for factors begins: each joint moves as far as joints are likely to.
+fn starts(thin: &Recording, far: &[usize]) -> Vec<Vec<f64>> {
+    let range = |joint: usize| {
+        let values = thin.trajectories.iter().flat_map(|run| run.q[joint].iter().copied());
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));
+        high - low
+    };
+    let ranges: Vec<f64> = far.iter().map(|&joint| range(joint)).collect();
+    let count = LIKELY_RANGES.len();
+    // All alike, then each one likely range further than the one before, or two.
+    (0..count * count)
+        .map(|start| {
+            let likely = |place: usize| LIKELY_RANGES[(start + place * (start / count)) % count];
+            ranges.iter().enumerate().map(|(place, range)| likely(place) / range).collect()
+        })
+        .collect()
+}
+
+/// A factor 1 / n for a ratio n that is nearly whole, or nearly degrees.
+fn round_ratio(factor: f64) -> f64 {
+    let ratio = 1.0 / factor;
+    let degrees = (180.0 / PI).copysign(ratio);
+    if (ratio / degrees - 1.0).abs() < 0.003 {
+        return 1.0 / degrees;
+    }
+    let whole = ratio.round();
+    if (ratio / whole - 1.0).abs() < 0.003 { 1.0 / whole } else { factor }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_order_is_tried_once_and_the_stated_one_never() {
+        for (joints, count) in [(1, 0), (2, 1), (3, 5), (4, 23), (6, 16)] {
+            let mut found = orders(joints);
+            assert_eq!(found.len(), count);
+            assert!(!found.contains(&(0..joints).collect()));
+            found.sort();
+            found.dedup();
+            assert_eq!(found.len(), count);
+        }
+        assert_eq!([1, 2, 3, 6].map(|joints| sign_sets(joints).len()), [1, 3, 7, 7]);
+    }
+
+    #[test]
+    fn ratios_are_rounded_to_whole_ones_and_degrees() {
+        assert_eq!([0.010_01, -0.031_3, 0.017_47, 0.0271].map(round_ratio), [0.01, -1.0 / 32.0, PI / 180.0, 0.0271]);
+    }
+}

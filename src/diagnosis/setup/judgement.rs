@@ -1,0 +1,149 @@
+//! Which set-up is told, if any.
+
+use super::bench::Fit;
+use crate::recording::correction::{Correction, Part};
+
+/// A joint of whose torque's variance a rigid body leaves more than this is doubted.
+const FAILS: f64 = 0.005;
+/// By so much must a doubted joint's error be divided.
+const DECISIVE: f64 = 4.0;
+/// More than this must not be left of that joint.
+const EXPLAINED: f64 = 0.2;
+/// No joint's error may be multiplied by more than this.
+const WORSE: f64 = 1.5;
+/// Errors are not told apart below this: there other things decide.
+const FLOOR: f64 = 1e-3;
+/// Two set-ups whose gains (sums of logarithms) differ by less explain equally much; the simpler one is told.
+const TIE: f64 = 0.4;
+/// The same model in other words differs by less.
+const SAME: f64 = 0.02;
+/// Two that ask to believe as much but for this are equally simple.
+const AS_SIMPLE: f64 = 0.05;
+/// What a link asks to believe whose weight lies behind its joint.
+const BACKWARDS: f64 = 0.3;
+/// Fewest folds in which less is left.
+const FOLDS_FOR: usize = 4;
+
+/// A set-up that was tried; without corrections it is an effect that could be taken for a mistake, and is never told.
+#[derive(Debug, Clone)]
+pub(super) struct Trial {
+    pub corrections: Vec<Correction>,
+    pub fit: Fit,
+}
+
+/// What is told.
+pub(super) struct Told {
+    pub trial: Trial,
+    /// The same model in other words, no less simple.
+    pub equals: Vec<Trial>,
+    /// Whether it is the derivatives that say it.
+    pub is_contradiction: bool,
+}
+
+/// Whether a rigid body fails on a joint.
+pub(super) fn fails(stated: &Fit) -> bool {
+    stated.errors.iter().any(|error| *error > FAILS)
+}
+
+/// Whether it fails, or can't exist.
+pub(super) fn is_doubtful(stated: &Fit) -> bool {
+    fails(stated) || !stated.impossible.is_empty() || stated.is_turned_over()
+}
+
+/// The joint whose error falls by the largest factor among the doubted ones.
+pub(super) fn most_mended(stated: &Fit, fit: &Fit) -> usize {
+    let mended =
+        |joint: usize| (stated.errors[joint].max(FAILS) / FAILS) * fall(stated.errors[joint], fit.errors[joint]);
+    (0..stated.errors.len()).max_by(|one, other| mended(*one).total_cmp(&mended(*other))).unwrap_or_default()
+}
+
+fn fall(before: f64, after: f64) -> f64 {
+    (before + FLOOR) / (after + FLOOR)
+}
+
+/// Sum over the joints of the logarithm by which their errors are divided.
+fn gain(stated: &Fit, fit: &Fit) -> f64 {
+    stated.errors.iter().zip(&fit.errors).map(|(before, after)| fall(*before, *after).ln()).sum()
+}
+
+fn is_possible(fit: &Fit) -> bool {
+    fit.impossible.is_empty() && !fit.is_turned_over()
+}
+
+/// Whether it explains what the stated set-up does not.
+fn is_decisive(stated: &Fit, fit: &Fit) -> bool {
+    let pairs = || stated.errors.iter().zip(&fit.errors);
+    let mends = pairs().any(|(&before, &after)| before > FAILS && fall(before, after) > DECISIVE && after < EXPLAINED);
+    let spoils = pairs().any(|(&before, &after)| after > FAILS && after > WORSE * before);
+    let folds = stated.folds.iter().zip(&fit.folds).filter(|(before, after)| after < before).count();
+    mends && !spoils && folds >= FOLDS_FOR
+}
+
+/// How much a set-up asks to believe; of equals the least is told.
+fn cost(trial: &Trial) -> f64 {
+    let of = |correction: &Correction| match correction {
+        Correction::Zero { angle } if is_quarter(*angle) => 1.0,
+        Correction::Zero { .. } => 2.0,
+        Correction::Angles(_) => 1.0,
+        Correction::Sign { joints, part } => {
+            let extent = 0.1 * joints.len() as f64;
+            // A torque has the other sign more often than a motion, and that more often than both.
+            1.0 + extent
+                + if *part == Part::Torque {
+                    0.0
+                } else if *part == Part::Motion {
+                    0.01
+                } else {
+                    0.02
+                }
+        }
+        Correction::Offset { joints, .. } => 1.1 + 0.1 * joints.len() as f64,
+        Correction::Order { order, .. } => {
+            let moved = order.iter().enumerate().filter(|(place, from)| place != *from).count();
+            1.0 + 0.1 * moved as f64
+        }
+        Correction::Factor { joints, .. } => 1.3 + 0.1 * joints.len() as f64,
+        Correction::Delay { .. } => 1.5,
+    };
+    let backwards = if trial.fit.links[0] > 0 { trial.fit.links[1] } else { 0 };
+    trial.corrections.iter().map(of).sum::<f64>() + BACKWARDS * backwards as f64
+}
+
+fn is_quarter(angle: f64) -> bool {
+    let quarters = angle / std::f64::consts::FRAC_PI_2;
+    (quarters - quarters.round()).abs() < 1e-9
+}
+
+/// What explains what the stated set-up does not, decisively better than everything else.
+pub(super) fn decided(stated: &Fit, trials: Vec<Trial>) -> Option<Told> {
+    let as_good = |fit: &Fit| !is_possible(stated) && gain(stated, fit) > -SAME;
+    let is_answer = |trial: &Trial| is_decisive(stated, &trial.fit) || as_good(&trial.fit);
+    let possible = trials.into_iter().filter(|trial| is_possible(&trial.fit) && is_answer(trial));
+    simplest(stated, possible.collect(), false)
+}
+
+/// What ends a contradiction of the derivatives and makes nothing worse.
+pub(super) fn settled(stated: &Fit, trials: Vec<Trial>) -> Option<Told> {
+    let is_harmless = |fit: &Fit| gain(stated, fit) > -TIE && fit.impossible.len() <= stated.impossible.len();
+    simplest(stated, trials.into_iter().filter(|trial| is_harmless(&trial.fit)).collect(), true)
+}
+
+/// The simplest of those that explain as much as the best; `None` if that is an effect, or another that is as simple is another
+/// model.
+fn simplest(stated: &Fit, trials: Vec<Trial>, is_contradiction: bool) -> Option<Told> {
+    let gain = |trial: &Trial| gain(stated, &trial.fit);
+    let best = trials.iter().map(gain).fold(f64::NEG_INFINITY, f64::max);
+    let mut near: Vec<Trial> = trials.into_iter().filter(|trial| gain(trial) > best - TIE).collect();
+    near.sort_by(|one, other| {
+        let cost = cost(one).total_cmp(&cost(other));
+        cost.then(gain(other).total_cmp(&gain(one)))
+    });
+    let mut near = near.into_iter();
+    let trial = near.next()?;
+    let least = cost(&trial) + AS_SIMPLE;
+    let as_simple: Vec<Trial> = near.take_while(|other| cost(other) <= least).collect();
+    let (equals, others): (Vec<Trial>, Vec<Trial>) =
+        as_simple.into_iter().partition(|other| (gain(other) - gain(&trial)).abs() < SAME);
+    let is_told = others.is_empty() && !trial.corrections.is_empty();
+    is_told.then_some(Told { trial, equals, is_contradiction })
+}
