@@ -16,4 +16,5 @@ mod pairs;
 mod real_logs;
 mod recordings;
 mod runner;
+mod set_up;
 mod training;

@@ -95,6 +95,24 @@ fn a_newcomer_finds_the_hidden_effect() {
     assert!(std::fs::read(folder.path().join("way.pdf")).unwrap().starts_with(b"%PDF"));
 }
 
+/// A log whose torques stand in each other's columns: the next step says so, one click sets it right, undo takes it back.
+#[test]
+fn a_wrong_set_up_is_the_next_step() {
+    let swapped = run(Command::SetRight(vec!["order-torque=2,1".parse().unwrap()]), &small());
+    let mut window = window(swapped, &data::ABOUT, Theme::Dark);
+    let error = |window: &Window| window.state().session().current().unwrap().evaluation.held_out_nmse()[1];
+    let wrong = error(&window);
+    assert!(window.query_by_label_contains("as the log is set up, a rigid body leaves").is_some());
+    click(&mut window, "Next: Set right: the torque of joint 1, 2, … stands in column 2, 1");
+    assert!(error(&window) < 0.1 * wrong, "{wrong} -> {}", error(&window));
+    assert!(window.query_by_label_contains("Next: Set right").is_none());
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert_eq!(error(&window), wrong);
+    click(&mut window, "Set right");
+    assert!(error(&window) < 0.1 * wrong, "the button beside the finding does the same");
+}
+
 /// A screen's plots, also those behind another tab, and one plot alone are written; the same twice gives the same bytes.
 #[test]
 fn plots_are_exported_from_the_window() {

@@ -22,6 +22,7 @@ use crate::app::widgets;
 use crate::diagnosis::{Alternative, Candidate, MissingEffect, Report, Verdict};
 use crate::effect::Scope;
 use crate::figure::Panel;
+use crate::recording::check::Severity;
 use crate::recording::{Recording, joints_text};
 use crate::session::{Command, Session};
 
@@ -57,6 +58,7 @@ impl Screen for Diagnose {
         if self.withholds(desk.session) {
             return self.bet.place(ui, desk, &report);
         }
+        doubts(ui, desk.session);
         headline(ui, &report, &recording);
         self.bet.outcome(ui, &report);
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
@@ -215,6 +217,17 @@ fn completeness(ui: &mut Ui, report: &Report) {
             ui.label(RichText::new(format!("{}.", widgets::sentence_case(&one.text()))).size(SMALL).color(color));
         }
     });
+}
+
+/// What makes the report wrong, whatever it says.
+fn doubts(ui: &mut Ui, session: &Session) {
+    let color = Palette::in_ui(ui).error;
+    for finding in session.findings.iter().filter(|finding| finding.severity == Severity::Error) {
+        ui.horizontal_wrapped(|ui| {
+            widgets::chip(ui, finding.severity.word(), color);
+            ui.label(&finding.what);
+        });
+    }
 }
 
 /// The verdict as one sentence.
