@@ -5,7 +5,8 @@
 //! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
 //! be, `telling` which motion would tell. `steps` adds what was named, `conclusion` draws the answer, a [`Report`]: data,
 //! which `words` says in words.
-//! [`setup`] asks before all that whether the log is set up right. [`evidence`] holds its plots. [`sufficiency`] asks, once the truth is known, whether the data could show it.
+//! [`setup`] asks before all that whether the log is set up right. [`evidence`] holds its plots. [`sufficiency`] asks, once the
+//! truth is known, whether the data could show it.
 //!
 //! A diagnosis sees measurements only. It never opens a seal; a test keeps it so.
 
