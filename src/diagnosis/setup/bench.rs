@@ -129,9 +129,9 @@ impl Bench {
         self.fit(&thin)
     }
 
-    /// The same bench with a third of the samples, for long searches.
-    pub fn coarse(&self) -> Bench {
-        Bench { pieces: self.pieces.clone(), thin: self.thin.clone(), step: self.step, every: 3 * self.every }
+    /// The same bench with every so manieth sample, for long searches.
+    pub fn coarse(&self, every: usize) -> Bench {
+        Bench { pieces: self.pieces.clone(), thin: self.thin.clone(), step: self.step, every: every * self.every }
     }
 
     /// Where the first link points at q = 0.

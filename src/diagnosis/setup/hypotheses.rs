@@ -23,12 +23,19 @@ const ON_CIRCLE: usize = 24;
 const DELAYS: i32 = 8;
 /// Steps of a golden section.
 const REFINED: usize = 10;
-/// How far a joint is likely to move \[rad\]: where the search for gear ratios begins.
-const LIKELY_RANGES: [f64; 3] = [1.5, 2.5, 4.0];
+/// How far a joint is likely to move \[rad\]: where the search for gear ratios begins. Neighbours are near enough that the angle
+/// of the better one is right within half a radian.
+const LIKELY_RANGES: [f64; 8] = [0.7, 0.95, 1.3, 1.75, 2.35, 3.2, 4.3, 5.8];
+/// All likely ranges are tried together of so many joints.
+const ALL_RATIOS: usize = 3;
+/// That is done with every `ROUGH`-th sample, and goes on from the best with every `COARSE`-th.
+const ROUGH: usize = 6;
+const COARSE: usize = 3;
+const BEST_STARTS: usize = 4;
 /// It goes so many steps of this factor to either side, so many rounds, until a round gains less (in sums of logarithms).
-const RATIO_STEP: f64 = 1.15;
-const STEPS: i32 = 6;
-const ROUNDS: usize = 4;
+const RATIO_STEP: f64 = 1.1;
+const STEPS: i32 = 4;
+const ROUNDS: usize = 5;
 const SLOW: f64 = 0.01;
 /// A lag is tried with these multiples of the delay that it could be.
 const LAGS: [f64; 5] = [0.6, 0.8, 1.0, 1.25, 1.6];
@@ -237,41 +244,43 @@ pub(super) fn far(thin: &Recording) -> Vec<usize> {
 /// What the motion of the joints that reach too far may have to be multiplied by: all are in degrees, or each is that of a motor
 /// before a gear of its own.
 pub(super) fn gears(bench: &Bench, far: &[usize], monitor: &Monitor) -> Result<Vec<Correction>, Stopped> {
-    let coarse = bench.coarse();
     let correction =
         |factors: &[f64]| Correction::Factor { part: Part::Motion, joints: far.to_vec(), factors: factors.to_vec() };
     let error = |bench: &Bench, factors: &[f64]| {
         monitor.check()?;
         Ok::<f64, Stopped>(left(bench.corrected(&[correction(factors)])))
     };
-    let found: Result<Vec<(f64, Vec<f64>)>, Stopped> = starts(&bench.thin, far)
-        .into_par_iter()
-        .map(|mut factors| {
-            let mut least = error(&coarse, &factors)?;
-            for round in 0..ROUNDS {
-                let before = least;
-                for place in 0..far.len() {
-                    let middle = factors[place];
-                    // Both ways round at first.
-                    let ways: &[f64] = if round == 0 { &[1.0, -1.0] } else { &[1.0] };
-                    for (way, step) in ways.iter().flat_map(|way| (-STEPS..=STEPS).map(move |step| (way, step))) {
-                        let mut tried = factors.clone();
-                        tried[place] = way * middle * RATIO_STEP.powi(step);
-                        let found = error(&coarse, &tried)?;
-                        if found < least {
-                            (least, factors) = (found, tried);
-                        }
+    let rough = bench.coarse(ROUGH);
+    let starts = starts(&bench.thin, far).into_par_iter().map(|start| Ok((error(&rough, &start)?, start)));
+    let mut starts = starts.collect::<Result<Vec<(f64, Vec<f64>)>, Stopped>>()?;
+    starts.sort_by(|one, other| one.0.total_cmp(&other.0));
+    starts.truncate(BEST_STARTS);
+    let coarse = bench.coarse(COARSE);
+    let descend = |(_, mut factors): (f64, Vec<f64>)| {
+        let mut least = error(&coarse, &factors)?;
+        for _ in 0..ROUNDS {
+            let before = least;
+            for place in 0..far.len() {
+                let middle = factors[place];
+                for (way, step) in [1.0, -1.0].into_iter().flat_map(|way| (-STEPS..=STEPS).map(move |step| (way, step)))
+                {
+                    let mut tried = factors.clone();
+                    tried[place] = way * middle * RATIO_STEP.powi(step);
+                    let found = error(&coarse, &tried)?;
+                    if found < least {
+                        (least, factors) = (found, tried);
                     }
                 }
-                if before - least < SLOW {
-                    break;
-                }
             }
-            Ok((least, factors))
-        })
-        .collect();
-    let mut factors =
-        found?.into_iter().min_by(|one, other| one.0.total_cmp(&other.0)).map_or(Vec::new(), |best| best.1);
+            if before - least < SLOW {
+                break;
+            }
+        }
+        Ok((least, factors))
+    };
+    let ends = starts.into_par_iter().map(descend).collect::<Result<Vec<(f64, Vec<f64>)>, Stopped>>()?;
+    let best = ends.into_iter().min_by(|one, other| one.0.total_cmp(&other.0));
+    let mut factors = best.map_or(Vec::new(), |(_, factors)| factors);
     for width in [RATIO_STEP, RATIO_STEP.powf(0.2), RATIO_STEP.powf(0.04)] {
         for place in 0..far.len() {
             let of = |exponent: f64| {
@@ -284,10 +293,13 @@ pub(super) fn gears(bench: &Bench, far: &[usize], monitor: &Monitor) -> Result<V
         }
     }
     let rounded: Vec<f64> = factors.iter().copied().map(round_ratio).collect();
-    Ok(vec![correction(&vec![PI / 180.0; far.len()]), correction(&rounded)])
+    // The mirror image of a motion explains as much; which of the two it is the signs of the masses say.
+    let mirrored: Vec<f64> = rounded.iter().map(|factor| -factor).collect();
+    Ok(vec![correction(&vec![PI / 180.0; far.len()]), correction(&rounded), correction(&mirrored)])
 }
 
-/// Where the search for factors begins: each joint moves as far as joints are likely to.
+/// Where the search for factors begins: each joint moves as far as joints are likely to, either way round but for the first. Of
+/// many joints, all as far as each other.
 fn starts(thin: &Recording, far: &[usize]) -> Vec<Vec<f64>> {
     let range = |joint: usize| {
         let values = thin.trajectories.iter().flat_map(|run| run.q[joint].iter().copied());
@@ -295,14 +307,20 @@ fn starts(thin: &Recording, far: &[usize]) -> Vec<Vec<f64>> {
         high - low
     };
     let ranges: Vec<f64> = far.iter().map(|&joint| range(joint)).collect();
-    let count = LIKELY_RANGES.len();
-    // All alike, then each one likely range further than the one before, or two.
-    (0..count * count)
-        .map(|start| {
-            let likely = |place: usize| LIKELY_RANGES[(start + place * (start / count)) % count];
-            ranges.iter().enumerate().map(|(place, range)| likely(place) / range).collect()
-        })
-        .collect()
+    if far.len() > ALL_RATIOS {
+        return LIKELY_RANGES.iter().map(|likely| ranges.iter().map(|range| likely / range).collect()).collect();
+    }
+    let mut starts = vec![Vec::new()];
+    for (place, range) in ranges.iter().enumerate() {
+        let ways: &[f64] = if place == 0 { &[1.0] } else { &[1.0, -1.0] };
+        let factors = LIKELY_RANGES.iter().flat_map(|likely| ways.iter().map(move |way| way * likely / range));
+        let factors: Vec<f64> = factors.collect();
+        let longer = starts.iter().flat_map(|start: &Vec<f64>| {
+            factors.iter().map(|factor| start.iter().copied().chain([*factor]).collect::<Vec<f64>>())
+        });
+        starts = longer.collect();
+    }
+    starts
 }
 
 /// A factor 1 / n for a ratio n that is nearly whole, or nearly degrees.

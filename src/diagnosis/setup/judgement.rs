@@ -9,6 +9,8 @@ const FAILS: f64 = 0.005;
 const DECISIVE: f64 = 4.0;
 /// More than this must not be left of that joint.
 const EXPLAINED: f64 = 0.2;
+/// The same of every joint, for gear ratios.
+const EXPLAINED_BY_SEARCH: f64 = 0.1;
 /// No joint's error may be multiplied by more than this.
 const WORSE: f64 = 1.5;
 /// Errors are not told apart below this: there other things decide.
@@ -79,6 +81,15 @@ fn is_decisive(stated: &Fit, fit: &Fit) -> bool {
     mends && !spoils && folds >= FOLDS_FOR
 }
 
+/// Whether it leaves little of every joint: what a search over many numbers has to reach, which always finds something.
+fn explains_all(fit: &Fit) -> bool {
+    fit.errors.iter().all(|error| *error < EXPLAINED_BY_SEARCH)
+}
+
+fn is_searched(correction: &Correction) -> bool {
+    matches!(correction, Correction::Factor { part: Part::Motion, .. })
+}
+
 /// How much a set-up asks to believe; of equals the least is told.
 fn cost(trial: &Trial) -> f64 {
     let of = |correction: &Correction| match correction {
@@ -117,7 +128,10 @@ fn is_quarter(angle: f64) -> bool {
 /// What explains what the stated set-up does not, decisively better than everything else.
 pub(super) fn decided(stated: &Fit, trials: Vec<Trial>) -> Option<Told> {
     let as_good = |fit: &Fit| !is_possible(stated) && gain(stated, fit) > -SAME;
-    let is_answer = |trial: &Trial| is_decisive(stated, &trial.fit) || as_good(&trial.fit);
+    let is_answer = |trial: &Trial| {
+        let is_sound = !trial.corrections.iter().any(is_searched) || explains_all(&trial.fit);
+        is_sound && (is_decisive(stated, &trial.fit) || as_good(&trial.fit))
+    };
     let possible = trials.into_iter().filter(|trial| is_possible(&trial.fit) && is_answer(trial));
     simplest(stated, possible.collect(), false)
 }
