@@ -62,6 +62,26 @@ fn a_wrong_set_up_is_told_by_inspect_and_diagnose_and_set_right_by_an_option() {
     assert_eq!(proposed(&answer), Vec::<&str>::new());
 }
 
+/// A log without a clock: its rate is what makes q̇ the slope of q, and where it is not one the rate is asked for.
+#[test]
+fn the_rate_of_a_log_without_a_clock_follows_from_its_velocity() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = |velocity: fn(f64) -> f64| {
+        let row = |sample: u32| {
+            let t = 0.004 * f64::from(sample);
+            format!("{},{},{}\n", (2.0 * t).sin(), velocity(t), (3.0 * t).cos())
+        };
+        let path = folder.path().join("log.csv");
+        std::fs::write(&path, format!("q1,qd1,tau1\n{}", (0..800).map(row).collect::<String>())).unwrap();
+        read(&[path], &ReadOptions::default(), &Monitor::new())
+    };
+    let import = log(|t| 2.0 * (2.0 * t).cos()).unwrap();
+    assert!((import.recording.trajectories[0].time_step() / 0.004 - 1.0).abs() < 1e-3);
+    assert!(import.findings.iter().any(|finding| finding.what.contains("the rate of 250.0 Hz follows from q and q̇")));
+    let message = log(|t| (17.0 * t).cos()).unwrap_err().to_string();
+    assert!(message.contains("state the sampling rate"), "{message}");
+}
+
 fn told(recording: &Recording) -> Vec<String> {
     let found = setup::check(recording, &check(recording), &Monitor::new()).unwrap();
     found.iter().flat_map(|finding| &finding.set_right).map(Correction::to_string).collect()
