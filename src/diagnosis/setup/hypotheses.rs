@@ -353,6 +353,6 @@ mod tests {
 
     #[test]
     fn ratios_are_rounded_to_whole_ones_and_degrees() {
-        assert_eq!([0.010_01, -0.031_3, 0.017_47, 0.0271].map(round_ratio), [0.01, -1.0 / 32.0, PI / 180.0, 0.0271]);
+        assert_eq!([0.010_01, -0.031_3, 0.017_47, 0.0283].map(round_ratio), [0.01, -1.0 / 32.0, PI / 180.0, 0.0283]);
     }
 }

@@ -7,8 +7,8 @@ use crate::recording::correction::{Correction, Part};
 const FAILS: f64 = 0.005;
 /// By so much must a doubted joint's error be divided.
 const DECISIVE: f64 = 4.0;
-/// More than this must not be left of that joint.
-const EXPLAINED: f64 = 0.2;
+/// More than this must not be left of any joint: who has made two mistakes is not told that one of them is all.
+const EXPLAINED: f64 = 0.15;
 /// The same of every joint, for gear ratios.
 const EXPLAINED_BY_SEARCH: f64 = 0.1;
 /// No joint's error may be multiplied by more than this.
@@ -75,10 +75,11 @@ fn is_possible(fit: &Fit) -> bool {
 /// Whether it explains what the stated set-up does not.
 fn is_decisive(stated: &Fit, fit: &Fit) -> bool {
     let pairs = || stated.errors.iter().zip(&fit.errors);
-    let mends = pairs().any(|(&before, &after)| before > FAILS && fall(before, after) > DECISIVE && after < EXPLAINED);
+    let mends = pairs().any(|(&before, &after)| before > FAILS && fall(before, after) > DECISIVE);
+    let explains = fit.errors.iter().all(|error| *error < EXPLAINED);
     let spoils = pairs().any(|(&before, &after)| after > FAILS && after > WORSE * before);
     let folds = stated.folds.iter().zip(&fit.folds).filter(|(before, after)| after < before).count();
-    mends && !spoils && folds >= FOLDS_FOR
+    mends && explains && !spoils && folds >= FOLDS_FOR
 }
 
 /// Whether it leaves little of every joint: what a search over many numbers has to reach, which always finds something.

@@ -43,23 +43,21 @@ pub fn check(recording: &Recording, found: &[Finding], monitor: &Monitor) -> Res
     if !judgement::is_doubtful(&stated) {
         return Ok(None);
     }
-    let trials = single(&bench, monitor)?;
-    if let Some(told) = judgement::decided(&stated, trials) {
-        return Ok(Some(finding(&stated, &told)));
-    }
+    let mut trials = single(&bench, monitor)?;
+    let told = judgement::decided(&stated, trials.clone());
+    let is_explained = told.as_ref().is_some_and(|told| !judgement::fails(&told.trial.fit));
     let is_stated = recording.posture.is_some() || recording.stated_arm.is_some();
-    if is_stated || !hypotheses::far(&bench.thin).is_empty() || !hypotheses::is_planar(&bench.thin) {
-        return Ok(None);
+    let may_point_elsewhere =
+        !is_stated && hypotheses::is_planar(&bench.thin) && hypotheses::far(&bench.thin).is_empty();
+    if is_explained || !may_point_elsewhere {
+        return Ok(told.map(|told| finding(&stated, &told)));
     }
     // Nothing says where the arm points, so that may be wrong beside something else.
-    let also: Vec<Vec<Correction>> = hypotheses::other_directions(&bench)
-        .flat_map(|zero| {
-            let beside =
-                hypotheses::listed(&bench).into_iter().filter(|other| !matches!(other, Correction::Zero { .. }));
-            beside.map(move |other| vec![zero.clone(), other]).collect::<Vec<_>>()
-        })
-        .collect();
-    let trials = tried(&bench, also, monitor)?;
+    let also = hypotheses::other_directions(&bench).flat_map(|zero| {
+        let beside = hypotheses::listed(&bench).into_iter().filter(|other| !matches!(other, Correction::Zero { .. }));
+        beside.map(|other| vec![zero.clone(), other]).collect::<Vec<_>>()
+    });
+    trials.extend(tried(&bench, also.collect(), monitor)?);
     Ok(judgement::decided(&stated, trials).map(|told| finding(&stated, &told)))
 }
 
