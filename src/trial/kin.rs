@@ -80,6 +80,8 @@ impl Place<'_> {
             }
             "torque-offset" => [here(&["offset-drift", "joint-spring"]), Vec::new()],
             "offset-drift" => [here(&["torque-offset"]), Vec::new()],
+            // A body that is identified has no scale of its own: too much on one joint is too little on the other.
+            "torque-gain" if joints == 2 => [vec![(effect.to_owned(), joint.map(|joint| 3 - joint))], Vec::new()],
             "joint-elasticity" => [here(&["backlash"]), here(&["rotor-inertia"])],
             "backlash" => [here(&["joint-elasticity"]), here(&["rotor-inertia"])],
             "actuator-lag" => [of_arm("derivative-delay"), Vec::new()],
@@ -120,6 +122,8 @@ mod tests {
         assert!(of("coulomb-friction", Some(2)).equal.iter().all(|(_, joint)| *joint == Some(2)));
         let tilt: Names = (1..=3).map(|joint| ("com-offset".to_owned(), Some(joint))).collect();
         assert_eq!(of("base-tilt", None).equal, tilt);
+        let gain = |joints| Place { effect: "torque-gain", joint: Some(1), joints }.planted(0.1, BTreeMap::new()).equal;
+        assert_eq!((gain(2), gain(3)), (vec![("torque-gain".to_owned(), Some(2))], Vec::new()));
         let cable = of("cable", Some(1));
         assert!(cable.unknown && cable.equal.is_empty() && cable.also.is_empty());
     }

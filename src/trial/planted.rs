@@ -15,7 +15,7 @@ mod score;
 
 use std::collections::BTreeMap;
 
-use rand::seq::IndexedRandom;
+use rand::seq::{IndexedRandom, IteratorRandom};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
@@ -27,7 +27,7 @@ use super::kin::{self, Place};
 use super::verdict::{Planted, Truth, Verdict};
 use super::{TrialError, answer_of};
 use crate::diagnosis::{self, Report};
-use crate::effect::{Effect, Load, Motion, registry};
+use crate::effect::{Effect, Family, Load, Motion, registry};
 use crate::model::terms::Setting;
 use crate::model::{self, EffectTerm, Evaluation, Fitted, Model, Prediction, Preset, Term};
 use crate::progress::Monitor;
@@ -171,7 +171,7 @@ impl Log {
     /// # Errors
     /// [`TrialError::NotPlantable`] if nothing can be planted, and if a fit fails or somebody stopped it.
     pub fn planted(&self, seed: u64, strength: f64, monitor: &Monitor) -> Result<Case, TrialError> {
-        let drawn = self.draw(strength, &mut Kind::Planted.random(seed), |_| true, monitor)?;
+        let drawn = self.draw(strength, &mut Kind::Planted.random(seed), |_, _| true, monitor)?;
         let mut truth = self.truth(PLANTED, self.assumed());
         let mut planted = self.in_words(&drawn);
         let is_it = |name: &Name| planted.judge(&name.effect, name.joint) >= Verdict::Form;
@@ -186,7 +186,8 @@ impl Log {
     }
 
     /// A twin of the log with up to three effects planted at up to this share of the torque, down to a twentieth of it. None is planted
-    /// where the truth has it, or a form of it, already.
+    /// where the truth has it, or a form of it, already; and no fault of the readings, which the readings show by themselves while
+    /// it takes the others with it.
     ///
     /// # Errors
     /// As [`Log::planted`].
@@ -203,9 +204,10 @@ impl Log {
         let mut plantings: Vec<Drawn> = Vec::new();
         for _ in 0..random.random_range(0..=MOST_IN_TWIN) {
             let strength = strongest * 0.05f64.powf(random.random_range(0.0..=1.0));
-            let is_new = |planted: &Planted| {
+            let is_new = |effect: &Effect, planted: &Planted| {
                 let there = || truth.planted.iter();
-                there().all(|other| other.judge(&planted.effect, planted.joint) < Verdict::Beside)
+                effect.fault().is_none()
+                    && there().all(|other| other.judge(&planted.effect, planted.joint) < Verdict::Beside)
                     && there().all(|other| planted.judge(&other.effect, other.joint) < Verdict::Beside)
             };
             let drawn = match self.draw(strength, &mut random, is_new, monitor) {
@@ -255,21 +257,24 @@ impl Log {
         Place { effect: &effect, joint, joints: self.recording.joint_count() }.planted(strength, parameters)
     }
 
-    /// An effect that is `welcome`, makes torque here, and is not taken up by a rigid body.
+    /// An effect that is `welcome`, makes torque here, and is not taken up by a rigid body. Families take part alike, however many
+    /// forms they have.
     fn draw(
         &self,
         strength: f64,
         random: &mut ChaCha8Rng,
-        welcome: impl Fn(&Planted) -> bool,
+        welcome: impl Fn(&Effect, &Planted) -> bool,
         monitor: &Monitor,
     ) -> Result<Drawn, TrialError> {
         for _ in 0..TRIES {
             monitor.check()?;
-            let Some(&effect) = registry::ALL.choose(random) else { break };
+            let Some(&family) = Family::ALL.choose(random) else { break };
+            let members = registry::ALL.iter().copied().filter(|effect| effect.family == family);
+            let Some(effect) = members.choose(random) else { continue };
             let joint = random.random_range(0..self.recording.joint_count());
             let Some(&place) = effect.places([joint]).first() else { continue };
             let mut drawn = Drawn { effect, place, strength, parameters: Vec::new() };
-            if !welcome(&self.in_words(&drawn)) {
+            if !welcome(effect, &self.in_words(&drawn)) {
                 continue;
             }
             let least_shape = effect.least_shape(&self.positions(drawn.joint()));

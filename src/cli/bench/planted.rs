@@ -90,8 +90,16 @@ fn print(summary: &Summary) {
 }
 
 fn print_found(group: &Group) {
-    let header =
-        ["planted", "not named before", "named now", "at 90 % or more", "named before", "its parameter followed by"];
+    let header = |first| {
+        [
+            first,
+            "planted, not named before",
+            "named now",
+            "at 90 % or more",
+            "named before",
+            "its parameter followed by",
+        ]
+    };
     let cells = |(title, fared): (String, &Fared)| {
         let Fared { planted, named, sure, there_before, followed, .. } = fared;
         let mut cells = vec![title];
@@ -100,9 +108,9 @@ fn print_found(group: &Group) {
         cells
     };
     let strengths = group.by_strength.iter().map(|fared| (format!("up to {} %", number_of(fared.strength)), fared));
-    println!("{}\n", table(&header, &strengths.map(cells).collect::<Vec<_>>()));
+    println!("{}\n", table(&header("strength"), &strengths.map(cells).collect::<Vec<_>>()));
     let effects = group.by_effect.iter().map(|(effect, fared)| (effect.clone(), fared));
-    println!("{}\n", table(&header, &effects.map(cells).collect::<Vec<_>>()));
+    println!("{}\n", table(&header("effect"), &effects.map(cells).collect::<Vec<_>>()));
     let plain = |value: Option<f64>| value.map_or("–".to_owned(), number);
     let rows = [
         ("false names a case", plain(group.false_names)),

@@ -78,15 +78,16 @@ fn print(result: &Stability) {
     };
     let rows: Vec<Vec<String>> = result.names.iter().map(of_name).collect();
     println!("{}\n", table(&["name", "confidence", "variants that give it", "in some form"], &rows));
-    let of_class = |class: &Class| {
-        vec![
-            format!("{:.0} % or more", 100.0 * class.from),
-            class.names.to_string(),
-            percent(class.survive),
-            percent(class.survive_in_some_form),
-        ]
+    let percents = result.classes.iter().map(|class| format!("{:.0} %", 100.0 * class.from)).collect::<Vec<_>>();
+    let of_class = |(number, class): (usize, &Class)| {
+        let title = match number {
+            0 => format!("{} or more", percents[0]),
+            number if class.from == 0.0 => format!("below {}", percents[number - 1]),
+            number => format!("{} to {}", percents[number], percents[number - 1]),
+        };
+        vec![title, class.names.to_string(), percent(class.survive), percent(class.survive_in_some_form)]
     };
-    let rows: Vec<Vec<String>> = result.classes.iter().map(of_class).collect();
+    let rows: Vec<Vec<String>> = result.classes.iter().enumerate().map(of_class).collect();
     println!("{}\n", table(&["confidence", "names", "survive 80 % of the variants", "in some form"], &rows));
     let of_variant = |said: &Said| {
         let names = match &said.problem {
