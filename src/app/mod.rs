@@ -526,8 +526,9 @@ impl TorquescopeApp {
                     dialog.set_title("Export plots").set_file_name(figure).save_file().map(|path| vec![path])
                 }
                 Asks::Open => {
-                    let endings: Vec<&str> = read::endings().chain([file::ENDING]).collect();
-                    dialog.set_title("Open recordings or a session").add_filter("recordings", &endings).pick_files()
+                    let endings: Vec<&str> = read::endings().chain([file::ENDING, "toml"]).collect();
+                    let dialog = dialog.set_title("Open recordings, a session or an effect");
+                    dialog.add_filter("recordings", &endings).pick_files()
                 }
             })
         });

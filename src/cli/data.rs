@@ -18,6 +18,7 @@ use crate::file::{self, is_same};
 use crate::model::learned::{Features, Layers, MOST_NEURONS};
 use crate::model::{Fitted, Model, Preset, Term};
 use crate::network::Activation;
+use crate::progress::Monitor;
 use crate::recording::catalogue;
 use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
@@ -67,12 +68,33 @@ pub struct Reading {
     /// `angles=absolute`, `factor-velocity@1=0.1`, `delay-torque=0.02`. May be repeated.
     #[arg(long, value_name = "CORRECTION")]
     set_right: Vec<Correction>,
+    #[command(flatten)]
+    own: OwnEffects,
+}
+
+/// Effects of one's own.
+#[derive(Args, Debug, Clone, Default)]
+pub struct OwnEffects {
+    /// An effect of your own: a file with its formula (MANUAL.md tells how). It is sought by a diagnosis beside those of the
+    /// catalogue, and --add knows its id. May be repeated.
+    #[arg(long, value_name = "EFFECT.toml")]
+    effect_file: Vec<PathBuf>,
+}
+
+impl OwnEffects {
+    /// An empty session that knows them.
+    pub fn session(&self) -> anyhow::Result<Session> {
+        let load = |session: Session, path: &PathBuf| {
+            Command::LoadEffect { path: path.clone() }.run(&session, &Monitor::new()).or_usage()
+        };
+        self.effect_file.iter().try_fold(Session::default(), load)
+    }
 }
 
 impl Reading {
-    /// Whether nothing was given.
+    /// Whether nothing was given that says how files are read.
     fn is_empty(&self) -> bool {
-        let Reading { held_out, map, zero, arm, rate, low_pass, set_right } = self;
+        let Reading { held_out, map, zero, arm, rate, low_pass, set_right, own: _ } = self;
         let is_numberless = rate.is_none() && low_pass.is_none();
         held_out.is_empty() && map.is_none() && zero.is_none() && arm.is_none() && is_numberless && set_right.is_empty()
     }
@@ -302,7 +324,7 @@ pub struct Data {
     /// Add an effect to the model: its id (see `torquescope effects`), and its joints if not all, such as
     /// `coulomb-friction@1,2`. May be repeated.
     #[arg(long, value_name = "EFFECT[@JOINTS]")]
-    add: Vec<Place>,
+    add: Vec<String>,
     #[command(flatten)]
     pub training: Training,
 }
@@ -325,7 +347,7 @@ fn check_output(output: &Path, inputs: Vec<PathBuf>) -> anyhow::Result<()> {
 impl Files {
     /// A session with the recording, fitted with the default preset where one fits.
     pub fn session(&self) -> anyhow::Result<Session> {
-        progress::run(open_command(&self.files, &self.reading)?, &Session::default())
+        progress::run(open_command(&self.files, &self.reading)?, &self.reading.own.session()?)
     }
 }
 
@@ -355,7 +377,12 @@ impl OptionalData {
 
     /// A session with the files, or with the embedded recording.
     pub fn session_or_embedded(&self) -> anyhow::Result<Session> {
-        progress::run(self.command()?, &Session::default())
+        progress::run(self.command()?, &self.start()?)
+    }
+
+    /// What the command is given: an empty session that knows the effects of one's own.
+    pub fn start(&self) -> anyhow::Result<Session> {
+        self.reading.own.session()
     }
 }
 
@@ -391,9 +418,17 @@ impl Data {
         Ok(session)
     }
 
+    /// The effects to add. They are looked for when those of one's own are known, so that the order of options does not matter.
+    fn places(&self) -> anyhow::Result<Vec<Place>> {
+        self.files.reading.own.session()?;
+        let place = |text: &String| text.parse::<Place>().with_context(|| format!("--add {text}"));
+        self.add.iter().map(place).collect::<anyhow::Result<_>>().or_usage()
+    }
+
     /// The same without the warning; training saves itself in the given file while it runs.
     pub fn session_keeping(&self, checkpoint_file: Option<PathBuf>) -> anyhow::Result<Session> {
         let plan = self.training.plan()?;
+        let places = self.places()?;
         let start = match self.model.clone().unwrap_or_default() {
             Start::File(path) => Command::UseModel {
                 model: self.training.model(&read_model(&path)?.model),
@@ -408,7 +443,7 @@ impl Data {
             start => progress::run(start, &opened)?,
         };
         let joints = session.recording.as_ref().map_or(0, |recording| recording.joint_count());
-        for place in &self.add {
+        for place in places {
             let add =
                 Command::AddEffect { effect: place.effect.id.to_owned(), joints: place.joints(joints).or_usage()? };
             session = progress::run(add, &session)?;
@@ -445,7 +480,7 @@ impl Data {
             Start::File(path) => read_model(&path)?.model,
             Start::Preset(preset) => preset.model(recording)?.with_layers(&plan.layers),
         };
-        for place in &self.add {
+        for place in self.places()? {
             model = model.with_effect(place.effect, &place.joints(recording.joint_count()).or_usage()?)?;
         }
         Ok(model)

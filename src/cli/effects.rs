@@ -1,6 +1,7 @@
 use clap::Args;
 use serde::Serialize;
 
+use super::data::OwnEffects;
 use super::failure::OrUsage;
 use super::table::{number, table};
 use crate::effect::{Axis, Effect, ParameterSpec, Remedy, Role, Scope, Stage, registry};
@@ -11,7 +12,8 @@ use crate::recording::JointKind;
 #[command(after_help = "Examples:
   torquescope effects
   torquescope effects stribeck-friction
-  torquescope effects --json")]
+  torquescope effects --json
+  torquescope effects own-stribeck --effect-file examples/own_stribeck.toml")]
 pub struct Effects {
     /// Id of one effect.
     #[arg(value_name = "EFFECT")]
@@ -19,6 +21,8 @@ pub struct Effects {
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    own: OwnEffects,
 }
 
 /// An effect, as JSON.
@@ -70,7 +74,8 @@ struct Parameter {
 impl Effects {
     /// Prints the catalogue, or one effect of it.
     pub fn run(&self) -> anyhow::Result<()> {
-        let Some(id) = &self.id else { return self.print_all() };
+        let own = self.own.session()?.own_effects;
+        let Some(id) = &self.id else { return self.print_all(&own) };
         let effect = registry::find(id).or_usage()?;
         if self.json {
             println!("{}", serde_json::to_string_pretty(&Answer::of(effect))?);
@@ -80,8 +85,8 @@ impl Effects {
         Ok(())
     }
 
-    fn print_all(&self) -> anyhow::Result<()> {
-        let effects = registry::ALL.iter().copied();
+    fn print_all(&self, own: &[&'static Effect]) -> anyhow::Result<()> {
+        let effects = registry::ALL.iter().chain(own).copied();
         if self.json {
             println!("{}", serde_json::to_string_pretty(&effects.map(Answer::of).collect::<Vec<_>>())?);
             return Ok(());

@@ -20,6 +20,7 @@ mod man;
 mod open;
 mod predict;
 mod progress;
+mod propose;
 mod screenshot;
 mod simulate;
 mod table;
@@ -66,6 +67,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Inspect(inspect::Inspect),
     Diagnose(diagnose::Diagnose),
+    Propose(propose::Propose),
     Train(train::Train),
     Evaluate(evaluate::Evaluate),
     Extrapolate(extrapolate::Extrapolate),
@@ -111,6 +113,7 @@ impl Arguments {
             Some(Command::Simulate(command)) => command.run(),
             Some(Command::Inspect(command)) => command.run(),
             Some(Command::Diagnose(command)) => command.run(),
+            Some(Command::Propose(command)) => command.run(),
             Some(Command::Train(command)) => command.run(),
             Some(Command::Evaluate(command)) => command.run(),
             Some(Command::Extrapolate(command)) => command.run(),

@@ -7,7 +7,6 @@ use clap::{Args, Subcommand};
 use super::data::OptionalData;
 use super::{Arguments, Command};
 use crate::app;
-use crate::session::Session;
 
 /// Open the window, on recordings or on a saved session.
 #[derive(Args)]
@@ -30,7 +29,7 @@ impl Open {
                 bail!("there is no file {}", path.display());
             }
         }
-        app::run_window(Session::default(), Some(self.data.command()?))
+        app::run_window(self.data.start()?, Some(self.data.command()?))
     }
 }
 

@@ -5,8 +5,9 @@
 //! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
 //! be, `telling` which motion would tell. `steps` adds what was named, `conclusion` draws the answer, a [`Report`]: data,
 //! which `words` says in words.
-//! [`setup`] asks before all that whether the log is set up right. [`evidence`] holds its plots. [`sufficiency`] asks, once the
-//! truth is known, whether the data could show it.
+//! [`setup`] asks before all that whether the log is set up right. [`evidence`] holds its plots. [`proposal`] asks on what the
+//! remainder depends that no effect explains, and by which formula. [`sufficiency`] asks, once the truth is known, whether the
+//! data could show it.
 //!
 //! A diagnosis sees measurements only. It never opens a seal; a test keeps it so.
 
@@ -16,6 +17,7 @@ pub mod evidence;
 mod flexible;
 mod naming;
 pub mod presence;
+pub mod proposal;
 mod ranking;
 mod report;
 mod search;

@@ -360,7 +360,7 @@ mod joint_numbers {
 }
 
 /// The same for a single joint.
-mod alone {
+pub(super) mod alone {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     pub fn serialize<S: Serializer>(joint: &usize, serializer: S) -> Result<S::Ok, S::Error> {

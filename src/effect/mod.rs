@@ -14,6 +14,7 @@
 //! the columns φ; whoever fits it solves for θ by least squares and searches the shape. A column is computed along a whole
 //! trajectory, so effects with an inner state (hysteresis, lag) can simulate it.
 
+pub mod own;
 pub mod place;
 pub mod registry;
 
@@ -132,6 +133,8 @@ pub struct Facts {
     pub look_alikes: &'static [LookAlike],
     /// An effect whose formula is only so exact that it leaves a little of this one.
     pub left_by: Option<LeftBy>,
+    /// The text of the file that states it, if it is one of somebody's own: whatever is saved with it keeps the text, too.
+    pub written: Option<&'static str>,
 }
 
 /// Effects that together do nearly what another one does.
@@ -200,6 +203,7 @@ impl Facts {
         includes: &[],
         look_alikes: &[],
         left_by: None,
+        written: None,
     };
 }
 

@@ -133,6 +133,23 @@ pub enum Lack {
     /// An arm in a plane.
     #[error("it is about planar arms")]
     PlanarArm,
+    /// A joint that its formula speaks of.
+    #[error("its formula speaks of joint {joint}, the motion has {joints}")]
+    NoJoint {
+        /// Counted from 1.
+        joint: usize,
+        /// Of the motion.
+        joints: usize,
+    },
+    /// A number.
+    #[error(
+        "its formula is no finite number at sample {sample} of a trajectory, as after a division by 0: write it so that it is \
+         finite everywhere"
+    )]
+    NotFinite {
+        /// Counted from 1.
+        sample: usize,
+    },
     /// As many parameters as its formula has.
     #[error("it has {needed} parameters, {given} were given")]
     Parameters {

@@ -115,9 +115,36 @@ pub enum Dimension {
     TimeSquared,
     /// A number without unit.
     Ratio,
+    /// Anything else, by its unit, whatever the joint does.
+    Stated(&'static str),
 }
 
+/// All dimensions that have a name.
+const NAMED: [Dimension; 15] = [
+    Dimension::Torque,
+    Dimension::Damping,
+    Dimension::Stiffness,
+    Dimension::Inertia,
+    Dimension::Mass,
+    Dimension::Position,
+    Dimension::Velocity,
+    Dimension::QuadraticDamping,
+    Dimension::CubicStiffness,
+    Dimension::TorqueRate,
+    Dimension::WaveNumber,
+    Dimension::Angle,
+    Dimension::Time,
+    Dimension::TimeSquared,
+    Dimension::Ratio,
+];
+
 impl Dimension {
+    /// The dimension of which this is the unit on a revolute joint.
+    pub fn of_unit(unit: &str) -> Dimension {
+        let is_it = |dimension: &Dimension| dimension.unit(JointKind::Revolute) == unit;
+        NAMED.into_iter().find(is_it).unwrap_or_else(|| Dimension::Stated(Box::leak(unit.to_owned().into_boxed_str())))
+    }
+
     /// The SI unit for a joint of this kind.
     pub fn unit(self, kind: JointKind) -> &'static str {
         use Dimension::*;
@@ -147,6 +174,7 @@ impl Dimension {
             (Time, _) => "s",
             (TimeSquared, _) => "s²",
             (Ratio, _) => "1",
+            (Stated(unit), _) => unit,
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Every effect that the program knows. A new effect is one new file and one line here.
+//! Every effect that the program knows. A new effect is one new file and one line here; those of one's own are loaded
+//! ([`own::load`]) and found by their ids, too, but sought only by who asks for them.
 
 use super::*;
 
@@ -67,14 +68,15 @@ pub struct UnknownEffect {
     pub known: String,
 }
 
-/// The effect with this id.
+/// The effect with this id, of the catalogue or loaded from a file.
 ///
 /// # Errors
 /// [`UnknownEffect`] lists the ids that exist.
 pub fn find(id: &str) -> Result<&'static Effect, UnknownEffect> {
-    ALL.iter().copied().find(|effect| effect.id == id).ok_or_else(|| UnknownEffect {
+    let known = || ALL.iter().copied().chain(own::loaded());
+    known().find(|effect| effect.id == id).ok_or_else(|| UnknownEffect {
         id: id.to_owned(),
-        known: ALL.iter().map(|effect| effect.id).collect::<Vec<_>>().join(", "),
+        known: known().map(|effect| effect.id).collect::<Vec<_>>().join(", "),
     })
 }
 

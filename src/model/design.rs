@@ -104,6 +104,11 @@ impl<'a> Design<'a> {
         &self.torque
     }
 
+    /// The stretches that are kept together in validation, in prepared samples.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
     /// How many joints there are.
     pub fn joint_count(&self) -> usize {
         self.recording.joint_count()

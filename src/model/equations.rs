@@ -248,7 +248,7 @@ impl PreparedColumn {
     }
 
     /// The column on one block and joint; empty where it is zero by construction.
-    fn cut(&self, block: &Block, joint: usize) -> &[f64] {
+    pub fn cut(&self, block: &Block, joint: usize) -> &[f64] {
         let parts = &self.parts[block.trajectory];
         parts.iter().find(|(on, _)| *on == joint).map_or(&[], |(_, values)| &values[block.samples.clone()])
     }

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Fitted;
+use super::{Fitted, Model};
+use crate::effect::own::{self, OwnEffectError};
 
 /// Written into every file; a file of another version is refused.
 const VERSION: u32 = 1;
@@ -12,6 +13,9 @@ const VERSION: u32 = 1;
 struct ModelFile {
     /// The version; the key says what the file is.
     torquescope_model: u32,
+    /// The files of effects of one's own that are in it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    own_effects: Vec<String>,
     fitted: Fitted,
 }
 
@@ -31,6 +35,9 @@ pub enum ModelFileError {
     /// Damaged.
     #[error("the model file is damaged: {0} (line {line}, column {column}): train again", line = .0.line(), column = .0.column())]
     Damaged(#[from] serde_json::Error),
+    /// An effect of one's own that it brings along.
+    #[error("an effect of one's own in the model file: {0}")]
+    OwnEffect(#[from] OwnEffectError),
     /// The parts do not fit together.
     #[error("the model file is damaged: it holds {found} factors, its terms need {needed}: train again")]
     Factors {
@@ -41,10 +48,28 @@ pub enum ModelFileError {
     },
 }
 
+/// Loads the effects of one's own that a file brings along under the key `own_effects`: before anything in it that has one
+/// by its id can be read.
+///
+/// # Errors
+/// [`OwnEffectError`] if one is damaged, or is another one than that which is in use.
+pub fn load_own_effects(file: &serde_json::Value) -> Result<(), OwnEffectError> {
+    let texts = file.get("own_effects").and_then(serde_json::Value::as_array);
+    texts.into_iter().flatten().filter_map(serde_json::Value::as_str).try_for_each(|text| own::load(text).map(|_| ()))
+}
+
+impl Model {
+    /// The files of effects of one's own that are in it.
+    pub fn own_effects(&self) -> Vec<String> {
+        own::texts(self.effects().map(|term| term.effect))
+    }
+}
+
 impl Fitted {
     /// The model as text.
     pub fn to_json(&self) -> String {
-        let file = ModelFile { torquescope_model: VERSION, fitted: self.clone() };
+        let file =
+            ModelFile { torquescope_model: VERSION, own_effects: self.model.own_effects(), fitted: self.clone() };
         serde_json::to_string_pretty(&file).expect("numbers and texts always have a JSON form")
     }
 
@@ -58,6 +83,7 @@ impl Fitted {
             None => Err(ModelFileError::NotAModel),
             Some(version) if version != u64::from(VERSION) => Err(ModelFileError::Version(version)),
             Some(_) => {
+                load_own_effects(&value)?;
                 let ModelFile { fitted, .. } = serde_json::from_str(text)?;
                 let needed = fitted.model.factors(fitted.setting()).map_or(0, |factors| factors.len());
                 let found = fitted.factor_count();

@@ -150,7 +150,7 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
 fn fit_in_rounds(model: &Model, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
     let mut fitted = fit_with_load(model, design, None, monitor)?;
     for _ in 0..LOAD_ROUNDS {
-        let body = fitted.body_among(&fitted.factors).or(design.point().body.clone());
+        let body = fitted.body().or(design.point().body.clone());
         let design = design.at(OperatingPoint::new(body, fitted.effects()));
         fitted = fit_with_load(model, &design, Some(&fitted), monitor)?;
     }
@@ -499,6 +499,11 @@ impl Fitted {
             terms.push(torque);
         }
         Ok(Prediction::sum_of(terms, zero))
+    }
+
+    /// Factors of the identified rigid body, if the model has one.
+    pub(crate) fn body(&self) -> Option<Vec<f64>> {
+        self.body_among(&self.factors)
     }
 
     /// Factors of the identified rigid body among those of all terms, if the model has one.

@@ -8,6 +8,7 @@ use super::step::{step, trained};
 use super::terms::{self, TermEdit};
 use super::{Generation, Session, Step, file};
 use crate::diagnosis;
+use crate::diagnosis::proposal::propose;
 use crate::effect::registry;
 use crate::model::learned::LearnedPreset;
 use crate::model::{Fitted, Model, ModelError, Preset, Term};
@@ -73,8 +74,20 @@ pub enum Command {
         /// Title of the step.
         title: String,
     },
+    /// Reads an effect of one's own, which is sought and offered from then on.
+    LoadEffect {
+        /// The file.
+        path: PathBuf,
+    },
     /// Asks what the current model lacks.
     Diagnose,
+    /// Asks on what the remainder of the current model depends, and by which formula.
+    Propose,
+    /// Makes a proposal an effect of one's own and adds it.
+    Adopt {
+        /// Index into the proposals.
+        proposal: usize,
+    },
     /// Adds an effect and identifies all parameters anew.
     AddEffect {
         /// Its id in the registry.
@@ -147,6 +160,7 @@ impl Command {
                     mapping: Some(Arc::new(import.mapping)),
                     split,
                     preset: session.preset,
+                    own_effects: session.own_effects.clone(),
                     plan: session.plan.clone(),
                     checkpoint_file: session.checkpoint_file.clone(),
                     ..Session::default()
@@ -160,15 +174,16 @@ impl Command {
                 let split = Split::automatic(&recording);
                 let preset = session.preset;
                 let plan = session.plan.clone();
-                let loaded =
-                    Session { recording: Some(Arc::new(recording)), split, preset, plan, ..Session::default() };
+                let own_effects = session.own_effects.clone();
+                let recording = Some(Arc::new(recording));
+                let loaded = Session { recording, split, preset, plan, own_effects, ..Session::default() };
                 fitted_if_possible(loaded, monitor)
             }
             Command::ChoosePreset(preset) => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
                 let model = preset.model(recording)?.with_layers(&session.plan.layers);
                 let step = step(preset.description().to_owned(), model, None, session, monitor)?;
-                Ok(Session { preset: *preset, ladder: vec![step], report: None, ..session.clone() })
+                Ok(Session { preset: *preset, ladder: vec![step], report: None, proposals: None, ..session.clone() })
             }
             Command::TrainPreset { preset, plan } => {
                 let planned = Session { plan: plan.as_ref().clone(), ..session.clone() };
@@ -189,7 +204,7 @@ impl Command {
                 let mut ladder = session.ladder.clone();
                 ladder.pop();
                 ladder.push(step);
-                Ok(Session { ladder, report: None, ..planned })
+                Ok(Session { ladder, report: None, proposals: None, ..planned })
             }
             Command::Resume(run) => {
                 let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
@@ -207,7 +222,7 @@ impl Command {
                 ladder.push(trained(title, session, monitor, &mut |keep| {
                     training::fit::resume(run, recording, &session.split, monitor, keep)
                 })?);
-                Ok(Session { ladder, report: None, plan: run.plan.clone(), ..session.clone() })
+                Ok(Session { ladder, report: None, proposals: None, plan: run.plan.clone(), ..session.clone() })
             }
             Command::UseRun { run } => {
                 let count = session.runs.len();
@@ -218,19 +233,29 @@ impl Command {
                     ladder: chosen.ladder.clone(),
                     plan: plan.unwrap_or_else(|| session.plan.clone()),
                     report: None,
+                    proposals: None,
                     ..session.clone()
                 })
             }
             Command::UseModel { model, title } => {
                 let step = step(title.clone(), model.clone(), None, session, monitor)?;
-                Ok(Session { ladder: vec![step], report: None, ..session.clone() })
+                Ok(Session { ladder: vec![step], report: None, proposals: None, ..session.clone() })
             }
             Command::Diagnose => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
                 let current = session.current().ok_or(SessionError::NoModel)?;
-                let report = diagnosis::diagnose(&current.fitted, recording, &session.split, monitor)?;
+                let sought = [registry::sought(), session.own_effects.clone()].concat();
+                let report = diagnosis::diagnose_among(&sought, &current.fitted, recording, &session.split, monitor)?;
                 Ok(Session { report: Some(Arc::new(report)), ..session.clone() })
             }
+            Command::LoadEffect { path } => terms::load(session, path),
+            Command::Propose => {
+                let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
+                let current = session.current().ok_or(SessionError::NoModel)?;
+                let proposals = propose(&current.fitted, recording, &session.split, monitor)?;
+                Ok(Session { proposals: Some(Arc::new(proposals)), ..session.clone() })
+            }
+            Command::Adopt { proposal } => terms::adopt(session, *proposal, monitor),
             Command::AddEffect { effect, joints } => terms::add(session, effect, joints, monitor),
             Command::EditTerms(edit) => terms::edit(session, *edit, monitor),
             Command::Extrapolate { steps, stretch } => {
@@ -248,7 +273,12 @@ impl Command {
                 if *step >= count {
                     return Err(SessionError::NoSuchStep { step: step + 1, count });
                 }
-                Ok(Session { ladder: session.ladder[..=*step].to_vec(), report: None, ..session.clone() })
+                Ok(Session {
+                    ladder: session.ladder[..=*step].to_vec(),
+                    report: None,
+                    proposals: None,
+                    ..session.clone()
+                })
             }
             Command::OpenSeal => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
@@ -283,7 +313,12 @@ impl Command {
             Command::Resume(_) => "resume training".to_owned(),
             Command::UseRun { run } => format!("use the model of training {}", run + 1),
             Command::UseModel { title, .. } => format!("start from {title}"),
+            Command::LoadEffect { path } => {
+                format!("load the effect {}", path.file_name().unwrap_or_default().to_string_lossy())
+            }
             Command::Diagnose => "diagnose".to_owned(),
+            Command::Propose => "propose formulas".to_owned(),
+            Command::Adopt { proposal } => format!("adopt proposal {}", proposal + 1),
             Command::AddEffect { effect, joints } => {
                 let name = registry::find(effect).map_or(effect.clone(), |effect| terms::effect_text(effect, joints));
                 format!("add {name}")
@@ -301,7 +336,7 @@ impl Command {
             Command::ChoosePreset(preset) => matches!(preset, Preset::Learned(_)),
             Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) => true,
             Command::UseModel { model, .. } => model.is_learned(),
-            Command::AddEffect { .. } | Command::EditTerms(_) => {
+            Command::AddEffect { .. } | Command::Adopt { .. } | Command::EditTerms(_) => {
                 session.current().is_some_and(|step| step.fitted.model.is_learned())
             }
             _ => false,
@@ -319,7 +354,7 @@ impl Command {
 
     /// Whether it takes less than a few milliseconds, so that no job is needed.
     pub fn is_quick(&self) -> bool {
-        matches!(self, Command::GoTo { .. } | Command::UseRun { .. } | Command::OpenSeal)
+        matches!(self, Command::GoTo { .. } | Command::UseRun { .. } | Command::LoadEffect { .. } | Command::OpenSeal)
     }
 }
 

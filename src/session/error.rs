@@ -1,7 +1,10 @@
 //! Why a command could not be carried out.
 
+use std::path::PathBuf;
+
 use super::file::SessionFileError;
 use super::runs::RunFileError;
+use crate::effect::own::OwnEffectError;
 use crate::effect::registry::UnknownEffect;
 use crate::model::ModelError;
 use crate::progress::Stopped;
@@ -79,6 +82,33 @@ pub enum SessionError {
     /// There is no such effect.
     #[error(transparent)]
     UnknownEffect(#[from] UnknownEffect),
+    /// The file of an effect can't be read.
+    #[error("can't read the effect {path}: {problem}", path = path.display())]
+    EffectFile {
+        /// Which file.
+        path: PathBuf,
+        /// What the system says.
+        problem: std::io::Error,
+    },
+    /// The file of an effect says something that can't be.
+    #[error("{path}: {problem}", path = path.display())]
+    OwnEffect {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        problem: OwnEffectError,
+    },
+    /// A proposal can't be an effect.
+    #[error("the proposal can't be adopted: {0}")]
+    Adoption(OwnEffectError),
+    /// There is no such proposal.
+    #[error("there are {count} proposals, there is no proposal {number}: ask first what the remainder depends on")]
+    NoSuchProposal {
+        /// Counted from 1.
+        number: usize,
+        /// How many there are.
+        count: usize,
+    },
     /// A file can't be read.
     #[error(transparent)]
     Read(#[from] ReadError),

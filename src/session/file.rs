@@ -1,7 +1,7 @@
 //! A session as a file: the recording with its sealed truth, the split, and every model of the ladder.
 //!
 //! An archive of `session.json`, `recording.npz`, one model file for each step of the ladder and of earlier trainings, the
-//! checkpoint of each that was trained, `report.cbor` and `sweep.cbor`; predictions and errors are computed anew when it is
+//! checkpoint of each that was trained, `report.cbor`, `proposals.cbor` and `sweep.cbor`; predictions and errors are computed anew when it is
 //! opened. What the file was before is kept as `.bak`.
 
 use std::io::{Cursor, Read, Write};
@@ -15,7 +15,9 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::{Generation, Session, Step, TrainedRun};
 use crate::diagnosis::{Evidence, Report};
+use crate::effect::own::{self, OwnEffectError};
 use crate::file;
+use crate::model::file::load_own_effects;
 use crate::model::{Evaluation, ModelError, Preset, Term};
 use crate::progress::{Epoch, Monitor, Stopped};
 use crate::recording::check::Finding;
@@ -34,6 +36,7 @@ const VERSION: u32 = 2;
 const CONTENTS: &str = "session.json";
 const RECORDING: &str = "recording.npz";
 const REPORT: &str = "report.cbor";
+const PROPOSALS: &str = "proposals.cbor";
 const SWEEP: &str = "sweep.cbor";
 
 /// A session can't be saved or opened.
@@ -73,6 +76,9 @@ pub enum SessionFileError {
     /// The seal is damaged.
     #[error(transparent)]
     Seal(#[from] SealError),
+    /// An effect of one's own that it brings along.
+    #[error("an effect of one's own in the session: {0}")]
+    OwnEffect(#[from] OwnEffectError),
     /// Stopped by the user.
     #[error(transparent)]
     Stopped(#[from] Stopped),
@@ -87,6 +93,9 @@ struct Contents {
     split: Split,
     preset: Preset,
     plan: Plan,
+    /// The files of effects of one's own; loaded before the rest, which has them by their ids.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    own_effects: Vec<String>,
     set_aside: Vec<Term>,
     /// Every step once: those of the ladder, and of earlier trainings.
     steps: Vec<StepAbout>,
@@ -165,6 +174,7 @@ pub fn to_bytes(session: &Session) -> Result<Vec<u8>, SessionFileError> {
         split: session.split.clone(),
         preset: session.preset,
         plan: session.plan.clone(),
+        own_effects: own_effects(session),
         set_aside: session.set_aside.clone(),
         steps: steps.0.iter().map(about).collect(),
         ladder: Some(ladder),
@@ -183,6 +193,9 @@ pub fn to_bytes(session: &Session) -> Result<Vec<u8>, SessionFileError> {
         let evidence: Vec<&Vec<Evidence>> = report.effects.iter().map(|effect| &effect.evidence).collect();
         entries.push((REPORT.to_owned(), to_cbor(&(report, evidence))?));
     }
+    if let Some(proposals) = session.proposals.as_deref() {
+        entries.push((PROPOSALS.to_owned(), to_cbor(proposals)?));
+    }
     if let Some(sweep) = session.sweep.as_deref() {
         entries.push((SWEEP.to_owned(), to_cbor(sweep)?));
     }
@@ -198,6 +211,18 @@ pub fn to_bytes(session: &Session) -> Result<Vec<u8>, SessionFileError> {
         archive.write_all(&bytes).map_err(damaged)?;
     }
     Ok(archive.finish().map_err(damaged)?.into_inner())
+}
+
+/// The files of all effects of one's own that the session knows or has in a model.
+fn own_effects(session: &Session) -> Vec<String> {
+    let runs = session.runs.iter().flat_map(|run| &run.ladder);
+    let models = session.ladder.iter().chain(runs).flat_map(|step| step.fitted.model.effects());
+    let set_aside = session.set_aside.iter().filter_map(|term| match term {
+        Term::Effect(term) => Some(term),
+        Term::RigidBody(_) | Term::Learned(_) => None,
+    });
+    let in_models = models.chain(set_aside).map(|term| term.effect);
+    own::texts(session.own_effects.iter().copied().chain(in_models))
 }
 
 fn to_cbor(value: &impl Serialize) -> Result<Vec<u8>, SessionFileError> {
@@ -236,7 +261,10 @@ impl Entries<'_> {
         match value.get("torquescope_session").and_then(serde_json::Value::as_u64) {
             None => Err(damaged("it says no version")),
             Some(version) if !(1..=u64::from(VERSION)).contains(&version) => Err(SessionFileError::Version(version)),
-            Some(_) => serde_json::from_slice(&json).map_err(damaged),
+            Some(_) => {
+                load_own_effects(&value)?;
+                serde_json::from_slice(&json).map_err(damaged)
+            }
         }
     }
 }
@@ -258,6 +286,7 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Session, SessionFil
     if !contents.split.train.iter().chain(&contents.split.held_out).all(fits) {
         return Err(damaged("its split is of another recording"));
     }
+    let own_effects = contents.own_effects.iter().map(|text| own::load(text)).collect::<Result<_, _>>()?;
     let count = contents.steps.len();
     let mut steps = Steps::default();
     for (number, StepAbout { title, history, ending }) in contents.steps.into_iter().enumerate() {
@@ -287,10 +316,12 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Session, SessionFil
         split: contents.split,
         preset: contents.preset,
         plan: contents.plan,
+        own_effects,
         ladder,
         runs,
         set_aside: contents.set_aside,
         report: entries.cbor(REPORT)?.map(with_evidence).map(Arc::new),
+        proposals: entries.cbor(PROPOSALS)?.map(Arc::new),
         sweep: entries.cbor(SWEEP)?.map(Arc::new),
         truth,
         ..Session::default()
@@ -391,6 +422,28 @@ mod tests {
         assert!(Arc::ptr_eq(back.current().unwrap(), back.runs[1].step().unwrap()));
         let resume = Command::Resume(back.current().unwrap().run.clone().unwrap());
         assert_eq!(run(resume, &back).current().unwrap().ending, Some(Ending::Finished));
+    }
+
+    /// Who opens it elsewhere has not the file of the effect.
+    #[test]
+    fn an_effect_of_ones_own_is_brought_along() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("magnet.toml");
+        let text = "id = \"magnet\"\ndescription = \"d\"\nsource = \"s\"\n[[linear]]\nname = \"k\"\nunit = \"N m\"\ncolumn = \"sin(2 * q)\"\n";
+        std::fs::write(&path, text).unwrap();
+        let run = |command: Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
+        let loaded = run(Command::LoadEffect { path }, &repaired());
+        assert_eq!(loaded.own_effects.len(), 1);
+        let session = run(Command::AddEffect { effect: "magnet".into(), joints: vec![1] }, &loaded);
+        let back = from_bytes(&to_bytes(&session).unwrap(), &Monitor::new()).unwrap();
+        assert_eq!(back.own_effects, session.own_effects);
+        assert_eq!(back.ladder[2].evaluation, session.ladder[2].evaluation);
+        // The text comes with the file: a changed one is another effect, which can't be had beside the first.
+        let mut entries = to_bytes(&session).unwrap();
+        let place = entries.windows(10).position(|window| window == b"sin(2 * q)").unwrap();
+        entries[place + 4] = b'3';
+        let message = from_bytes(&entries, &Monitor::new()).map(|_| ()).unwrap_err().to_string();
+        assert!(!message.is_empty(), "the check sum or the id tells it");
     }
 
     /// A file of version 1, as the program wrote it before.

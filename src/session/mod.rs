@@ -23,6 +23,8 @@ pub use runs::TrainedRun;
 pub use terms::TermEdit;
 
 use crate::diagnosis::Report;
+use crate::diagnosis::proposal::Proposals;
+use crate::effect::Effect;
 use crate::model::{Evaluation, Fitted, Preset, Term};
 use crate::progress::Epoch;
 use crate::recording::Recording;
@@ -53,6 +55,8 @@ pub struct Session {
     pub preset: Preset,
     /// How networks are trained.
     pub plan: Plan,
+    /// Effects of one's own, which the diagnosis seeks beside those of the catalogue.
+    pub own_effects: Vec<&'static Effect>,
     /// Where training saves itself while it runs, if anywhere.
     pub checkpoint_file: Option<PathBuf>,
     /// All trainings of this recording, the newest last.
@@ -64,6 +68,8 @@ pub struct Session {
     pub set_aside: Vec<Term>,
     /// What the diagnosis says of the current model.
     pub report: Option<Arc<Report>>,
+    /// What the remainder of the current model depends on, once it was asked for.
+    pub proposals: Option<Arc<Proposals>>,
     /// How the error of models grows outside the data, once it was asked for.
     pub sweep: Option<Arc<Sweep>>,
     /// The truth, once the user opened the seal.

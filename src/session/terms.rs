@@ -1,9 +1,12 @@
 //! Editing the list of terms: every edit identifies the parameters anew, so the errors are always those of the model shown.
 
+use std::path::Path;
+
 use super::error::SessionError;
 use super::step::step;
 use super::{Session, Step};
-use crate::effect::{Effect, Scope, registry};
+use crate::effect::{Effect, Scope, own, registry};
+use crate::file;
 use crate::model::{Model, Term};
 use crate::progress::Monitor;
 use crate::recording::joints_text;
@@ -93,7 +96,7 @@ pub(super) fn edit(session: &Session, edit: TermEdit, monitor: &Monitor) -> Resu
     } else {
         ladder.push(step(sign, model, Some(&current.fitted), session, monitor)?);
     }
-    Ok(Session { ladder, set_aside, report: None, ..session.clone() })
+    Ok(Session { ladder, set_aside, report: None, proposals: None, ..session.clone() })
 }
 
 /// The current step with its terms in another order.
@@ -102,6 +105,34 @@ fn with_order(session: &Session, current: &Step, model: Model, monitor: &Monitor
     ladder.pop();
     ladder.push(step(current.title.clone(), model, None, session, monitor)?);
     Ok(Session { ladder, ..session.clone() })
+}
+
+/// Reads an effect of one's own.
+pub(super) fn load(session: &Session, path: &Path) -> Result<Session, SessionError> {
+    let text = file::read_text(path).map_err(|problem| SessionError::EffectFile { path: path.to_owned(), problem })?;
+    let effect = own::load(&text).map_err(|problem| SessionError::OwnEffect { path: path.to_owned(), problem })?;
+    Ok(with_own(session, effect))
+}
+
+/// The session with an effect of one's own more; its report does not know of it yet.
+fn with_own(session: &Session, effect: &'static Effect) -> Session {
+    let mut session = session.clone();
+    if !session.own_effects.contains(&effect) {
+        session.own_effects.push(effect);
+    }
+    session
+}
+
+/// Makes a proposal an effect of one's own, unless the catalogue has it, and adds it.
+pub(super) fn adopt(session: &Session, number: usize, monitor: &Monitor) -> Result<Session, SessionError> {
+    let proposals = session.proposals.as_ref().map_or(&[][..], |proposals| &proposals.formulas);
+    let count = proposals.len();
+    let proposal = proposals.get(number).ok_or(SessionError::NoSuchProposal { number: number + 1, count })?;
+    if let Some(known) = proposal.known {
+        return add(session, known.id, &[proposal.joint], monitor);
+    }
+    let effect = own::load(&proposal.draft().to_toml()).map_err(SessionError::Adoption)?;
+    add(&with_own(session, effect), effect.id, &[proposal.joint], monitor)
 }
 
 /// Adds an effect and identifies all parameters anew.
@@ -127,7 +158,7 @@ pub(super) fn add(session: &Session, id: &str, joints: &[usize], monitor: &Monit
         .any(|parameter| !parameter.identified && is_of(&model.terms[parameter.term], effect));
     if !absorbed {
         ladder.push(added);
-        return Ok(Session { ladder, report: None, ..session.clone() });
+        return Ok(Session { ladder, report: None, proposals: None, ..session.clone() });
     }
     // Beside free base parameters the effect can't be seen, so the rigid body is held at the stated arm first, as a step of
     // its own: what the effect gains is then the difference between the last two steps.
@@ -137,7 +168,7 @@ pub(super) fn add(session: &Session, id: &str, joints: &[usize], monitor: &Monit
     };
     ladder.push(step("rigid body held at the stated arm".to_owned(), old.pinned_to(arm), None, session, monitor)?);
     ladder.push(step(title, model.pinned_to(arm), None, session, monitor)?);
-    Ok(Session { ladder, report: None, ..session.clone() })
+    Ok(Session { ladder, report: None, proposals: None, ..session.clone() })
 }
 
 /// `Coulomb friction on joints 1, 2`.

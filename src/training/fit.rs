@@ -17,6 +17,7 @@ use super::learn::{Begin, Ending, Outcome, TrainingData, train};
 use super::learned::{Checkpoint, LearnedModel, same_settings};
 use super::options::{Options, Precision, Recipe, scale_to};
 use super::{Samples, TrainError};
+use crate::model::file::load_own_effects;
 use crate::model::fit::TrainedTerms;
 use crate::model::learned::{Architecture, Features, Layers, LearnedTerm, Scales};
 use crate::model::terms::Setting;
@@ -386,6 +387,9 @@ fn unpack(bytes: &[u8], names: [&str; 2]) -> Result<[Vec<u8>; 2], TrainError> {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RunFile {
+    /// The files of effects of one's own that are in it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    own_effects: Vec<String>,
     model: Model,
     plan: Plan,
 }
@@ -408,7 +412,8 @@ impl SavedRun {
     /// # Errors
     /// As [`to_bytes`].
     pub fn to_bytes(&self) -> Result<Vec<u8>, TrainError> {
-        let file = RunFile { model: self.model.clone(), plan: self.plan.clone() };
+        let file =
+            RunFile { own_effects: self.model.own_effects(), model: self.model.clone(), plan: self.plan.clone() };
         pack([(RUN, serde_json::to_vec(&file).map_err(damaged)?), (CHECKPOINT, self.checkpoint.to_bytes()?)])
     }
 
@@ -421,7 +426,8 @@ impl SavedRun {
             return Err(TrainError::OtherFile { is: "a trained model", needed: "the checkpoint of a training" });
         }
         let [file, checkpoint] = unpack(bytes, [RUN, CHECKPOINT])?;
-        let RunFile { model, plan } = serde_json::from_slice(&file).map_err(damaged)?;
+        load_own_effects(&serde_json::from_slice(&file).map_err(damaged)?).map_err(damaged)?;
+        let RunFile { model, plan, .. } = serde_json::from_slice(&file).map_err(damaged)?;
         Ok(SavedRun { model, plan, checkpoint: Checkpoint::from_bytes(&checkpoint)? })
     }
 }

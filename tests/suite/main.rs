@@ -12,6 +12,7 @@ mod journeys;
 mod network_oracle;
 mod oracle;
 mod outside;
+mod own_effects;
 mod pairs;
 mod real_logs;
 mod recordings;

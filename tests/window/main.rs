@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
 mod looks;
+mod own;
 mod readable;
 mod snapshots;
 mod support;

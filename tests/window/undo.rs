@@ -42,12 +42,14 @@ fn seen(window: &Window) -> String {
     let parts = [
         session.recording.as_ref().map(|part| Arc::as_ptr(part) as usize),
         session.report.as_ref().map(|part| Arc::as_ptr(part) as usize),
+        session.proposals.as_ref().map(|part| Arc::as_ptr(part) as usize),
         session.sweep.as_ref().map(|part| Arc::as_ptr(part) as usize),
         session.truth.as_ref().map(|part| Arc::as_ptr(part) as usize),
     ];
     let terms: Vec<String> = session.set_aside.iter().map(torquescope::model::Term::label).collect();
+    let own = &session.own_effects;
     let (runs, preset, plan, split) = (session.runs.len(), session.preset, &session.plan, &session.split);
-    format!("{steps:?} {:?} {terms:?} {runs} {preset:?} {plan:?} {split:?}", parts.map(address))
+    format!("{steps:?} {:?} {terms:?} {own:?} {runs} {preset:?} {plan:?} {split:?}", parts.map(address))
 }
 
 /// A session, and every command that changes it; a new command is a new line in the match.
@@ -61,6 +63,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let other = run(Command::ChoosePreset(Preset::RigidBody), &trained());
     let switched_off = run(Command::EditTerms(TermEdit::SwitchOff(1)), &support::repaired());
     let steps = support::repaired().ladder;
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/own_stribeck.toml");
     let plan = || Box::new(short_plan(2));
     let all = vec![
         (demonstration(), Command::Open { paths: vec![csv], options: ReadOptions::default(), held_out: Vec::new() }),
@@ -86,6 +89,9 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (support::repaired(), Command::Extrapolate { steps, stretch: Stretch::Speed }),
         (support::repaired(), Command::GoTo { step: 0 }),
         (support::repaired(), Command::OpenSeal),
+        (small(), Command::LoadEffect { path: own }),
+        (demonstration(), Command::Propose),
+        (run(Command::Propose, &demonstration()), Command::Adopt { proposal: 0 }),
     ];
     for (_, command) in &all {
         match command {
@@ -97,6 +103,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
             | Command::AddEffect { .. }
             | Command::EditTerms(_) => (),
             Command::Extrapolate { .. } | Command::GoTo { .. } | Command::OpenSeal => (),
+            Command::LoadEffect { .. } | Command::Propose | Command::Adopt { .. } => (),
         }
     }
     all

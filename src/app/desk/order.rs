@@ -93,8 +93,11 @@ impl Order {
         Order::Run(Box::new(command))
     }
 
-    /// Open these files as one recording, or a saved session.
-    pub fn open(paths: Vec<PathBuf>) -> Self {
+    /// Open these files as one recording, or a single one as what it is otherwise: a saved session, an effect of one's own.
+    pub fn open(mut paths: Vec<PathBuf>) -> Self {
+        if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == "toml") {
+            return Order::run(Command::LoadEffect { path: paths.remove(0) });
+        }
         Order::run(Command::open(paths, ReadOptions::default(), Vec::new()))
     }
 }

@@ -43,7 +43,7 @@ pub fn all(shell: &Shell) -> Vec<Action> {
     if desk.busy.is_some() {
         add("Stop".into(), "Esc", Order::Stop);
     }
-    add("Open recordings…".into(), "Ctrl+O", Order::OpenDialog);
+    add("Open recordings, a session or an effect…".into(), "Ctrl+O", Order::OpenDialog);
     add("Simulate the demonstration arm".into(), "", Order::run(Command::Simulate(Box::new(Scenario::embedded()))));
     add("Draw a mystery".into(), "", Order::DrawMystery);
     if let Some(recording) = &desk.session.recording {
@@ -57,12 +57,13 @@ pub fn all(shell: &Shell) -> Vec<Action> {
     }
     if desk.session.current().is_some() {
         add("Diagnose".into(), "", Order::run(Command::Diagnose));
+        add("Ask what the remainder depends on".into(), "", Order::run(Command::Propose));
         for stretch in Stretch::ALL {
             let steps = desk.session.ladder.clone();
             add(format!("Extrapolate in {}", stretch.name()), "", Order::run(Command::Extrapolate { steps, stretch }));
         }
         let joints = desk.session.recording.as_ref().map_or(0, |recording| recording.joint_count());
-        for effect in registry::addable() {
+        for effect in registry::addable().chain(desk.session.own_effects.iter().copied()) {
             let mut offer = |name: String, joints: Vec<usize>| {
                 add(name, "", Order::run(Command::AddEffect { effect: effect.id.to_owned(), joints }));
             };

@@ -2,6 +2,7 @@
 
 mod bet;
 mod figures;
+mod remainder;
 mod sure;
 
 use std::sync::Arc;
@@ -96,7 +97,7 @@ impl Screen for Diagnose {
     }
 
     fn answers(&self, command: &Command) -> bool {
-        matches!(command, Command::Diagnose)
+        matches!(command, Command::Diagnose | Command::Propose)
     }
 
     fn follow(&mut self, before: &Session, after: &Session, by: Option<&Command>) {
@@ -136,6 +137,9 @@ impl Diagnose {
                 desk.run(Command::Diagnose);
             }
             self.bet.offer(ui);
+            if desk.session.proposals.is_some() {
+                remainder::card(ui, desk);
+            }
         }
     }
 
@@ -156,6 +160,9 @@ impl Diagnose {
         widgets::card(ui, "What to do", |ui| advice(ui, &report));
         presence(ui, &report);
         completeness(ui, &report);
+        if !report.unexplained_joints.is_empty() || desk.session.proposals.is_some() {
+            remainder::card(ui, desk);
+        }
         self.sure.card(ui, desk);
         candidates(ui, desk, &report);
     }

@@ -230,7 +230,7 @@ impl Terms {
     /// Any effect that is a term can be added by hand, whatever the diagnosis says.
     fn add(&mut self, ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         widgets::card(ui, "Add a term", |ui| {
-            let effects: Vec<&Effect> = registry::addable().collect();
+            let effects: Vec<&Effect> = registry::addable().chain(desk.session.own_effects.iter().copied()).collect();
             self.effect = self.effect.min(effects.len() - 1);
             self.joints.resize(recording.joint_count(), true);
             let name = |index: usize| effects[index].name;

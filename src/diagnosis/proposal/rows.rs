@@ -1,0 +1,155 @@
+//! The remainder of one joint as rows, beside series that are prepared as it is: quickly, since very many are tried.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::effect::Column;
+use crate::model::ModelError;
+use crate::model::design::Design;
+use crate::model::equations::PreparedColumn;
+use crate::model::preparation::Preparation;
+use crate::recording::{Channels, Trajectory};
+use crate::signals::Signals;
+
+/// Most numbers in the matrix of all candidates.
+const MOST_VALUES: usize = 8_000_000;
+/// Rows that are kept however many candidates there are.
+const FEWEST_ROWS: usize = 1500;
+/// What is to be filtered has at least so many samples for each that is kept.
+const OVERSAMPLING: usize = 4;
+/// Share of the largest eigenvalue below which a direction of the model counts as none.
+const INDEPENDENT: f64 = 1e-9;
+
+/// How series of a whole recording become rows.
+pub struct Thinning<'a> {
+    design: &'a Design<'a>,
+    /// Each trajectory, thinned out as far as its filter allows, with what prepares its series from there.
+    runs: Vec<(Trajectory, Preparation)>,
+    /// Of the prepared samples of the blocks, every how manieth is a row.
+    stride: usize,
+}
+
+impl<'a> Thinning<'a> {
+    /// For so many series.
+    pub fn new(design: &'a Design<'a>, series: usize) -> Self {
+        let thinned = |(index, run): (usize, &Trajectory)| {
+            let Preparation { time_step, cutoff, every } = Preparation::of(design.recording(), index);
+            let divides = |first: &usize| every.is_multiple_of(*first) && every / first >= OVERSAMPLING;
+            let first = (1..=every).rev().find(divides).unwrap_or(1);
+            let preparation = Preparation { time_step: time_step * first as f64, cutoff, every: every / first };
+            (thin_out(run, first), preparation)
+        };
+        let runs = design.recording().trajectories.iter().enumerate().map(thinned).collect();
+        let rows: usize = design.blocks().iter().map(|block| block.samples.len()).sum();
+        let most = (MOST_VALUES / series.max(1)).max(FEWEST_ROWS);
+        Thinning { design, runs, stride: rows.div_ceil(most).max(1) }
+    }
+
+    /// The trajectories as series are to be computed on.
+    pub fn runs(&self) -> impl Iterator<Item = &Trajectory> {
+        self.runs.iter().map(|(run, _)| run)
+    }
+
+    /// The rows of a series that was computed on [`Thinning::runs`], filtered as the torque is.
+    pub fn rows_of(&self, series: &[Vec<f64>]) -> Vec<f64> {
+        let prepared: Vec<Vec<f64>> =
+            self.runs.iter().zip(series).map(|((_, preparation), series)| preparation.apply(series)).collect();
+        self.gather(|trajectory| &prepared[trajectory])
+    }
+
+    /// The rows of the remainder of a joint, and the model's own columns there.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the samples that count can't be told.
+    pub fn of_joint(
+        &self,
+        columns: &[PreparedColumn],
+        remainder: &[Signals],
+        joint: usize,
+    ) -> Result<Rows, ModelError> {
+        // Blanked samples of a column of ones are 0, all others are 1.
+        let ones = self.design.prepare(|run, _| Ok(vec![ones(run, joint)]))?;
+        let rows_of = |column: &PreparedColumn| self.gather_blocks(|block| column.cut(block, joint));
+        let counts: Vec<bool> = rows_of(&ones[0]).iter().map(|value| *value != 0.0).collect();
+        let own = columns.iter().chain(&ones).map(rows_of).filter(|rows| !rows.is_empty());
+        let own: Vec<DVector<f64>> = own.map(DVector::from_vec).collect();
+        let target = DVector::from_vec(self.gather(|trajectory| &remainder[trajectory][joint]));
+        let mut blocks = Vec::new();
+        let mut start = 0;
+        for block in self.design.blocks() {
+            let end = start + block.samples.len().div_ceil(self.stride);
+            blocks.push(start..end);
+            start = end;
+        }
+        let known = orthonormal(&own, target.len());
+        let mut rows = Rows { blocks, counts, known, target: target.clone() };
+        rows.target = rows.beside_model(DMatrix::from_columns(&[target])).column(0).into_owned();
+        Ok(rows)
+    }
+
+    fn gather<'b>(&self, series: impl Fn(usize) -> &'b [f64]) -> Vec<f64> {
+        self.gather_blocks(|block| series(block.trajectory).get(block.samples.clone()).unwrap_or_default())
+    }
+
+    fn gather_blocks<'b>(&self, cut: impl Fn(&crate::model::equations::Block) -> &'b [f64]) -> Vec<f64> {
+        self.design.blocks().iter().flat_map(|block| cut(block).iter().copied().step_by(self.stride)).collect()
+    }
+}
+
+/// A column of ones on a joint.
+fn ones(run: &Trajectory, joint: usize) -> Column {
+    Column::on_joint(joint, std::iter::repeat_n(1.0, run.len()))
+}
+
+fn thin_out(run: &Trajectory, every: usize) -> Trajectory {
+    let thin = |signal: &Signals| signal.map_joints(|joint| joint.iter().copied().step_by(every).collect());
+    let [q, qd, qdd, tau] = [&run.q, &run.qd, &run.qdd, &run.tau].map(thin);
+    let time = run.time.iter().copied().step_by(every).collect();
+    // All were thinned alike, so they fit together as before.
+    Trajectory::new(run.name.clone(), Channels { time, q, qd, qdd, tau }).unwrap_or_default()
+}
+
+/// The remainder of one joint beside the model and a constant.
+pub struct Rows {
+    /// Rows that are kept together in validation.
+    pub blocks: Vec<Range<usize>>,
+    /// What is left \[N m\].
+    pub target: DVector<f64>,
+    /// Whether a row counts.
+    counts: Vec<bool>,
+    /// An orthonormal basis of what the model and a constant can explain.
+    known: DMatrix<f64>,
+}
+
+impl Rows {
+    /// Takes out of series what the model and a constant could explain of them, and the rows that do not count.
+    pub fn beside_model(&self, mut series: DMatrix<f64>) -> DMatrix<f64> {
+        for (row, _) in self.counts.iter().enumerate().filter(|(_, counts)| !**counts) {
+            series.row_mut(row).fill(0.0);
+        }
+        let shared = self.known.tr_mul(&series);
+        series.gemm(-1.0, &self.known, &shared, 1.0);
+        series
+    }
+}
+
+/// An orthonormal basis of the span of these columns.
+fn orthonormal(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
+    let scaled = columns.iter().filter_map(|column| column.try_normalize(0.0));
+    let scaled: Vec<DVector<f64>> = scaled.filter(|column| column.iter().all(|value| value.is_finite())).collect();
+    if scaled.is_empty() {
+        return DMatrix::zeros(rows, 0);
+    }
+    let matrix = DMatrix::from_columns(&scaled);
+    let eigen = matrix.tr_mul(&matrix).symmetric_eigen();
+    let largest = eigen.eigenvalues.max();
+    let directions: Vec<DVector<f64>> = eigen
+        .eigenvalues
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| **value > INDEPENDENT * largest)
+        .map(|(place, value)| &matrix * eigen.eigenvectors.column(place) / value.sqrt())
+        .collect();
+    DMatrix::from_columns(&directions)
+}

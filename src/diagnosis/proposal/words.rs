@@ -1,0 +1,63 @@
+//! Proposals in words, for the command line and the window.
+
+use super::{Dependence, Nature, Proposal, Remainder};
+use crate::recording::Joint;
+
+/// Most channels that are told by themselves.
+const MOST_CHANNELS: usize = 5;
+
+/// A share in per cent.
+pub fn percent(share: f64) -> String {
+    format!("{:.*} %", usize::from(share.abs() < 0.1), 100.0 * share)
+}
+
+impl Remainder {
+    /// What is left on the joint, and what it is.
+    pub fn sentence(&self, joint: &Joint) -> String {
+        let nature = match self.nature {
+            Nature::Noise => "it is noise, or too little to tell".to_owned(),
+            Nature::Static => format!("{} of it follows from the state of the arm", percent(self.predicted)),
+            Nature::Memory => format!(
+                "it has a memory: no function of the state predicts it, but about {:.0} neighbouring samples say the same, so it \
+                 is no noise. Something moves, bends, swings or warms up that is not measured",
+                self.correlation
+            ),
+        };
+        let (name, unit) = (&joint.name, joint.kind.units()[3]);
+        format!("{name}: {:.3} {unit} RMS are left, {} of the torque; {nature}.", self.rms, percent(self.share))
+    }
+
+    /// On which channels it depends: alone, together, and in order. Nothing if it depends on none.
+    pub fn dependence(&self) -> Vec<(&'static str, String)> {
+        if self.nature != Nature::Static {
+            return Vec::new();
+        }
+        let one =
+            |dependence: &Dependence| format!("{} {}", dependence.channels.join(" and "), percent(dependence.share));
+        let alone: Vec<String> =
+            self.channels.iter().filter(|channel| channel.share > 0.0).take(MOST_CHANNELS).map(one).collect();
+        let together: Vec<String> = self.pairs.iter().map(one).collect();
+        let order: Vec<String> =
+            self.order.iter().map(|step| format!("{} {}", step.channel, percent(step.share))).collect();
+        let lists =
+            [("alone", alone.join(", ")), ("together", together.join(", ")), ("in order", order.join(", then "))];
+        lists.into_iter().filter(|(_, list)| !list.is_empty()).collect()
+    }
+}
+
+impl Proposal {
+    /// What is to be said beside its numbers.
+    pub fn remarks(&self, joint: &Joint) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if let Some(effect) = self.known {
+            remarks.push(format!("is {} of the catalogue: add {}@{}", effect.name, effect.id, self.joint + 1));
+        }
+        if !self.look_alikes.is_empty() {
+            remarks.push(format!("is hardly told from {}", self.look_alikes.join(", ")));
+        }
+        if let Some(offset) = self.offset {
+            remarks.push(format!("has a constant beside it: {offset:.3} {}", joint.kind.units()[3]));
+        }
+        remarks
+    }
+}

@@ -1,0 +1,176 @@
+//! Formulas in the channels of a motion, as the columns of an effect.
+
+use std::borrow::Cow;
+
+use super::expression::{Expression, Input, Mistake};
+use crate::arm::MOST_JOINTS;
+use crate::effect::{AddsTorque, Column, Lack, Motion, Scope};
+
+/// What a channel measures, by the beginning of its name.
+const QUANTITIES: [(&str, Quantity); 4] = [
+    ("q", Quantity::Position),
+    ("qd", Quantity::Velocity),
+    ("qdd", Quantity::Acceleration),
+    ("tau_load", Quantity::Load),
+];
+
+/// Each column of an effect: formulas, and where each acts.
+pub(super) struct Formulas {
+    pub(super) scope: Scope,
+    pub(super) columns: Vec<Vec<(Of, Formula)>>,
+}
+
+/// A formula in the channels of a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Formula {
+    expression: Expression,
+    /// What its names stand for.
+    pub(super) sources: Vec<Source>,
+}
+
+/// Which joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Of {
+    /// The effect's own.
+    Own,
+    /// The one before it.
+    Before,
+    /// This one, counted from 0.
+    Joint(usize),
+}
+
+/// What a name stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Source {
+    Channel(Quantity, Of),
+    /// From the start of the trajectory.
+    Time,
+    /// The shape parameter at this place.
+    Shape(usize),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Position,
+    Velocity,
+    Acceleration,
+    Load,
+}
+
+impl Source {
+    /// The channel of this name, in an effect of this scope.
+    pub(super) fn named(name: &str, scope: Scope) -> Option<Source> {
+        if name == "t" {
+            return Some(Source::Time);
+        }
+        QUANTITIES.iter().find_map(|&(word, quantity)| {
+            let of = match name.strip_prefix(word)? {
+                "" if scope != Scope::Arm => Of::Own,
+                "_before" if scope == Scope::Pair => Of::Before,
+                number => Of::Joint(joint_number(number)?),
+            };
+            Some(Source::Channel(quantity, of))
+        })
+    }
+
+    /// The names of all channels that an effect of this scope can have, in words.
+    pub(super) fn names(scope: Scope) -> String {
+        let own: &[&str] = match scope {
+            Scope::Joint => &["q, qd, qdd, t and tau_load of its joint"],
+            Scope::Pair => &["q, qd, qdd, t and tau_load of its joint", "q_before … tau_load_before of the one before"],
+            Scope::Arm => &["t"],
+        };
+        let all = ["q1, qd1, qdd1, tau_load1, q2 … of all joints", "shape parameters", "pi"];
+        own.iter().chain(&all).copied().collect::<Vec<_>>().join("; ")
+    }
+}
+
+/// A joint as people count them, from 1, in one way of writing; counted from 0.
+pub(super) fn joint_number(text: &str) -> Option<usize> {
+    let is_plain = text.chars().all(|c| c.is_ascii_digit()) && !text.starts_with('0');
+    text.parse().ok().filter(|number| is_plain && (1..=MOST_JOINTS).contains(number)).map(|number| number - 1)
+}
+
+impl AddsTorque for Formulas {
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        if self.scope == Scope::Pair {
+            motion.pair(joint)?;
+        }
+        let column = |parts: &Vec<(Of, Formula)>| {
+            let part = |(acts_on, formula): &(Of, Formula)| {
+                Ok((acts_on.joint(motion, joint)?, formula.values(motion, joint, shape)?))
+            };
+            Ok(Column { parts: parts.iter().map(part).collect::<Result<_, _>>()? })
+        };
+        self.columns.iter().map(column).collect()
+    }
+}
+
+impl Of {
+    /// The joint, from 0, of an effect on `own`.
+    fn joint(self, motion: &Motion, own: usize) -> Result<usize, Lack> {
+        let joints = motion.trajectory.joint_count();
+        match self {
+            Of::Own => Ok(own),
+            Of::Before => own.checked_sub(1).ok_or(Lack::Pair),
+            Of::Joint(joint) if joint < joints => Ok(joint),
+            Of::Joint(joint) => Err(Lack::NoJoint { joint: joint + 1, joints }),
+        }
+    }
+}
+
+impl Formula {
+    /// Reads a formula in the channels that an effect of this scope has, and in shape parameters of these names.
+    ///
+    /// # Errors
+    /// [`Mistake`] says where it stands and how to mend it.
+    pub fn parse(text: &str, scope: Scope, shapes: &[&str]) -> Result<Formula, Mistake> {
+        let expression = Expression::parse(text)?;
+        let source = |(name, at): &(String, usize)| {
+            let shape = shapes.iter().position(|shape| shape == name).map(Source::Shape);
+            shape.or_else(|| Source::named(name, scope)).ok_or_else(|| {
+                let what = format!("there is no channel `{name}`; there are {}", Source::names(scope));
+                Mistake { at: *at, what }
+            })
+        };
+        let sources = expression.names().iter().map(source).collect::<Result<_, _>>()?;
+        Ok(Formula { expression, sources })
+    }
+
+    /// Its value at each sample of a motion, on the joint `own` (from 0); `shape` holds the shape parameters.
+    ///
+    /// # Errors
+    /// [`Lack`] if the motion lacks a channel, or a value is no finite number.
+    pub fn values(&self, motion: &Motion, own: usize, shape: &[f64]) -> Result<Vec<f64>, Lack> {
+        let inputs =
+            self.sources.iter().map(|source| source.input(motion, own, shape)).collect::<Result<Vec<_>, _>>()?;
+        let values = self.expression.values(&inputs, motion.trajectory.len());
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(sample) => Err(Lack::NotFinite { sample: sample + 1 }),
+            None => Ok(values),
+        }
+    }
+}
+
+impl Source {
+    /// What it is along a motion, in an effect on the joint `own`.
+    fn input<'a>(self, motion: &'a Motion, own: usize, shape: &[f64]) -> Result<Input<'a>, Lack> {
+        let run = motion.trajectory;
+        Ok(match self {
+            Source::Channel(quantity, of) => {
+                let joint = of.joint(motion, own)?;
+                Input::Series(Cow::Borrowed(match quantity {
+                    Quantity::Position => &run.q[joint],
+                    Quantity::Velocity => &run.qd[joint],
+                    Quantity::Acceleration => &run.qdd[joint],
+                    Quantity::Load => &motion.load()?.torque[joint],
+                }))
+            }
+            Source::Time => {
+                let start = run.time.first().copied().unwrap_or(0.0);
+                Input::Series(run.time.iter().map(|time| time - start).collect())
+            }
+            Source::Shape(place) => Input::Constant(shape[place]),
+        })
+    }
+}
