@@ -104,6 +104,11 @@ impl<'a> Design<'a> {
         &self.torque
     }
 
+    /// What torque and columns of each trajectory pass through.
+    pub fn preparations(&self) -> &[Preparation] {
+        &self.preparations
+    }
+
     /// The stretches that are kept together in validation, in prepared samples.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks

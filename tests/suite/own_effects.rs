@@ -13,7 +13,7 @@ use torquescope::recording::write::to_npz_bytes;
 use torquescope::recording::{Recording, Trajectory};
 use torquescope::simulation::{Excitation, Scenario, simulate};
 
-use crate::command_line::{fails, json, succeeds};
+use crate::runner::{fails, json, succeeds};
 
 const STRIBECK: &str = "examples/own_stribeck.toml";
 
@@ -174,12 +174,12 @@ fn files_that_are_no_effect_are_refused_with_their_place() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let good = std::fs::read_to_string(example(STRIBECK)).unwrap();
-    std::fs::write(at.join("typo.toml"), good.replace("sign(qd)\"", "sgn(qd)\"")).unwrap();
+    std::fs::write(at.join("typo.toml"), good.replace("column = \"direction\"", "column = \"sgn(qd)\"")).unwrap();
     std::fs::write(at.join("taken.toml"), good.replace("own-stribeck", "cogging")).unwrap();
     std::fs::write(at.join("one.toml"), &good).unwrap();
     std::fs::write(at.join("other.toml"), good.replace("min = 0.0", "min = 0.1")).unwrap();
     let cases: [(&[&str], &[&str]); 5] = [
-        (&["--effect-file", "typo.toml"], &["typo.toml: line 18, column 11", "there is no function `sgn`"]),
+        (&["--effect-file", "typo.toml"], &["typo.toml: line 19, column 11", "there is no function `sgn`"]),
         (&["--effect-file", "taken.toml"], &["taken.toml", "`cogging` already", "another id"]),
         (
             &["--effect-file", "one.toml", "--effect-file", "other.toml"],

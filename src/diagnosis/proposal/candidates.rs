@@ -199,7 +199,9 @@ impl Library {
             let of = |halves: i32| length(first, halves, -halves);
             let inner = qd.trim_matches(['(', ')']).to_owned();
             let plain = self.atom(qd.clone(), of(2), cost);
-            let sign = self.atom(format!("sign({inner})"), none, 1 + cost);
+            // Of one joint, as friction has it; of a sum, as mathematics has it.
+            let word = if first == last { format!("direction{}", first + 1) } else { format!("sign({inner})") };
+            let sign = self.atom(word.clone(), none, 1 + cost);
             let size = self.atom(format!("abs({inner})"), of(2), 1 + cost);
             plain_speeds.push(plain);
             sizes.push(size);
@@ -213,7 +215,7 @@ impl Library {
             ]);
             if first == last {
                 speeds.push(self.atom(format!("{qd}^3"), of(6), 2 + cost));
-                speeds.push(self.atom(format!("sign({inner}) * sqrt(abs({inner}))"), of(1), 4 + cost));
+                speeds.push(self.atom(format!("{word} * sqrt(abs({inner}))"), of(1), 4 + cost));
             }
         }
         let accelerations: Vec<usize> = (0..joints)
@@ -287,8 +289,14 @@ mod tests {
         let run = Trajectory::new("", channels).unwrap();
         let load = Load::of_arm(&arm, &run);
         let kinds = [JointKind::Revolute; 3];
-        let motion =
-            Motion { trajectory: &run, kinds: &kinds, posture: Posture::RIGHT, arm: Some(&arm), load: Some(&load) };
+        let motion = Motion {
+            trajectory: &run,
+            kinds: &kinds,
+            posture: Posture::RIGHT,
+            reversal_widths: &[],
+            arm: Some(&arm),
+            load: Some(&load),
+        };
         let library = Library::new(1, &kinds);
         let atoms: Vec<Vec<f64>> = library.atoms.iter().map(|atom| atom.values(&motion).unwrap()).collect();
         for candidate in &library.candidates {
@@ -304,7 +312,7 @@ mod tests {
             "(q1 + q2)",
             "(qd1 + qd2 + qd3) * abs(qd1 + qd2 + qd3)",
             "cos(q2 + q3)",
-            "q2 * sign(qd2)",
+            "q2 * direction2",
         ] {
             assert!(texts.contains(wanted), "{wanted}: {texts:?}");
         }
@@ -318,8 +326,8 @@ mod tests {
             ("sin(q1) * qd2 * abs(qd2)", "N m s²/rad²"),
             ("(q1 + q2)", "N m/rad"),
             ("qdd3", "N m s²/rad"),
-            ("sign(qd1) * sqrt(abs(qd1))", "N m s^0.5/rad^0.5"),
-            ("abs(tau_load2) * sign(qd2)", "1"),
+            ("direction1 * sqrt(abs(qd1))", "N m s^0.5/rad^0.5"),
+            ("abs(tau_load2) * direction2", "1"),
             ("t", "N m/s"),
         ] {
             assert_eq!(units(text), unit, "{text}");

@@ -145,6 +145,7 @@ impl Proposal {
         for letter in self.formula.chars() {
             match letter {
                 '+' => words.push_str("plus"),
+                '-' => words.push_str("minus"),
                 '^' => words.push_str("-to-"),
                 letter if letter.is_ascii_alphanumeric() || letter == '_' => words.push(letter),
                 _ if !words.ends_with('-') => words.push('-'),
@@ -182,7 +183,7 @@ impl Proposal {
 /// let body = model::fit(&Preset::RigidBody.model(&recording)?, &recording, &split, &monitor)?;
 /// let proposals = propose(&body, &recording, &split, &monitor)?;
 /// assert_eq!(proposals.remainders[0].nature, Nature::Static);
-/// assert_eq!(proposals.formulas[0].formula, "sign(qd1)");
+/// assert_eq!(proposals.formulas[0].formula, "direction1");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -322,5 +323,43 @@ impl<'a> Left<'a> {
             pairs: found.pairs,
             order: found.order,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+    use crate::effect::own;
+    use crate::recording::JointKind;
+
+    /// Whatever is proposed can be adopted, and no two formulas are the same effect.
+    #[test]
+    fn every_formula_is_an_effect_with_an_id_of_its_own() {
+        let mut ids = HashSet::new();
+        for candidate in Library::new(1, &[JointKind::Revolute; 4]).candidates {
+            let proposal = Proposal {
+                joint: 1,
+                unit: candidate.unit(JointKind::Revolute),
+                formula: candidate.text,
+                value: 1.0,
+                interval: None,
+                share: 0.5,
+                share_interval: None,
+                stability: 1.0,
+                look_alikes: Vec::new(),
+                offset: Some(1.0),
+                known: None,
+            };
+            let draft = proposal.draft();
+            assert!(ids.insert(draft.id.clone()), "{} is there twice: {}", draft.id, proposal.formula);
+            // As many as are enough to read every kind of factor.
+            if ids.len() % 17 == 0 {
+                let effect = own::load(&draft.to_toml()).unwrap();
+                assert_eq!((effect.id, effect.name), (draft.id.as_str(), proposal.formula.as_str()));
+            }
+        }
+        assert!(ids.len() > 500);
     }
 }

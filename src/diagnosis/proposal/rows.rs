@@ -7,25 +7,20 @@ use nalgebra::{DMatrix, DVector};
 use crate::effect::Column;
 use crate::model::ModelError;
 use crate::model::design::Design;
-use crate::model::equations::PreparedColumn;
-use crate::model::preparation::Preparation;
-use crate::recording::{Channels, Trajectory};
+use crate::model::equations::{Block, PreparedColumn};
+use crate::recording::Trajectory;
 use crate::signals::Signals;
 
 /// Most numbers in the matrix of all candidates.
 const MOST_VALUES: usize = 8_000_000;
 /// Rows that are kept however many candidates there are.
 const FEWEST_ROWS: usize = 1500;
-/// What is to be filtered has at least so many samples for each that is kept.
-const OVERSAMPLING: usize = 4;
 /// Share of the largest eigenvalue below which a direction of the model counts as none.
 const INDEPENDENT: f64 = 1e-9;
 
 /// How series of a whole recording become rows.
 pub struct Thinning<'a> {
     design: &'a Design<'a>,
-    /// Each trajectory, thinned out as far as its filter allows, with what prepares its series from there.
-    runs: Vec<(Trajectory, Preparation)>,
     /// Of the prepared samples of the blocks, every how manieth is a row.
     stride: usize,
 }
@@ -33,28 +28,21 @@ pub struct Thinning<'a> {
 impl<'a> Thinning<'a> {
     /// For so many series.
     pub fn new(design: &'a Design<'a>, series: usize) -> Self {
-        let thinned = |(index, run): (usize, &Trajectory)| {
-            let Preparation { time_step, cutoff, every } = Preparation::of(design.recording(), index);
-            let divides = |first: &usize| every.is_multiple_of(*first) && every / first >= OVERSAMPLING;
-            let first = (1..=every).rev().find(divides).unwrap_or(1);
-            let preparation = Preparation { time_step: time_step * first as f64, cutoff, every: every / first };
-            (thin_out(run, first), preparation)
-        };
-        let runs = design.recording().trajectories.iter().enumerate().map(thinned).collect();
         let rows: usize = design.blocks().iter().map(|block| block.samples.len()).sum();
         let most = (MOST_VALUES / series.max(1)).max(FEWEST_ROWS);
-        Thinning { design, runs, stride: rows.div_ceil(most).max(1) }
+        Thinning { design, stride: rows.div_ceil(most).max(1) }
     }
 
-    /// The trajectories as series are to be computed on.
+    /// The trajectories on which series are to be computed.
     pub fn runs(&self) -> impl Iterator<Item = &Trajectory> {
-        self.runs.iter().map(|(run, _)| run)
+        self.design.recording().trajectories.iter()
     }
 
     /// The rows of a series that was computed on [`Thinning::runs`], filtered as the torque is.
     pub fn rows_of(&self, series: &[Vec<f64>]) -> Vec<f64> {
+        let preparations = self.design.preparations().iter();
         let prepared: Vec<Vec<f64>> =
-            self.runs.iter().zip(series).map(|((_, preparation), series)| preparation.apply(series)).collect();
+            preparations.zip(series).map(|(preparation, series)| preparation.apply(series)).collect();
         self.gather(|trajectory| &prepared[trajectory])
     }
 
@@ -72,8 +60,7 @@ impl<'a> Thinning<'a> {
         let ones = self.design.prepare(|run, _| Ok(vec![ones(run, joint)]))?;
         let rows_of = |column: &PreparedColumn| self.gather_blocks(|block| column.cut(block, joint));
         let counts: Vec<bool> = rows_of(&ones[0]).iter().map(|value| *value != 0.0).collect();
-        let own = columns.iter().chain(&ones).map(rows_of).filter(|rows| !rows.is_empty());
-        let own: Vec<DVector<f64>> = own.map(DVector::from_vec).collect();
+        let own: Vec<DVector<f64>> = columns.iter().chain(&ones).map(rows_of).map(DVector::from_vec).collect();
         let target = DVector::from_vec(self.gather(|trajectory| &remainder[trajectory][joint]));
         let mut blocks = Vec::new();
         let mut start = 0;
@@ -92,22 +79,20 @@ impl<'a> Thinning<'a> {
         self.gather_blocks(|block| series(block.trajectory).get(block.samples.clone()).unwrap_or_default())
     }
 
-    fn gather_blocks<'b>(&self, cut: impl Fn(&crate::model::equations::Block) -> &'b [f64]) -> Vec<f64> {
-        self.design.blocks().iter().flat_map(|block| cut(block).iter().copied().step_by(self.stride)).collect()
+    /// The rows of what `cut` gives of each block; a column is 0 where it gives nothing.
+    fn gather_blocks<'b>(&self, cut: impl Fn(&Block) -> &'b [f64]) -> Vec<f64> {
+        let rows = |block: &Block| {
+            let values = cut(block);
+            let samples = (0..block.samples.len()).step_by(self.stride);
+            samples.map(|sample| values.get(sample).copied().unwrap_or(0.0)).collect::<Vec<f64>>()
+        };
+        self.design.blocks().iter().flat_map(rows).collect()
     }
 }
 
 /// A column of ones on a joint.
 fn ones(run: &Trajectory, joint: usize) -> Column {
     Column::on_joint(joint, std::iter::repeat_n(1.0, run.len()))
-}
-
-fn thin_out(run: &Trajectory, every: usize) -> Trajectory {
-    let thin = |signal: &Signals| signal.map_joints(|joint| joint.iter().copied().step_by(every).collect());
-    let [q, qd, qdd, tau] = [&run.q, &run.qd, &run.qdd, &run.tau].map(thin);
-    let time = run.time.iter().copied().step_by(every).collect();
-    // All were thinned alike, so they fit together as before.
-    Trajectory::new(run.name.clone(), Channels { time, q, qd, qdd, tau }).unwrap_or_default()
 }
 
 /// The remainder of one joint beside the model and a constant.

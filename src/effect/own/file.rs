@@ -9,10 +9,10 @@ use toml::Spanned;
 use super::OwnEffectError;
 use super::expression::functions;
 use super::formula::{Formula, Formulas, Of, Quantity, Source, joint_number};
-use crate::effect::{Axis, Dimension, Effect, Facts, ParameterSpec, Scope, Stage};
+use crate::effect::{Axis, Dimension, Effect, Facts, Family, ParameterSpec, Scope, Stage};
 
-/// Longest id and name, so that tables stay readable.
-const LONGEST_NAME: usize = 60;
+/// Longest id and name, so that tables can be read.
+const LONGEST_NAME: usize = 160;
 
 /// The file, as it is written.
 #[derive(Debug, Deserialize, PartialEq)]
@@ -27,6 +27,8 @@ pub(super) struct EffectFile {
     scope: ScopeWord,
     #[serde(default)]
     stage: StageWord,
+    /// What it is hardly told from; by its channels if not given.
+    family: Option<Family>,
     /// Over which state its residual shows best; by its channels if not given.
     axis: Option<Axis>,
     fingerprint: Option<String>,
@@ -128,6 +130,7 @@ impl EffectFile {
         let sources = || columns.iter().flatten().flat_map(|(_, formula)| &formula.sources);
         let depends_on_load = sources().any(|source| matches!(source, Source::Channel(Quantity::Load, _)));
         let axis = self.axis.unwrap_or_else(|| axis(sources().copied()));
+        let family = self.family.unwrap_or_else(|| family(sources().copied()));
         let formula = self.formula();
         let tex = self
             .tex
@@ -148,6 +151,7 @@ impl EffectFile {
             absorbed: kept(absorbed),
             source: kept(self.source.get_ref()),
             stage: Stage::Body(Box::leak(Box::new(Formulas { scope, columns }))),
+            family,
             scope,
             axis,
             parameters: Vec::leak(parameters),
@@ -345,7 +349,7 @@ fn formula(text: &str, written: &Spanned<String>, scope: Scope, shapes: &[&str])
 /// The state over which formulas in these channels most likely show.
 fn axis(sources: impl Iterator<Item = Source>) -> Axis {
     let rank = |source: Source| match source {
-        Source::Channel(Quantity::Velocity, _) => Axis::Velocity,
+        Source::Channel(Quantity::Velocity | Quantity::Direction, _) => Axis::Velocity,
         Source::Channel(Quantity::Acceleration, _) => Axis::Acceleration,
         Source::Channel(Quantity::Position | Quantity::Load, _) | Source::Shape(_) => Axis::Position,
         Source::Time => Axis::Time,
@@ -353,6 +357,21 @@ fn axis(sources: impl Iterator<Item = Source>) -> Axis {
     let axes: Vec<Axis> = sources.map(rank).collect();
     let order = [Axis::Velocity, Axis::Acceleration, Axis::Time];
     order.into_iter().find(|axis| axes.contains(axis)).unwrap_or(Axis::Position)
+}
+
+/// What formulas in these channels are most likely hardly told from.
+fn family(sources: impl Iterator<Item = Source>) -> Family {
+    let sources: Vec<Source> = sources.collect();
+    let has =
+        |wanted: Quantity| sources.iter().any(|source| matches!(source, Source::Channel(found, _) if *found == wanted));
+    let order = [
+        (Quantity::Direction, Family::DryFriction),
+        (Quantity::Velocity, Family::SpeedFriction),
+        (Quantity::Acceleration, Family::RotorInertia),
+        (Quantity::Position, Family::Spring),
+        (Quantity::Load, Family::Gain),
+    ];
+    order.into_iter().find(|(quantity, _)| has(*quantity)).map_or(Family::Offset, |(_, family)| family)
 }
 
 fn axis_word(axis: Axis) -> &'static str {

@@ -7,10 +7,11 @@ use crate::arm::MOST_JOINTS;
 use crate::effect::{AddsTorque, Column, Lack, Motion, Scope};
 
 /// What a channel measures, by the beginning of its name.
-const QUANTITIES: [(&str, Quantity); 4] = [
+const QUANTITIES: [(&str, Quantity); 5] = [
     ("q", Quantity::Position),
     ("qd", Quantity::Velocity),
     ("qdd", Quantity::Acceleration),
+    ("direction", Quantity::Direction),
     ("tau_load", Quantity::Load),
 ];
 
@@ -54,6 +55,8 @@ pub(super) enum Quantity {
     Position,
     Velocity,
     Acceleration,
+    /// Of dry friction: the sign of the velocity, smooth where friction turns round.
+    Direction,
     Load,
 }
 
@@ -76,11 +79,13 @@ impl Source {
     /// The names of all channels that an effect of this scope can have, in words.
     pub(super) fn names(scope: Scope) -> String {
         let own: &[&str] = match scope {
-            Scope::Joint => &["q, qd, qdd, t and tau_load of its joint"],
-            Scope::Pair => &["q, qd, qdd, t and tau_load of its joint", "q_before … tau_load_before of the one before"],
+            Scope::Joint => &["q, qd, qdd, t, direction and tau_load of its joint"],
+            Scope::Pair => {
+                &["q, qd, qdd, t, direction and tau_load of its joint", "q_before … tau_load_before of the one before"]
+            }
             Scope::Arm => &["t"],
         };
-        let all = ["q1, qd1, qdd1, tau_load1, q2 … of all joints", "shape parameters", "pi"];
+        let all = ["q1, qd1, qdd1, direction1, tau_load1, q2 … of all joints", "shape parameters", "pi"];
         own.iter().chain(&all).copied().collect::<Vec<_>>().join("; ")
     }
 }
@@ -159,9 +164,13 @@ impl Source {
         Ok(match self {
             Source::Channel(quantity, of) => {
                 let joint = of.joint(motion, own)?;
+                let qd = &run.qd[joint];
+                if quantity == Quantity::Direction {
+                    return Ok(Input::Series(qd.iter().map(|&qd| motion.direction(joint, qd)).collect()));
+                }
                 Input::Series(Cow::Borrowed(match quantity {
                     Quantity::Position => &run.q[joint],
-                    Quantity::Velocity => &run.qd[joint],
+                    Quantity::Velocity | Quantity::Direction => qd,
                     Quantity::Acceleration => &run.qdd[joint],
                     Quantity::Load => &motion.load()?.torque[joint],
                 }))

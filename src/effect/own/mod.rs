@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(own.parameters[2].dimension, Dimension::Velocity);
         let Role::Shape { grid, .. } = own.parameters[2].role else { panic!("it is a shape") };
         assert_eq!(grid.len(), 6);
-        assert!(own.formula.starts_with("tau = coulomb_torque * sign(qd) + "), "{}", own.formula);
+        assert!(own.formula.starts_with("tau = coulomb_torque * direction + "), "{}", own.formula);
     }
 
     #[test]
