@@ -22,7 +22,7 @@ const SHORTEST_PIECE: usize = 30;
 /// Samples kept for each period of the cut-off.
 const KEPT_PER_PERIOD: f64 = 4.0;
 /// A set-up is judged on so many samples of a planar arm, and of one in space, whose columns cost more.
-const MOST_JUDGED: [usize; 2] = [900, 360];
+const MOST_JUDGED: [usize; 2] = [900, 200];
 /// The samples are cut into so many stretches; every `FOLDS`-th is predicted from the others.
 const STRETCHES: usize = 20;
 const FOLDS: usize = 5;
@@ -32,6 +32,8 @@ const EVERYDAY: usize = 4;
 const REVERSAL: f64 = 0.03;
 /// Price on large factors: what the motion hardly shows must not blow up where it is predicted.
 const DAMPING: f64 = 1e-8;
+/// The sign of an inertia is that of its mean over so many samples.
+const SIGN_SAMPLES: usize = 12;
 /// Least share of its torque (RMS) that a joint's inertia must make for its sign to say anything.
 const LEAST_INERTIA: f64 = 0.1;
 /// The same for friction.
@@ -410,9 +412,9 @@ impl Signs<'_> {
         [1.0, -1.0].map(|sign| (0..joints).filter(|&link| matters(link, sign)).count())
     }
 
-    /// A few dozen samples from everywhere.
+    /// Some samples from everywhere.
     fn samples(&self) -> impl Iterator<Item = (&Trajectory, usize)> {
-        let every = (self.thin.sample_count() / 40).max(1);
+        let every = (self.thin.sample_count() / SIGN_SAMPLES).max(1);
         let all = self.thin.trajectories.iter().flat_map(|run| (0..run.len()).map(move |sample| (run, sample)));
         all.step_by(every)
     }

@@ -8,7 +8,7 @@ use super::bench::{Bench, Fit};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::check::FAR;
 use crate::recording::correction::{Correction, Counted, Part};
-use crate::recording::{JointKind, Origin, Recording};
+use crate::recording::{JointKind, Recording};
 
 /// All orders are tried of so many joints; of more, pairs that were taken for each other, and the reverse.
 const ALL_ORDERS: usize = 4;
@@ -142,38 +142,25 @@ pub(super) fn free_zero(bench: &Bench, monitor: &Monitor) -> Result<Option<Corre
     Ok((is_far && degrees.rem_euclid(90.0) > 0.0).then(|| zero(degrees.to_radians())))
 }
 
-/// The best delay of some channels, in whole samples.
-pub(super) fn delay(bench: &Bench, part: Part, monitor: &Monitor) -> Result<Option<Correction>, Stopped> {
+/// The best delay of the torque, in whole samples. That parts of the motion come late the derivatives say by themselves.
+pub(super) fn delay(bench: &Bench, monitor: &Monitor) -> Result<Option<(Correction, f64)>, Stopped> {
     let longest = LONGEST_DELAY * period(&bench.thin);
     let step = longest / f64::from(DELAYS);
     if !(step.is_finite() && step > 0.0) {
         return Ok(None);
     }
-    let delay = |seconds: f64| Correction::Delay { part, seconds };
+    let delay = |seconds: f64| Correction::Delay { part: Part::Torque, seconds };
     let grid = (-DELAYS..=DELAYS).map(|place| f64::from(place) * step);
     let seconds = search(bench, monitor, grid, step, delay)?;
     let samples = (seconds / bench.step).round();
-    Ok((samples != 0.0 && seconds.abs() < longest).then(|| delay(samples * bench.step)))
+    let whole = samples * bench.step;
+    Ok((samples != 0.0 && seconds.abs() < longest).then(|| (delay(whole), whole)))
 }
 
 /// The drive's lag that stands nearest to a delay of the torque: no mistake of the set-up.
 pub(super) fn lag(bench: &Bench, seconds: f64) -> Option<Fit> {
     let fits = LAGS.iter().filter_map(|multiple| bench.without_lag(multiple * seconds));
     fits.map(|fit| (left(Some(fit.clone())), fit)).min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, fit)| fit)
-}
-
-/// The channels that may come late apart from the others.
-pub(super) fn delayed_parts(thin: &Recording) -> Vec<Part> {
-    let provenance = &thin.provenance;
-    let is_measured = |origin: &Origin| *origin == Origin::Measured;
-    let mut parts = vec![Part::Torque];
-    if is_measured(&provenance.velocity) {
-        parts.extend([Part::Position, Part::Rates]);
-    }
-    if is_measured(&provenance.acceleration) {
-        parts.push(Part::Acceleration);
-    }
-    parts
 }
 
 /// Shortest of the joints' periods \[s\], 2π rms(q − mean) / rms(q̇).

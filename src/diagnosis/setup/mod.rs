@@ -20,7 +20,7 @@ use judgement::{Told, Trial};
 
 use crate::progress::{Monitor, Stopped};
 use crate::recording::check::{Finding, FindingKind, Place, Severity};
-use crate::recording::correction::{Correction, Part};
+use crate::recording::correction::Correction;
 use crate::recording::{Recording, joints_text};
 
 /// What is set up wrongly, as a finding that knows how to set it right; none if everything is right or can't be told. `found` is
@@ -72,16 +72,11 @@ fn single(bench: &Bench, monitor: &Monitor) -> Result<Vec<Trial>, Stopped> {
     if hypotheses::is_planar(&bench.thin) {
         corrections.extend(hypotheses::free_zero(bench, monitor)?);
     }
-    let searched: Result<Vec<Option<Correction>>, Stopped> = hypotheses::delayed_parts(&bench.thin)
-        .into_par_iter()
-        .map(|part| hypotheses::delay(bench, part, monitor))
-        .collect();
-    let delays: Vec<Correction> = searched?.into_iter().flatten().collect();
-    let late = delays.iter().find_map(|delay| match delay {
-        Correction::Delay { part: Part::Torque, seconds } => hypotheses::lag(bench, *seconds),
-        _ => None,
-    });
-    corrections.extend(delays);
+    let mut late = None;
+    if let Some((delay, seconds)) = hypotheses::delay(bench, monitor)? {
+        corrections.push(delay);
+        late = hypotheses::lag(bench, seconds);
+    }
     let mut trials = tried(bench, alone(corrections), monitor)?;
     trials.extend(late.map(|fit| Trial { corrections: Vec::new(), fit }));
     Ok(trials)
