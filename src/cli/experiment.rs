@@ -171,6 +171,9 @@ impl Run {
         let work = (experiment.clone(), store.clone());
         let report =
             progress::watch("experiment", move |monitor| run(&work.0, &work.1, data.as_deref(), shard, monitor))?;
+        for problem in &report.damaged {
+            progress::remark(format_args!("warning: {problem}"));
+        }
         if self.json {
             // One object on standard output: either the results, or why some are missing.
             tell(&report)?;
@@ -210,11 +213,13 @@ impl Status {
         }
         let mut rows = Vec::new();
         for (cell, state) in &states {
-            let record = training_record(&store, cell)?;
+            // Its state tells if it is damaged.
+            let record = training_record(&store, cell).ok().flatten();
             let text = match state {
                 State::Done => "done".to_owned(),
                 State::Running(owner) => format!("process {} on {}", owner.process, owner.host),
                 State::Failed(reason) => format!("failed: {reason}"),
+                State::Damaged(problem) => problem.clone(),
                 State::Open => "open".to_owned(),
             };
             let time = record.as_ref().map_or(String::new(), |record| duration_text(record.seconds));

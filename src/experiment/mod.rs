@@ -81,7 +81,7 @@ pub enum ExperimentError {
         problem: std::io::Error,
     },
     /// A result in the folder is not one.
-    #[error("{path} is damaged ({problem}): delete its folder, and the cell is run again", path = path.display())]
+    #[error("{path} is damaged ({problem}): run the experiment, and it is done anew", path = path.display())]
     Damaged {
         /// Which file.
         path: PathBuf,

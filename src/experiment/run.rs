@@ -85,6 +85,8 @@ pub enum State {
     Running(Owner),
     /// It could not be done, for this reason; a new run tries again.
     Failed(String),
+    /// It was done, but a file of it is damaged; a new run does it again.
+    Damaged(String),
     /// Nothing, or only a part.
     Open,
 }
@@ -100,6 +102,8 @@ pub struct Report {
     pub elsewhere: usize,
     /// Cells that could not be done: model, seed, reason.
     pub failed: Vec<(String, u64, String)>,
+    /// Files of finished cells that were damaged, and what is wrong with them; their cells were done again.
+    pub damaged: Vec<String>,
 }
 
 /// Name of a test set's file.
@@ -119,17 +123,43 @@ const FAILED: &str = "failed.json";
 /// # Errors
 /// [`ExperimentError`] if the store can't be read.
 pub fn state(store: &Store, cell: &Cell) -> Result<State, ExperimentError> {
-    if is_done(store, cell) {
+    let Standing { is_done, damaged } = standing(store, cell)?;
+    if is_done {
         return Ok(State::Done);
     }
     if let Some(owner) = store.owner(&cell.key)? {
         return Ok(State::Running(owner));
     }
+    if let Some((_, problem)) = damaged.into_iter().next() {
+        return Ok(State::Damaged(problem));
+    }
     Ok(store.json(&cell.key, FAILED)?.map_or(State::Open, State::Failed))
 }
 
-fn is_done(store: &Store, cell: &Cell) -> bool {
-    cell.tests.iter().all(|(_, key)| store.has(&cell.key, &test_file(key)))
+/// What the store has of a cell.
+struct Standing {
+    /// Whether its results are all there, and whole.
+    is_done: bool,
+    /// Files that are there, but are not what they should be, and what is wrong with them.
+    damaged: Vec<(String, String)>,
+}
+
+/// Looks at the results of a cell themselves: that a file is there says nothing of what a full disk has left in it.
+fn standing(store: &Store, cell: &Cell) -> Result<Standing, ExperimentError> {
+    let tests = cell.tests.iter().map(|(_, key)| test_file(key));
+    let is_there = |file: &String| store.json::<Errors>(&cell.key, file).map(|errors| errors.is_some());
+    let mut seen: Vec<_> = tests.map(|file| (is_there(&file), file)).collect();
+    // Cells of before had no such record.
+    seen.push((training_record(store, cell).map(|_| true), TRAINING.to_owned()));
+    let mut standing = Standing { is_done: true, damaged: Vec::new() };
+    for (is_whole, file) in seen {
+        match is_whole {
+            Err(error @ ExperimentError::Damaged { .. }) => standing.damaged.push((file, error.to_string())),
+            is_whole => standing.is_done &= is_whole?,
+        }
+    }
+    standing.is_done &= standing.damaged.is_empty();
+    Ok(standing)
 }
 
 /// Errors of a cell on each of its test sets; `None` for those that are not there yet.
@@ -162,7 +192,7 @@ pub fn run(
     let cells: Vec<Cell> = shard.cells(cell::plan(experiment, data)?);
     let (mut report, begin) = (Report::default(), Instant::now());
     for (index, cell) in cells.iter().enumerate() {
-        if is_done(store, cell) {
+        if standing(store, cell)?.is_done {
             report.found += 1;
             continue;
         }
@@ -173,13 +203,18 @@ pub fn run(
             continue;
         };
         // It may have been finished between the two looks.
-        if is_done(store, cell) {
+        let Standing { is_done, damaged } = standing(store, cell)?;
+        if is_done {
             report.found += 1;
             continue;
         }
+        for (file, problem) in damaged {
+            store.remove(&cell.key, &file)?;
+            report.damaged.push(problem);
+        }
         let part =
             part(monitor, Arc::new(claim), [index, report.found + report.elsewhere, cells.len()], begin, title.clone());
-        match run_cell(cell, store, data, &part) {
+        match run_cell(cell, store, data, &part, &mut report.damaged) {
             Ok(()) => {
                 store.remove(&cell.key, FAILED)?;
                 report.done += 1;
@@ -227,11 +262,22 @@ pub fn duration_text(seconds: f64) -> String {
     }
 }
 
-fn run_cell(cell: &Cell, store: &Store, data: Option<&Path>, monitor: &Monitor) -> Result<(), ExperimentError> {
+fn run_cell(
+    cell: &Cell,
+    store: &Store,
+    data: Option<&Path>,
+    monitor: &Monitor,
+    damaged: &mut Vec<String>,
+) -> Result<(), ExperimentError> {
     store.write_json(&cell.key, "inputs.json", &cell.inputs)?;
-    let members = match trained_members(cell, store)? {
-        Some(members) => members,
-        None => train_members(cell, store, data, monitor)?,
+    let members = match trained_members(cell, store) {
+        Ok(Some(members)) => members,
+        Ok(None) => train_members(cell, store, data, monitor)?,
+        Err(error @ ExperimentError::Damaged { .. }) => {
+            damaged.push(error.to_string());
+            train_members(cell, store, data, monitor)?
+        }
+        Err(error) => return Err(error),
     };
     for (set, key) in &cell.tests {
         if !store.has(&cell.key, &test_file(key)) {

@@ -53,12 +53,13 @@ pub struct Claim {
 }
 
 impl Owner {
-    fn this() -> Owner {
+    /// This process.
+    pub fn this() -> Owner {
         Owner { host: gethostname::gethostname().to_string_lossy().into_owned(), process: std::process::id() }
     }
 
     /// Whether it is known to be gone: only of processes on this machine, and only where the system tells.
-    fn is_gone(&self) -> bool {
+    pub fn is_gone(&self) -> bool {
         let processes = Path::new("/proc");
         self.host == Owner::this().host
             && processes.join("self").exists()
@@ -289,6 +290,6 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path().join("cells/a")).unwrap().count(), 1);
         store.write("a", "x.json", b"[").unwrap();
         let message = store.json::<Vec<i32>>("a", "x.json").unwrap_err().to_string();
-        assert!(message.contains("x.json is damaged") && message.contains("delete its folder"), "{message}");
+        assert!(message.contains("x.json is damaged") && message.contains("it is done anew"), "{message}");
     }
 }

@@ -139,6 +139,41 @@ fn only_what_changed_is_run_again() {
     assert!(before.iter().all(|cell| after.contains(cell)));
 }
 
+/// A file of a finished cell that is not whole is named and done again; it does not count as done.
+#[test]
+fn damaged_results_are_named_and_done_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("tiny.toml"), TINY).unwrap();
+    let whole = json(&["run", "tiny.toml", "--quick", "--json"], folder);
+    let files = |begin: &str| {
+        let cells = std::fs::read_dir(folder.join("experiments/cells")).unwrap().map(|cell| cell.unwrap().path());
+        let files = cells.flat_map(|cell| std::fs::read_dir(cell).unwrap()).map(|file| file.unwrap().path());
+        let mut files: Vec<_> =
+            files.filter(|path| path.file_name().unwrap().to_str().unwrap().starts_with(begin)).collect();
+        files.sort();
+        files
+    };
+    for begin in ["test-", "training.json", "model-1"] {
+        let damaged = files(begin).remove(0);
+        std::fs::write(&damaged, "").unwrap();
+        if begin == "model-1" {
+            // What stands in a model is asked for where a test is to be measured.
+            let cell = damaged.parent().unwrap();
+            let own = files("test-").into_iter().filter(|path| path.starts_with(cell));
+            own.for_each(|path| std::fs::write(path, "").unwrap());
+        }
+        let status = succeeds(&["status", "tiny.toml", "--quick"], folder);
+        assert!(status.contains("is damaged") && status.contains("1 of 2 cells are done"), "{status}");
+        let output = torquescope(&["run", "tiny.toml", "--quick", "--json"], folder).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        let name = damaged.file_name().unwrap().to_str().unwrap();
+        assert!(output.status.success() && said.contains(name) && said.contains("is damaged"), "{begin}: {said}");
+        let again: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(again, whole, "{begin}");
+    }
+}
+
 #[test]
 fn the_table_has_the_promised_schema() {
     let folder = tempfile::tempdir().unwrap();

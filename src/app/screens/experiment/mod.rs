@@ -173,7 +173,7 @@ fn cells(ui: &mut Ui, joined: &Joined) {
                             State::Running(owner) => {
                                 ("…", palette.accent, format!("process {} on {}", owner.process, owner.host))
                             }
-                            State::Failed(reason) => ("✖", palette.error, reason.clone()),
+                            State::Failed(reason) | State::Damaged(reason) => ("✖", palette.error, reason.clone()),
                             State::Open => ("·", palette.weak, "not done yet".to_owned()),
                         };
                         ui.label(RichText::new(sign).color(color)).on_hover_text(text);

@@ -163,8 +163,11 @@ impl Trials {
 }
 
 fn told(report: &Report) -> Said {
-    let Report { found, done, elsewhere, failed } = report;
+    let Report { found, done, elsewhere, failed, damaged } = report;
     let mut text = format!("{done} cells done, {found} were there before");
+    if let Some(first) = damaged.first() {
+        text += &format!(", {} damaged files were done again; the first: {first}", damaged.len());
+    }
     if *elsewhere > 0 {
         text += &format!(", {elsewhere} are being done by another process");
     }
