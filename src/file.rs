@@ -1,17 +1,21 @@
 //! The one way in which the program writes a file, whole or not at all, and the door for files that people name.
 //!
 //! What is no plain file, or larger than what it should be can be, is refused before it is read: a pipe would be waited for,
-//! `/dev/zero` has no end. The bytes that are written go beside the file and are brought to the disk; then they take its place by one rename. So at every moment,
-//! also when the power fails or the disk is full, there is either the old file or the new one.
+//! `/dev/zero` has no end. The bytes that are written go beside the file and are brought to the disk; then they take its place by
+//! one rename. So at every moment, also when the power fails or the disk is full, there is either the old file or the new one.
+//! Should a document be gone nevertheless, [`remains`] finds what is left of it.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::SystemTime;
 
 /// Ending of the copy of what a document was before it was saved last.
 pub const OLD: &str = ".bak";
+/// Ending of what is being written.
+const NEW: &str = ".new";
 
 /// No recording, and no session that holds one, is larger \[bytes\], unless somebody says so.
 pub const LARGEST: u64 = 1 << 30;
@@ -31,6 +35,41 @@ pub fn size(path: &Path) -> io::Result<u64> {
         (false, true) => Err(io::Error::other("it is a folder; name a file in it")),
         (false, false) => Err(io::Error::other("it is no plain file, but a pipe, a device or the like")),
     }
+}
+
+/// By which one tells whether somebody else has written a file since.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mark {
+    size: u64,
+    written: Option<SystemTime>,
+}
+
+impl Mark {
+    /// When the file was written, where the system tells.
+    pub fn written(&self) -> Option<SystemTime> {
+        self.written
+    }
+}
+
+/// The mark of a file as it is now; `None` if there is none.
+pub fn mark(path: &Path) -> Option<Mark> {
+    let about = fs::metadata(path).ok()?;
+    Some(Mark { size: about.len(), written: about.modified().ok() })
+}
+
+/// What is left of a document that is gone: what it would have become, and what it was before; the newest first.
+pub fn remains(path: &Path) -> Vec<PathBuf> {
+    let Some(name) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else { return Vec::new() };
+    let is_of_it = |other: &str| {
+        let ending = other.strip_prefix(name.as_str());
+        ending.is_some_and(|ending| ending == OLD || (ending.starts_with('.') && ending.ends_with(NEW)))
+    };
+    let entries = fs::read_dir(folder_of(path)).into_iter().flatten().flatten();
+    let own = entries.filter(|entry| entry.file_name().to_str().is_some_and(is_of_it)).map(|entry| entry.path());
+    let mut own: Vec<(Option<SystemTime>, PathBuf)> =
+        own.map(|path| (mark(&path).and_then(|mark| mark.written()), path)).collect();
+    own.sort();
+    own.into_iter().rev().map(|(_, path)| path).collect()
 }
 
 /// The bytes of a plain file, at most so many.
@@ -121,7 +160,7 @@ impl Draft {
     fn new(path: &Path) -> Draft {
         static DRAFTS: AtomicU64 = AtomicU64::new(0);
         let number = DRAFTS.fetch_add(1, Ordering::Relaxed);
-        Draft(beside(path, &format!(".{}-{number}.new", std::process::id())))
+        Draft(beside(path, &format!(".{}-{number}{NEW}", std::process::id())))
     }
 }
 
@@ -134,10 +173,13 @@ impl Drop for Draft {
 
 /// Brings a rename to the disk, where a folder can be synchronised at all.
 fn sync_folder(path: &Path) {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if let Ok(folder) = File::open(folder) {
+    if let Ok(folder) = File::open(folder_of(path)) {
         let _ = folder.sync_all();
     }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Whether two paths lead to one file.
@@ -196,6 +238,35 @@ mod tests {
         let old = beside(&path, OLD);
         assert_eq!((fs::read(&path).unwrap(), fs::read(&old).unwrap()), (b"four".to_vec(), b"three".to_vec()));
         assert_eq!(names(folder.path()), ["a.txt", "a.txt.bak"]);
+    }
+
+    #[test]
+    fn a_change_by_somebody_else_is_seen() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        assert_eq!(mark(&path), None);
+        write(&path, b"one").unwrap();
+        let before = mark(&path);
+        assert_eq!(before, mark(&path));
+        File::options().write(true).open(&path).unwrap().set_modified(SystemTime::UNIX_EPOCH).unwrap();
+        assert_ne!(before, mark(&path), "as large, but written at another time");
+    }
+
+    #[test]
+    fn what_is_left_of_a_file_is_found_newest_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        let at = |name: &str, second: u64| {
+            let path = folder.path().join(name);
+            fs::write(&path, name).unwrap();
+            let time = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(second);
+            File::options().write(true).open(path).unwrap().set_modified(time).unwrap();
+        };
+        for (name, second) in [("a.txt.bak", 1), ("a.txt.17-0.new", 2), ("a.txt2.bak", 3), ("b.txt.bak", 4)] {
+            at(name, second);
+        }
+        let found: Vec<PathBuf> = ["a.txt.17-0.new", "a.txt.bak"].map(|name| folder.path().join(name)).to_vec();
+        assert_eq!(remains(&path), found);
     }
 
     #[test]

@@ -8,10 +8,12 @@
 mod controls;
 pub mod desk;
 mod dock;
+mod filed;
 mod fonts;
 pub mod headless;
 mod icon;
 mod keeper;
+mod leaving;
 mod memo;
 pub mod plot;
 pub mod raster;
@@ -23,22 +25,28 @@ mod tables;
 pub mod theme;
 mod widgets;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-pub use desk::{About, Order, Shown};
+use egui::ViewportCommand;
+
+pub use desk::{About, Order, Parting, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use settings::Settings;
 
 use crate::figure::Panel;
 use crate::progress::{Epoch, Event, Progress};
 use crate::recording::read;
-use crate::session::{Command, History, Session, file};
+use crate::session::file::{self, Opened};
+use crate::session::{Command, History, Session, View, runs};
 use crate::training::Ending;
 use crate::training::fit::Plan;
 use crate::work::{Job, Outcome};
-use desk::{Busy, Desk, Drawing, Focus, Messages, Panels, Tone};
-use keeper::{Keeper, Kept};
+use desk::{Busy, Desk, Drawing, Focus, Messages, Panels, Question, Recent, Recents, Tone};
+use filed::Filed;
+use keeper::Keeper;
+use leaving::Leaving;
 use memo::Memo;
 use screens::Screens;
 use shell::{Overlays, Shell};
@@ -64,6 +72,14 @@ pub struct TorquescopeApp {
     /// The figure that is being written.
     drawing: Option<Job<PathBuf>>,
     keeper: Keeper,
+    filed: Filed,
+    recent: Recents,
+    /// Whether nobody wants to hear of what other windows left behind.
+    copies_hidden: bool,
+    /// How the window is being closed, once that was decided.
+    leaving: Option<Leaving>,
+    /// What stands in the title bar.
+    title: String,
     orders: Vec<Order>,
     /// Where the window is shown, to remember its looks.
     context: Option<egui::Context>,
@@ -84,9 +100,17 @@ enum Asks {
     Export,
 }
 
+/// What a command gives.
+enum Given {
+    /// The session after it.
+    Session(Box<Session>),
+    /// What a file holds.
+    Opened(Box<Opened>),
+}
+
 /// A command at work.
 struct Running {
-    job: Job<Session>,
+    job: Job<Given>,
     command: Command,
     /// By which plan it trains, if it does.
     plan: Option<Plan>,
@@ -94,6 +118,8 @@ struct Running {
     progress: Progress,
     epochs: Vec<Epoch>,
     found: Vec<String>,
+    /// What did not succeed, although it goes on.
+    warnings: Vec<String>,
     /// Whether it was asked to end with what it has.
     finishing: bool,
 }
@@ -112,6 +138,7 @@ impl Running {
                     self.epochs.push(epoch);
                 }
                 Event::Found(found) => self.found = found,
+                Event::Warning(warning) => self.warnings.push(warning),
                 Event::Done(_) => {}
             }
         }
@@ -139,8 +166,8 @@ pub fn run_window(session: Session, first: Option<Command>) -> anyhow::Result<()
         if let Some(settings) = kept {
             app.restore(settings, &context.egui_ctx);
         }
-        if let Some(copy) = Keeper::usual_place() {
-            app.keep_copy(copy);
+        if let Some(folder) = Keeper::usual_place() {
+            app.keep_copies(folder);
         }
         app.orders.extend(first.map(Order::run));
         Ok(Box::new(app))
@@ -169,26 +196,38 @@ impl TorquescopeApp {
             dialog: None,
             drawing: None,
             keeper: Keeper::default(),
+            filed: Filed::default(),
+            recent: Recents::default(),
+            copies_hidden: false,
+            leaving: None,
+            title: String::new(),
             orders: Vec::new(),
             context: None,
         }
     }
 
-    /// Keeps a copy of the session in this file after every change, so that a crash costs nothing; a copy that is there
-    /// already is offered to the user.
-    pub fn keep_copy(&mut self, path: PathBuf) {
-        self.keeper = Keeper::with_copy(path);
+    /// Keeps a copy of the session in this folder after every change, so that neither a crash nor a closed window costs anything;
+    /// copies that others left there are offered to the user.
+    pub fn keep_copies(&mut self, folder: PathBuf) {
+        match Keeper::with_copies(folder.clone()) {
+            Ok(keeper) => self.keeper = keeper,
+            Err(error) => {
+                let text = format!("No recovery copies can be kept in {}: {error}.", folder.display());
+                self.messages.tell(Tone::Warning, text, "Save often, and check the folder's permissions.");
+            }
+        }
     }
 
-    /// How the window looks and where its panels are, to be remembered.
+    /// How the window looks, where its panels are and what was opened of late, to be remembered.
     pub fn settings(&self, ctx: &egui::Context) -> Settings {
-        Settings::of(ctx, self.panels.layouts())
+        Settings::of(ctx, self.panels.layouts(), self.recent.clone())
     }
 
     /// Lets the window look as it was remembered.
     pub fn restore(&mut self, settings: Settings, ctx: &egui::Context) {
         settings.apply(ctx);
         self.panels.restore(settings.layouts);
+        self.recent = settings.recent;
     }
 
     /// The document as it is.
@@ -220,7 +259,7 @@ impl TorquescopeApp {
             || self.dialog.is_some()
             || self.drawing.is_some()
             || self.keeper.is_busy()
-            || self.screens.are_busy()
+            || self.screens.busy().is_some()
             || self.memo.is_busy()
     }
 
@@ -234,6 +273,7 @@ impl TorquescopeApp {
         self.poll_job(ctx);
         self.poll_dialog();
         self.poll_drawing(ctx);
+        self.poll_leaving();
         self.poll_keeper(ctx);
         self.screens.poll();
         self.memo.poll();
@@ -250,6 +290,12 @@ impl TorquescopeApp {
         for order in std::mem::take(&mut self.orders) {
             self.carry_out(order, ctx);
         }
+        self.hear_closing(ctx);
+        let title = self.filed.title(self.history.current());
+        if self.title != title {
+            ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
     }
 
     /// What the shown screen shows, as figures, with what is in view.
@@ -263,13 +309,16 @@ impl TorquescopeApp {
             orders: &mut self.orders,
             busy: None,
             models: &models,
+            copies: self.keeper.left_behind(),
+            recent: self.recent.all(),
         };
-        let panels = self.screens.current().figures(&mut desk);
+        let panels = self.screens.figures(&mut desk);
         self.focus.views.seen(panels)
     }
 
     /// Draws everything.
     pub fn draw(&mut self, ui: &mut egui::Ui) {
+        let at_work = self.at_work();
         let busy = self.running.as_ref().map(|running| Busy {
             name: running.job.name(),
             progress: &running.progress,
@@ -289,6 +338,8 @@ impl TorquescopeApp {
             orders: &mut self.orders,
             busy: busy.as_ref(),
             models: &models,
+            copies: self.keeper.left_behind(),
+            recent: self.recent.all(),
         };
         let mut shell = Shell {
             desk,
@@ -297,7 +348,11 @@ impl TorquescopeApp {
             exported: self.exported,
             undo: self.history.undo_text(),
             redo: self.history.redo_text(),
-            left_behind: self.keeper.left_behind().is_some(),
+            copies_hidden: self.copies_hidden,
+            filed: &self.filed,
+            is_unsaved: self.filed.is_unsaved(&session),
+            at_work,
+            is_leaving: self.leaving.is_some(),
         };
         self.overlays.show(ui, &mut shell);
         if !self.orders.is_empty() {
@@ -346,22 +401,20 @@ impl TorquescopeApp {
             Order::Panel(name, change) => self.panels.change(&name, &change),
             Order::NextPanel => self.panels.focus_next(ctx),
             Order::ResetPanels => self.panels.reset(),
-            Order::Save(path) => {
-                if self.history.current().recording.is_none() {
-                    let text = "There is no recording yet, so there is nothing to save.";
-                    self.messages.tell(Tone::Warning, text, "");
-                } else {
-                    self.keeper.save(path, self.history.current());
-                }
-            }
-            Order::Recover(wanted) => {
-                let path = self.keeper.left_behind().map(std::path::Path::to_owned);
-                if let Some(path) = path.filter(|_| wanted) {
-                    self.run(Command::Restore { path }, ctx);
-                } else {
-                    self.keeper.decided();
-                }
-            }
+            Order::Save(path) => match self.filed.would_overwrite(&path) {
+                Some(what) => self.overlays.asking = Some(overwriting(path, &what)),
+                None => self.save(path),
+            },
+            Order::Overwrite(path) => self.save(path),
+            Order::SaveAgain => match self.filed.file() {
+                Some(path) => self.carry_out(Order::Save(path.to_owned()), ctx),
+                None => self.open_dialog(ctx, Asks::Save),
+            },
+            Order::Recover(copy) => self.recover(copy, ctx),
+            Order::ThrowAway(copy) => self.keeper.throw_away(&copy),
+            Order::HideCopies => self.copies_hidden = true,
+            Order::Leave(parting) => self.leave(parting, ctx),
+            Order::Ask(question) => self.overlays.asking = Some(*question),
             Order::SaveDialog => self.open_dialog(ctx, Asks::Save),
             Order::OpenDialog => self.open_dialog(ctx, Asks::Open),
             Order::ExportDialog => self.open_dialog(ctx, Asks::Export),
@@ -392,7 +445,57 @@ impl TorquescopeApp {
         self.screens.follow(before, after, by);
         self.focus.follow(before, after);
         self.exported &= before.has_recording_of(after);
-        self.keeper.copy(after);
+        self.keep_copy();
+    }
+
+    fn keep_copy(&mut self) {
+        self.keeper.copy(self.document(), self.note(false));
+    }
+
+    fn save(&mut self, path: PathBuf) {
+        if self.history.current().recording.is_none() {
+            let text = "There is no recording yet, so there is nothing to save.";
+            self.messages.tell(Tone::Warning, text, "");
+        } else {
+            self.keeper.save(path, self.document());
+        }
+    }
+
+    /// Opens what another window left behind. It stays there until it is in the copy of this one.
+    fn recover(&mut self, copy: PathBuf, ctx: &egui::Context) {
+        if self.running.is_none() && !self.keeper.take(&copy) {
+            let text = "The copy was not opened, because another window has it or it was thrown away.";
+            self.messages.tell(Tone::Warning, text, "");
+            return;
+        }
+        self.run(Command::Restore { path: copy }, ctx);
+    }
+
+    /// Where one looks.
+    fn view(&self) -> View {
+        let mut overlaid = self.history.models();
+        overlaid.retain(|model| self.focus.overlaid.contains(&model.generation));
+        View {
+            screen: self.screens.shown().id.to_owned(),
+            trajectory: self.focus.trajectory,
+            joint: self.focus.joint,
+            overlaid,
+            layouts: serde_json::to_value(self.panels.layouts()).unwrap_or_default(),
+        }
+    }
+
+    /// Looks where somebody looked.
+    fn look(&mut self, view: View) {
+        if let Ok(screen) = screens::find(&view.screen) {
+            self.screens.show(screen);
+            self.focus.show_trajectory(view.trajectory);
+            self.focus.joint = view.joint;
+        }
+        self.focus.overlaid = view.overlaid.iter().map(|model| model.generation).collect();
+        // What another program wrote there is passed over.
+        if let Ok(layouts) = serde_json::from_value(view.layouts) {
+            self.panels.restore(layouts);
+        }
     }
 
     fn run(&mut self, command: Command, ctx: &egui::Context) {
@@ -405,27 +508,36 @@ impl TorquescopeApp {
         let session = self.history.current().clone();
         if command.is_quick() {
             match command.run(&session, &crate::progress::Monitor::new()) {
-                Ok(session) => self.accept(session, &command, ctx),
+                Ok(session) => self.accept(Given::Session(Box::new(session)), &command, ctx),
                 Err(error) => self.fail(&command, error.to_string()),
             }
             return;
         }
         let plan = command.plan(&session).cloned();
+        let checkpoint_file = plan.is_some().then(|| self.keeper.begin_training()).flatten();
+        let session = Session { checkpoint_file, ..session };
         let (context, work) = (ctx.clone(), command.clone());
         let wake = move || context.request_repaint();
-        let job = Job::spawn(command.title(), wake, move |monitor| work.run(&session, monitor));
+        let job = Job::spawn(command.title(), wake, move |monitor| match &work {
+            Command::Restore { path } => Ok(Given::Opened(Box::new(file::open(path, monitor)?))),
+            _ => work.run(&session, monitor).map(Box::new).map(Given::Session),
+        });
         let progress = Progress::default();
-        let (epochs, found) = (Vec::new(), Vec::new());
-        self.running = Some(Running { job, command, plan, progress, epochs, found, finishing: false });
+        let (epochs, found, warnings) = (Vec::new(), Vec::new(), Vec::new());
+        self.running = Some(Running { job, command, plan, progress, epochs, found, warnings, finishing: false });
     }
 
     fn poll_job(&mut self, ctx: &egui::Context) {
         let Some(running) = &mut self.running else { return };
         running.hear();
+        for warning in running.warnings.drain(..) {
+            self.messages.tell(Tone::Warning, widgets::sentence_case(&warning) + ".", "");
+        }
         let Some(outcome) = running.job.poll() else { return };
-        let Some(Running { command, .. }) = self.running.take() else { return };
+        let Some(Running { command, plan, .. }) = self.running.take() else { return };
+        let is_done = matches!(outcome, Outcome::Done(_));
         match outcome {
-            Outcome::Done(session) => self.accept(session, &command, ctx),
+            Outcome::Done(given) => self.accept(given, &command, ctx),
             Outcome::Failed(message) => self.fail(&command, message),
             Outcome::Stopped(reason) => {
                 let text = format!("Stopped: {}, because {reason}. Nothing was changed.", command.title());
@@ -437,12 +549,31 @@ impl TorquescopeApp {
                 self.messages.tell(Tone::Error, text, remedy);
             }
         }
+        if !is_done && matches!(command, Command::Restore { .. }) {
+            self.keeper.give_back();
+        }
+        // A window that is being closed leaves the training to the next one.
+        if plan.is_some() && !matches!(self.leaving, Some(Leaving::Decided)) {
+            self.keeper.end_training();
+        }
     }
 
-    fn accept(&mut self, session: Session, command: &Command, ctx: &egui::Context) {
+    fn accept(&mut self, given: Given, command: &Command, ctx: &egui::Context) {
         let before = self.history.current().clone();
         self.messages.forget_what_is_past();
-        self.messages.toast(done_text(&before, &session, command), ctx);
+        match given {
+            Given::Session(session) => self.accept_session(*session, &before, command, ctx),
+            Given::Opened(opened) => self.accept_opened(*opened, &before, command, ctx),
+        }
+        self.recent_of(command);
+    }
+
+    fn accept_session(&mut self, session: Session, before: &Session, command: &Command, ctx: &egui::Context) {
+        // Where it kept itself while it was at work concerns nobody any more.
+        let session = Session { checkpoint_file: None, ..session };
+        if !matches!(command, Command::BetFirst(_) | Command::PlaceBet(_)) {
+            self.messages.toast(done_text(before, &session, command), ctx);
+        }
         if command.trains(&session)
             && let Some(step) = session.current()
             && let (Some(Ending::Failed(_)), Some(reason)) = (&step.ending, step.early_end())
@@ -450,32 +581,83 @@ impl TorquescopeApp {
             let text = format!("Training ended early: {reason}; they are the model now.");
             self.messages.tell(Tone::Warning, text, "Undo brings back the model before it.");
         }
-        self.history.push(session, &command.title());
-        if matches!(command, Command::Restore { .. }) {
-            self.keeper.decided();
+        if !before.has_recording_of(&session) {
+            self.filed.begin(true, session.generation);
         }
-        self.follow(&before, Some(command));
+        match command.is_final() {
+            true => self.history.settle(session),
+            false => self.history.push(session, &command.title()),
+        }
+        self.follow(before, Some(command));
+    }
+
+    fn accept_opened(&mut self, opened: Opened, before: &Session, command: &Command, ctx: &egui::Context) {
+        let Command::Restore { path } = command else { return };
+        let Opened { document, mark, instead } = opened;
+        self.history.open(document.history, &command.title());
+        let generation = self.history.current().generation;
+        let copy = self.keeper.taken().filter(|copy| copy.path == *path).cloned();
+        self.messages.toast(done_text(before, self.history.current(), command), ctx);
+        match &copy {
+            Some(_) => {
+                self.filed.begin(false, generation);
+                self.keeper.restored(generation);
+            }
+            None => self.filed.is_in(path, mark, generation),
+        }
+        if let Some(instead) = instead {
+            let text = format!("{} is gone; what is left of it was opened: {}.", path.display(), instead.display());
+            self.messages.tell(Tone::Warning, text, "Save the session to have its file back.");
+        }
+        self.follow(before, Some(command));
+        self.look(document.view);
+        if let Some(run) = copy.and_then(|copy| copy.run()) {
+            self.offer_training(&run);
+        }
+    }
+
+    /// A training was at work when its window ended: it can go on. Its checkpoint goes with the copy that was restored, so it is
+    /// taken over first.
+    fn offer_training(&mut self, path: &Path) {
+        let run = match runs::load(path) {
+            Ok(run) => Arc::new(run),
+            Err(error) => {
+                let text = format!("A training was at work on this session, but {error}.");
+                return self.messages.tell(Tone::Warning, text, "Start it anew.");
+            }
+        };
+        if let Some(own) = self.keeper.begin_training() {
+            // Should this fail, the answer to the question comes before the next end.
+            let _ = runs::save(&run, &own);
+        }
+        let done = run.checkpoint.epoch;
+        self.overlays.asking = Some(Question {
+            title: "Go on with the training?".to_owned(),
+            text: format!("When this session was left, a training was at work. Its checkpoint has {done} epochs."),
+            choices: vec![(format!("Go on from epoch {done}"), Order::run(Command::Resume(run)))],
+            otherwise: "Not now".to_owned(),
+        });
+    }
+
+    /// Remembers what a command opened, for the next start.
+    fn recent_of(&mut self, command: &Command) {
+        // A copy that was restored is gone by then.
+        let is_copy = matches!(command, Command::Restore { .. }) && self.filed.file().is_none();
+        if let Some(newest) = Recent::of(command).filter(|_| !is_copy) {
+            self.recent.add(newest);
+        }
+    }
+
+    /// Remembers a file that was saved.
+    fn remember(&mut self, path: &Path) {
+        if let Some(newest) = Recent::of(&Command::Restore { path: path.to_owned() }) {
+            self.recent.add(newest);
+        }
     }
 
     fn fail(&mut self, command: &Command, message: String) {
         let text = format!("Could not {}: {message}.", command.title());
         self.messages.tell(Tone::Error, text, "Nothing was changed.");
-    }
-
-    fn poll_keeper(&mut self, ctx: &egui::Context) {
-        if self.keeper.is_busy() {
-            ctx.request_repaint_after(Duration::from_millis(50));
-        }
-        match self.keeper.poll() {
-            Some(Kept::Saved(path)) => {
-                self.messages.toast(format!("Saved: {}.", path.display()), ctx);
-            }
-            Some(Kept::Failed(message)) => {
-                let text = format!("The session was not saved: {message}.");
-                self.messages.tell(Tone::Error, text, "Your session is as it was; save it elsewhere.");
-            }
-            None => (),
-        }
     }
 
     fn write_figure(&mut self, drawing: Drawing, ctx: &egui::Context) {
@@ -512,8 +694,7 @@ impl TorquescopeApp {
         }
         let context = ctx.clone();
         let wake = move || context.request_repaint();
-        let name = self.history.current().recording.as_ref().map_or("session", |recording| &recording.name);
-        let name = format!("{name}.{}", file::ENDING);
+        let name = self.proposed_file();
         let figure = self.overlays.exporting.as_ref().map_or(String::new(), |exporting| exporting.path.clone());
         let job = Job::spawn("choose files", wake, move |_| {
             let dialog = rfd::FileDialog::new();
@@ -543,7 +724,12 @@ impl TorquescopeApp {
         match outcome {
             Outcome::Done(Some(mut paths)) if !paths.is_empty() => match (asks, &mut self.overlays.exporting) {
                 (Asks::Open, _) => self.orders.push(Order::open(paths)),
-                (Asks::Save, _) => self.orders.push(Order::Save(paths.remove(0))),
+                // Whether to overwrite a file the system has asked, but not whether somebody else has changed it meanwhile.
+                (Asks::Save, _) => {
+                    let path = paths.remove(0);
+                    let is_known = self.filed.knows(&path);
+                    self.orders.push(if is_known { Order::Save(path) } else { Order::Overwrite(path) });
+                }
                 (Asks::Export, Some(exporting)) => exporting.path = paths[0].display().to_string(),
                 (Asks::Export, None) => (),
             },
@@ -560,6 +746,20 @@ impl TorquescopeApp {
                 }
             }
         }
+    }
+}
+
+/// Before a file is overwritten that is not as this window knows it.
+fn overwriting(path: PathBuf, what: &str) -> Question {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Question {
+        title: format!("Overwrite {name}?"),
+        text: format!("{what} What it is now stays beside it as {name}{}.", crate::file::OLD),
+        choices: vec![
+            ("Overwrite it".to_owned(), Order::Overwrite(path)),
+            ("Save elsewhere…".to_owned(), Order::SaveDialog),
+        ],
+        otherwise: "Cancel".to_owned(),
     }
 }
 
@@ -597,7 +797,7 @@ impl eframe::App for TorquescopeApp {
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
-        self.keeper.close();
+        self.close();
     }
 
     fn persist_egui_memory(&self) -> bool {

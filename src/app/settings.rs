@@ -1,9 +1,9 @@
-//! What the window remembers from one start to the next: how it looks, and where its panels are.
+//! What the window remembers from one start to the next: how it looks, where its panels are, and what was opened of late.
 
 use egui::{Context, ThemePreference};
 use serde::{Deserialize, Serialize};
 
-use super::desk::Layouts;
+use super::desk::{Layouts, Recents};
 use super::theme;
 
 /// The user's choices.
@@ -14,6 +14,7 @@ pub struct Settings {
     high_contrast: bool,
     text_scale: f32,
     pub(super) layouts: Layouts,
+    pub(super) recent: Recents,
 }
 
 impl Default for Settings {
@@ -23,18 +24,20 @@ impl Default for Settings {
             high_contrast: false,
             text_scale: 1.0,
             layouts: Layouts::default(),
+            recent: Recents::default(),
         }
     }
 }
 
 impl Settings {
     /// As the window looks now.
-    pub(super) fn of(ctx: &Context, layouts: Layouts) -> Self {
+    pub(super) fn of(ctx: &Context, layouts: Layouts, recent: Recents) -> Self {
         Settings {
             theme: ctx.options(|options| options.theme_preference),
             high_contrast: theme::is_high_contrast(ctx),
             text_scale: ctx.zoom_factor(),
             layouts,
+            recent,
         }
     }
 

@@ -60,7 +60,12 @@ pub fn watch<T: Send + 'static, E: std::fmt::Display>(
         if let Some(outcome) = job.poll() {
             break outcome;
         }
-        job.events().into_iter().for_each(|event| hear(event, &mut progress, &mut so_far));
+        for event in job.events() {
+            match event {
+                Event::Warning(warning) => bar.suspend(|| remark(format_args!("warning: {warning}"))),
+                event => hear(event, &mut progress, &mut so_far),
+            }
+        }
         bar.set_position((progress.fraction * 1000.0) as u64);
         bar.set_message(format!("{}{so_far}", progress.activity));
         std::thread::park_timeout(TICK);
@@ -82,6 +87,7 @@ fn hear(event: Event, progress: &mut Progress, so_far: &mut String) {
         Event::Epoch(epoch) => *so_far = format!(", {} left", duration_text(epoch.remaining_s)),
         Event::Found(found) if found.is_empty() => so_far.clear(),
         Event::Found(found) => *so_far = format!(", so far: {}", found.join("; ")),
+        Event::Warning(_) => {}
     }
 }
 

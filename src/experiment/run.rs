@@ -326,7 +326,7 @@ fn train_members(
                 Event::Progress(progress) => {
                     whole.report((number as f32 + progress.fraction) / count, &progress.activity)
                 }
-                Event::Epoch(_) | Event::Found(_) | Event::Done(_) => Ok(()),
+                Event::Epoch(_) | Event::Found(_) | Event::Done(_) | Event::Warning(_) => Ok(()),
             });
             let trained = training::fit::fit(&model, &recording, &split, &plan, None, &part, &mut |_| {})?;
             match trained.ending {

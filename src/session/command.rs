@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::error::SessionError;
 use super::step::{step, trained};
 use super::terms::{self, TermEdit};
-use super::{Generation, Session, Step, file};
+use super::{Bets, Generation, Guess, Session, Step, file};
 use crate::diagnosis;
 use crate::diagnosis::proposal::propose;
 use crate::effect::registry;
@@ -111,6 +111,10 @@ pub enum Command {
     },
     /// Shows the hidden truth.
     OpenSeal,
+    /// Hides the answer of the diagnosis until one has guessed, or not.
+    BetFirst(bool),
+    /// Says what the current model lacks, before the answer is shown.
+    PlaceBet(Guess),
 }
 
 impl Command {
@@ -163,20 +167,25 @@ impl Command {
                     own_effects: session.own_effects.clone(),
                     plan: session.plan.clone(),
                     checkpoint_file: session.checkpoint_file.clone(),
+                    bets: Bets { first: session.bets.first, ..Bets::default() },
                     ..Session::default()
                 };
                 fitted_if_possible(loaded, monitor)
             }
             Command::SetRight(corrections) => set_right(session, corrections, monitor),
-            Command::Restore { path } => Ok(file::open(path, monitor)?),
+            Command::Restore { path } => Ok(file::open(path, monitor)?.document.history.current().clone()),
             Command::Simulate(scenario) => {
                 let recording = simulation::simulate(scenario, monitor)?;
                 let split = Split::automatic(&recording);
-                let preset = session.preset;
-                let plan = session.plan.clone();
-                let own_effects = session.own_effects.clone();
-                let recording = Some(Arc::new(recording));
-                let loaded = Session { recording, split, preset, plan, own_effects, ..Session::default() };
+                let loaded = Session {
+                    recording: Some(Arc::new(recording)),
+                    split,
+                    preset: session.preset,
+                    plan: session.plan.clone(),
+                    own_effects: session.own_effects.clone(),
+                    bets: Bets { first: session.bets.first, ..Bets::default() },
+                    ..Session::default()
+                };
                 fitted_if_possible(loaded, monitor)
             }
             Command::ChoosePreset(preset) => {
@@ -285,6 +294,10 @@ impl Command {
                 let truth = recording.seal.as_ref().ok_or(SessionError::NoSeal)?.open()?;
                 Ok(Session { truth: Some(Arc::new(truth)), ..session.clone() })
             }
+            Command::BetFirst(first) => {
+                Ok(Session { bets: Bets { first: *first, ..session.bets.clone() }, ..session.clone() })
+            }
+            Command::PlaceBet(guess) => session.with_guess(guess),
         }
     }
 
@@ -327,7 +340,14 @@ impl Command {
             Command::Extrapolate { .. } => "extrapolate".to_owned(),
             Command::GoTo { step } => format!("go back to step {}", step + 1),
             Command::OpenSeal => "open the seal".to_owned(),
+            Command::BetFirst(_) => "bet first".to_owned(),
+            Command::PlaceBet(_) => "place a bet".to_owned(),
         }
+    }
+
+    /// Whether undo can't take it back: what was seen was seen, and what was said was said.
+    pub fn is_final(&self) -> bool {
+        matches!(self, Command::OpenSeal | Command::BetFirst(_) | Command::PlaceBet(_))
     }
 
     /// Whether it trains networks, of whose epochs it then tells.
@@ -354,7 +374,7 @@ impl Command {
 
     /// Whether it takes less than a few milliseconds, so that no job is needed.
     pub fn is_quick(&self) -> bool {
-        matches!(self, Command::GoTo { .. } | Command::UseRun { .. } | Command::LoadEffect { .. } | Command::OpenSeal)
+        self.is_final() || matches!(self, Command::GoTo { .. } | Command::UseRun { .. } | Command::LoadEffect { .. })
     }
 }
 
@@ -409,6 +429,7 @@ fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -
         plan: session.plan.clone(),
         checkpoint_file: session.checkpoint_file.clone(),
         truth: session.truth.clone(),
+        bets: Bets { first: session.bets.first, ..Bets::default() },
         ..Session::default()
     };
     fitted_if_possible(loaded, monitor)

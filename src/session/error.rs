@@ -39,6 +39,9 @@ pub enum SessionError {
     /// The recording has no seal.
     #[error("this recording has no sealed truth: only simulated recordings have one")]
     NoSeal,
+    /// A bet can't be changed.
+    #[error("a bet on this model is placed already, and stays as it is")]
+    BetPlaced,
     /// The ladder has no such step.
     #[error("the ladder has {count} steps, there is no step {step}")]
     NoSuchStep {

@@ -1,8 +1,8 @@
-//! A session as a file: the recording with its sealed truth, the split, and every model of the ladder.
+//! A document as a file: the recording with its sealed truth, every model, and every session that one can go back and forth to.
 //!
-//! An archive of `session.json`, `recording.npz`, one model file for each step of the ladder and of earlier trainings, the
-//! checkpoint of each that was trained, `report.cbor`, `proposals.cbor` and `sweep.cbor`; predictions and errors are computed anew when it is
-//! opened. What the file was before is kept as `.bak`.
+//! An archive of `session.json`, `recording.npz`, one model file for each step of all ladders and trainings, the checkpoint of each
+//! that was trained, and the reports, proposals and curves outside the data, each once; predictions and errors are computed anew when it is
+//! opened. Of the sessions before and after, those of the same recording are kept. What the file was before stays as `.bak`.
 
 use std::io::{Cursor, Read, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,9 @@ use serde::{Deserialize, Serialize};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-use super::{Generation, Session, Step, TrainedRun};
+use super::history::Entry;
+use super::{Bets, Document, Generation, History, Session, Step, TrainedRun, View};
+use crate::diagnosis::proposal::Proposals;
 use crate::diagnosis::{Evidence, Report};
 use crate::effect::own::{self, OwnEffectError};
 use crate::file;
@@ -26,18 +28,17 @@ use crate::recording::read::{ReadError, ReadOptions, own_recording};
 use crate::recording::seal::SealError;
 use crate::recording::split::Split;
 use crate::recording::write::{WriteError, to_npz_bytes};
+use crate::simulation::extrapolation::Sweep;
 use crate::training::fit::{self, Plan, SavedRun};
 use crate::training::{Ending, TrainError};
 
 /// Ending of session files.
 pub const ENDING: &str = "torquescope";
-/// Written into every file. Version 1 had no report, no sweep and no earlier trainings; a newer file is refused.
-const VERSION: u32 = 2;
+/// Written into every file. Version 1 had no report, no sweep and no earlier trainings, version 2 one session alone; a newer file
+/// is refused.
+const VERSION: u32 = 3;
 const CONTENTS: &str = "session.json";
 const RECORDING: &str = "recording.npz";
-const REPORT: &str = "report.cbor";
-const PROPOSALS: &str = "proposals.cbor";
-const SWEEP: &str = "sweep.cbor";
 
 /// A session can't be saved or opened.
 #[derive(Debug, thiserror::Error)]
@@ -91,21 +92,21 @@ struct Contents {
     findings: Vec<Finding>,
     mapping: Option<Mapping>,
     split: Split,
-    preset: Preset,
-    plan: Plan,
     /// The files of effects of one's own; loaded before the rest, which has them by their ids.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     own_effects: Vec<String>,
-    set_aside: Vec<Term>,
-    /// Every step once: those of the ladder, and of earlier trainings.
+    /// Every step once: those of all ladders and trainings.
     steps: Vec<StepAbout>,
-    /// Which of them are the ladder; all in a file of version 1.
-    #[serde(default)]
-    ladder: Option<Vec<usize>>,
-    #[serde(default)]
-    runs: Vec<RunAbout>,
+    /// From the oldest that can be undone to the newest that can be done again.
+    sessions: Vec<SessionAbout>,
+    /// What led from each of them to the next.
+    changes: Vec<String>,
+    /// Which of them is the current one.
+    current: usize,
     /// Whether the user had opened the seal.
     opened: bool,
+    bets: Bets,
+    view: ViewAbout,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -118,9 +119,86 @@ struct StepAbout {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+struct SessionAbout {
+    preset: Preset,
+    plan: Plan,
+    set_aside: Vec<Term>,
+    ladder: Vec<usize>,
+    runs: Vec<RunAbout>,
+    /// Which of the reports, of the proposals and of the curves it has.
+    report: Option<usize>,
+    #[serde(default)]
+    proposals: Option<usize>,
+    sweep: Option<usize>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct RunAbout {
     preset: Preset,
     ladder: Vec<usize>,
+}
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ViewAbout {
+    screen: String,
+    trajectory: usize,
+    joint: usize,
+    overlaid: Vec<usize>,
+    layouts: serde_json::Value,
+}
+
+/// A file of version 1 or 2.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OldContents {
+    #[serde(rename = "torquescope_session")]
+    _version: u32,
+    findings: Vec<Finding>,
+    mapping: Option<Mapping>,
+    split: Split,
+    preset: Preset,
+    plan: Plan,
+    #[serde(default)]
+    own_effects: Vec<String>,
+    set_aside: Vec<Term>,
+    steps: Vec<StepAbout>,
+    /// All steps in a file of version 1.
+    ladder: Option<Vec<usize>>,
+    #[serde(default)]
+    runs: Vec<RunAbout>,
+    opened: bool,
+}
+
+impl OldContents {
+    /// The same as of this version; whether it had a report, proposals or curves, its entries tell.
+    fn renewed(self, [has_report, has_proposals, has_sweep]: [bool; 3]) -> Contents {
+        let session = SessionAbout {
+            preset: self.preset,
+            plan: self.plan,
+            set_aside: self.set_aside,
+            ladder: self.ladder.unwrap_or_else(|| (0..self.steps.len()).collect()),
+            runs: self.runs,
+            report: has_report.then_some(0),
+            proposals: has_proposals.then_some(0),
+            sweep: has_sweep.then_some(0),
+        };
+        Contents {
+            torquescope_session: VERSION,
+            findings: self.findings,
+            mapping: self.mapping,
+            split: self.split,
+            own_effects: self.own_effects,
+            steps: self.steps,
+            sessions: vec![session],
+            changes: Vec::new(),
+            current: 0,
+            opened: self.opened,
+            bets: Bets::default(),
+            view: ViewAbout::default(),
+        }
+    }
 }
 
 /// A report with the evidence that its form for people leaves out: that of each effect.
@@ -130,38 +208,111 @@ fn damaged(error: impl std::fmt::Display) -> SessionFileError {
     SessionFileError::Damaged(error.to_string())
 }
 
-/// Each step once, however many lists have it.
-#[derive(Default)]
-struct Steps(Vec<Arc<Step>>);
+/// Shared parts, each once, however many sessions have it.
+struct Shared<T>(Vec<Arc<T>>);
 
-impl Steps {
-    fn places(&mut self, ladder: &[Arc<Step>]) -> Vec<usize> {
-        ladder.iter().map(|step| self.place(step)).collect()
+impl<T> Shared<T> {
+    fn places<'a>(&mut self, parts: impl IntoIterator<Item = &'a Arc<T>>) -> Vec<usize>
+    where
+        T: 'a,
+    {
+        parts.into_iter().map(|part| self.place(part)).collect()
     }
 
-    fn place(&mut self, step: &Arc<Step>) -> usize {
-        self.0.iter().position(|known| Arc::ptr_eq(known, step)).unwrap_or_else(|| {
-            self.0.push(Arc::clone(step));
+    fn place(&mut self, part: &Arc<T>) -> usize {
+        self.0.iter().position(|known| Arc::ptr_eq(known, part)).unwrap_or_else(|| {
+            self.0.push(Arc::clone(part));
             self.0.len() - 1
         })
     }
 
-    /// The steps at these places; `None` if one is not there.
-    fn at(&self, places: &[usize]) -> Option<Vec<Arc<Step>>> {
-        places.iter().map(|&place| self.0.get(place).cloned()).collect()
+    /// The parts at these places.
+    fn at(&self, places: &[usize]) -> Result<Vec<Arc<T>>, SessionFileError> {
+        let part = |&place: &usize| self.0.get(place).cloned().ok_or_else(|| damaged("a part of it is missing"));
+        places.iter().map(part).collect()
+    }
+
+    fn at_most_one(&self, place: Option<usize>) -> Result<Option<Arc<T>>, SessionFileError> {
+        Ok(self.at(place.as_slice())?.pop())
     }
 }
 
-/// The session as bytes.
+/// All that sessions share.
+struct Parts {
+    steps: Shared<Step>,
+    reports: Shared<Report>,
+    proposals: Shared<Proposals>,
+    sweeps: Shared<Sweep>,
+}
+
+impl Parts {
+    fn new() -> Self {
+        Parts {
+            steps: Shared(Vec::new()),
+            reports: Shared(Vec::new()),
+            proposals: Shared(Vec::new()),
+            sweeps: Shared(Vec::new()),
+        }
+    }
+
+    /// What tells a session from the others of its recording.
+    fn about(&mut self, session: &Session) -> SessionAbout {
+        let steps = &mut self.steps;
+        let ladder = steps.places(&session.ladder);
+        let run = |run: &TrainedRun| RunAbout { preset: run.preset, ladder: steps.places(&run.ladder) };
+        SessionAbout {
+            ladder,
+            runs: session.runs.iter().map(run).collect(),
+            preset: session.preset,
+            plan: session.plan.clone(),
+            set_aside: session.set_aside.clone(),
+            report: session.report.as_ref().map(|report| self.reports.place(report)),
+            proposals: session.proposals.as_ref().map(|proposals| self.proposals.place(proposals)),
+            sweep: session.sweep.as_ref().map(|sweep| self.sweeps.place(sweep)),
+        }
+    }
+
+    /// A session that differs from `common` by what is told of it.
+    fn session(&self, about: SessionAbout, common: &Session) -> Result<Session, SessionFileError> {
+        let run = |run: RunAbout| Ok(TrainedRun { preset: run.preset, ladder: self.steps.at(&run.ladder)? });
+        Ok(Session {
+            generation: Generation::next(),
+            ladder: self.steps.at(&about.ladder)?,
+            runs: about.runs.into_iter().map(run).collect::<Result<_, SessionFileError>>()?,
+            preset: about.preset,
+            plan: about.plan,
+            set_aside: about.set_aside,
+            report: self.reports.at_most_one(about.report)?,
+            proposals: self.proposals.at_most_one(about.proposals)?,
+            sweep: self.sweeps.at_most_one(about.sweep)?,
+            ..common.clone()
+        })
+    }
+}
+
+/// The document as bytes.
 ///
 /// # Errors
 /// [`SessionFileError`] if it is empty or a part of it can't be written.
-pub fn to_bytes(session: &Session) -> Result<Vec<u8>, SessionFileError> {
+pub fn to_bytes(document: &Document) -> Result<Vec<u8>, SessionFileError> {
+    let Document { history, view } = document;
+    let session = &history.current;
     let recording = session.recording.as_deref().ok_or(SessionFileError::Empty)?;
-    let mut steps = Steps::default();
-    let ladder = steps.places(&session.ladder);
-    let run = |run: &TrainedRun| RunAbout { preset: run.preset, ladder: steps.places(&run.ladder) };
-    let runs = session.runs.iter().map(run).collect();
+    let is_of_it = |entry: &&Entry| entry.session.has_recording_of(session);
+    let past: Vec<&Entry> = history.past.iter().rev().take_while(is_of_it).collect();
+    let future: Vec<&Entry> = history.future.iter().rev().take_while(is_of_it).collect();
+    let mut parts = Parts::new();
+    let before = past.iter().rev().map(|entry| &entry.session);
+    let known: Vec<&Session> = before.chain([session]).chain(future.iter().map(|entry| &entry.session)).collect();
+    let sessions = known.iter().map(|session| parts.about(session)).collect();
+    let changes = past.iter().rev().chain(&future).map(|entry| entry.change.clone()).collect();
+    let view = ViewAbout {
+        screen: view.screen.clone(),
+        trajectory: view.trajectory,
+        joint: view.joint,
+        overlaid: parts.steps.places(&view.overlaid),
+        layouts: view.layouts.clone(),
+    };
     let about = |step: &Arc<Step>| StepAbout {
         title: step.title.clone(),
         history: step.history.clone(),
@@ -172,32 +323,32 @@ pub fn to_bytes(session: &Session) -> Result<Vec<u8>, SessionFileError> {
         findings: session.findings.to_vec(),
         mapping: session.mapping.as_deref().cloned(),
         split: session.split.clone(),
-        preset: session.preset,
-        plan: session.plan.clone(),
-        own_effects: own_effects(session),
-        set_aside: session.set_aside.clone(),
-        steps: steps.0.iter().map(about).collect(),
-        ladder: Some(ladder),
-        runs,
+        own_effects: own_effects(&known, &parts),
+        steps: parts.steps.0.iter().map(about).collect(),
+        sessions,
+        changes,
+        current: past.len(),
         opened: session.truth.is_some(),
+        bets: session.bets.clone(),
+        view,
     };
     let json = serde_json::to_vec_pretty(&contents).map_err(damaged)?;
     let mut entries = vec![(CONTENTS.to_owned(), json), (RECORDING.to_owned(), to_npz_bytes(recording)?)];
-    for (number, step) in steps.0.iter().enumerate() {
+    for (number, step) in parts.steps.0.iter().enumerate() {
         entries.push((model_name(number), fit::to_bytes(&step.fitted)?));
         if let Some(run) = &step.run {
             entries.push((run_name(number), run.to_bytes()?));
         }
     }
-    if let Some(report) = session.report.as_deref() {
+    for (number, report) in parts.reports.0.iter().enumerate() {
         let evidence: Vec<&Vec<Evidence>> = report.effects.iter().map(|effect| &effect.evidence).collect();
-        entries.push((REPORT.to_owned(), to_cbor(&(report, evidence))?));
+        entries.push((report_name(number), to_cbor(&(report.as_ref(), evidence))?));
     }
-    if let Some(proposals) = session.proposals.as_deref() {
-        entries.push((PROPOSALS.to_owned(), to_cbor(proposals)?));
+    for (number, proposals) in parts.proposals.0.iter().enumerate() {
+        entries.push((proposals_name(number), to_cbor(proposals.as_ref())?));
     }
-    if let Some(sweep) = session.sweep.as_deref() {
-        entries.push((SWEEP.to_owned(), to_cbor(sweep)?));
+    for (number, sweep) in parts.sweeps.0.iter().enumerate() {
+        entries.push((sweep_name(number), to_cbor(sweep.as_ref())?));
     }
     // Stored, with a fixed time: the same session gives the same bytes.
     let options = SimpleFileOptions::default()
@@ -213,16 +364,15 @@ pub fn to_bytes(session: &Session) -> Result<Vec<u8>, SessionFileError> {
     Ok(archive.finish().map_err(damaged)?.into_inner())
 }
 
-/// The files of all effects of one's own that the session knows or has in a model.
-fn own_effects(session: &Session) -> Vec<String> {
-    let runs = session.runs.iter().flat_map(|run| &run.ladder);
-    let models = session.ladder.iter().chain(runs).flat_map(|step| step.fitted.model.effects());
-    let set_aside = session.set_aside.iter().filter_map(|term| match term {
+/// The files of all effects of one's own that the sessions know or have in a model.
+fn own_effects(sessions: &[&Session], parts: &Parts) -> Vec<String> {
+    let in_models = parts.steps.0.iter().flat_map(|step| step.fitted.model.effects());
+    let set_aside = sessions.iter().flat_map(|session| &session.set_aside).filter_map(|term| match term {
         Term::Effect(term) => Some(term),
         Term::RigidBody(_) | Term::Learned(_) => None,
     });
-    let in_models = models.chain(set_aside).map(|term| term.effect);
-    own::texts(session.own_effects.iter().copied().chain(in_models))
+    let known = sessions.iter().flat_map(|session| session.own_effects.iter().copied());
+    own::texts(known.chain(in_models.chain(set_aside).map(|term| term.effect)))
 }
 
 fn to_cbor(value: &impl Serialize) -> Result<Vec<u8>, SessionFileError> {
@@ -242,17 +392,18 @@ impl Entries<'_> {
         Ok(content)
     }
 
-    /// An entry that not every session has.
-    fn if_there(&mut self, name: &str) -> Result<Option<Vec<u8>>, SessionFileError> {
-        let is_there = self.0.index_for_name(name).is_some();
-        is_there.then(|| self.bytes(name)).transpose()
+    fn has(&self, name: &str) -> bool {
+        self.0.index_for_name(name).is_some()
     }
 
-    fn cbor<T: DeserializeOwned>(&mut self, name: &str) -> Result<Option<T>, SessionFileError> {
-        let bytes = self.if_there(name)?;
-        bytes
-            .map(|bytes| ciborium::from_reader(&bytes[..]).map_err(|error| damaged(format!("{name}: {error}"))))
-            .transpose()
+    /// An entry that not every session has.
+    fn if_there(&mut self, name: &str) -> Result<Option<Vec<u8>>, SessionFileError> {
+        self.has(name).then(|| self.bytes(name)).transpose()
+    }
+
+    fn cbor<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, SessionFileError> {
+        let bytes = self.bytes(name)?;
+        ciborium::from_reader(&bytes[..]).map_err(|error| damaged(format!("{name}: {error}")))
     }
 
     fn contents(&mut self) -> Result<Contents, SessionFileError> {
@@ -261,19 +412,33 @@ impl Entries<'_> {
         match value.get("torquescope_session").and_then(serde_json::Value::as_u64) {
             None => Err(damaged("it says no version")),
             Some(version) if !(1..=u64::from(VERSION)).contains(&version) => Err(SessionFileError::Version(version)),
+            Some(1 | 2) => {
+                load_own_effects(&value)?;
+                let old: OldContents = serde_json::from_slice(&json).map_err(damaged)?;
+                Ok(old.renewed([report_name(0), proposals_name(0), sweep_name(0)].map(|name| self.has(&name))))
+            }
             Some(_) => {
                 load_own_effects(&value)?;
                 serde_json::from_slice(&json).map_err(damaged)
             }
         }
     }
+
+    /// Parts that are counted, as many as there are.
+    fn counted<T: DeserializeOwned>(&mut self, name: fn(usize) -> String) -> Result<Vec<T>, SessionFileError> {
+        let mut parts = Vec::new();
+        while self.has(&name(parts.len())) {
+            parts.push(self.cbor(&name(parts.len()))?);
+        }
+        Ok(parts)
+    }
 }
 
-/// The session that was saved as these bytes, its predictions computed anew.
+/// The document that was saved as these bytes, its predictions computed anew.
 ///
 /// # Errors
 /// [`SessionFileError`] says what is damaged; nothing is opened then.
-pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Session, SessionFileError> {
+pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFileError> {
     let mut entries = Entries(ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?);
     let contents = entries.contents()?;
     let recording = own_recording(&entries.bytes(RECORDING)?, monitor)?;
@@ -288,7 +453,7 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Session, SessionFil
     }
     let own_effects = contents.own_effects.iter().map(|text| own::load(text)).collect::<Result<_, _>>()?;
     let count = contents.steps.len();
-    let mut steps = Steps::default();
+    let mut parts = Parts::new();
     for (number, StepAbout { title, history, ending }) in contents.steps.into_iter().enumerate() {
         monitor.report(number as f32 / count as f32, &title)?;
         let fitted = fit::from_bytes(&entries.bytes(&model_name(number))?)?;
@@ -298,34 +463,32 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Session, SessionFil
         let run = entries.if_there(&run_name(number))?.map(|bytes| SavedRun::from_bytes(&bytes)).transpose()?;
         let evaluation = Evaluation::of(&fitted, &recording, &contents.split)?;
         let (generation, run) = (Generation::next(), run.map(Arc::new));
-        steps.0.push(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run }));
+        parts.steps.0.push(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run }));
     }
-    let missing = || damaged("a step is missing");
-    let ladder = steps.at(&contents.ladder.unwrap_or_else(|| (0..count).collect())).ok_or_else(missing)?;
-    let run = |run: RunAbout| {
-        let ladder = steps.at(&run.ladder).ok_or_else(missing)?;
-        Ok(TrainedRun { preset: run.preset, ladder })
-    };
-    let runs = contents.runs.into_iter().map(run).collect::<Result<_, SessionFileError>>()?;
+    parts.reports.0.extend(entries.counted(report_name)?.into_iter().map(with_evidence).map(Arc::new));
+    parts.proposals.0.extend(entries.counted(proposals_name)?.into_iter().map(Arc::new));
+    parts.sweeps.0.extend(entries.counted(sweep_name)?.into_iter().map(Arc::new));
     let seal = recording.seal.as_ref().filter(|_| contents.opened);
     let truth = seal.map(|seal| seal.open()).transpose()?.map(Arc::new);
-    Ok(Session {
+    let ViewAbout { screen, trajectory, joint, overlaid, layouts } = contents.view;
+    let view = View { screen, trajectory, joint, overlaid: parts.steps.at(&overlaid)?, layouts };
+    if trajectory >= recording.trajectories.len() || joint >= recording.joint_count() {
+        return Err(damaged("it looks at a trajectory or joint that is not there"));
+    }
+    let common = Session {
         recording: Some(Arc::new(recording)),
         findings: Arc::new(contents.findings),
         mapping: contents.mapping.map(Arc::new),
         split: contents.split,
-        preset: contents.preset,
-        plan: contents.plan,
         own_effects,
-        ladder,
-        runs,
-        set_aside: contents.set_aside,
-        report: entries.cbor(REPORT)?.map(with_evidence).map(Arc::new),
-        proposals: entries.cbor(PROPOSALS)?.map(Arc::new),
-        sweep: entries.cbor(SWEEP)?.map(Arc::new),
         truth,
+        bets: contents.bets,
         ..Session::default()
-    })
+    };
+    let sessions =
+        contents.sessions.into_iter().map(|about| parts.session(about, &common)).collect::<Result<_, _>>()?;
+    let history = History::of(sessions, contents.changes, contents.current);
+    Ok(Document { history: history.ok_or_else(|| damaged("its sessions do not follow each other"))?, view })
 }
 
 fn with_evidence((mut report, evidence): WholeReport) -> Report {
@@ -339,16 +502,43 @@ fn with_evidence((mut report, evidence): WholeReport) -> Report {
 ///
 /// # Errors
 /// [`SessionFileError`] with the file that can't be written.
-pub fn save(path: &Path, session: &Session) -> Result<(), SessionFileError> {
+pub fn save(path: &Path, document: &Document) -> Result<(), SessionFileError> {
     let problem = |problem| SessionFileError::File { path: path.to_owned(), problem };
-    file::write_keeping_old(path, &to_bytes(session)?).map_err(problem)
+    file::write_keeping_old(path, &to_bytes(document)?).map_err(problem)
 }
 
-/// Opens a saved session.
+/// What was opened.
+#[derive(Debug, Clone)]
+pub struct Opened {
+    /// What the file holds.
+    pub document: Document,
+    /// By which one tells later whether the file was changed; `None` if the file itself is gone.
+    pub mark: Option<file::Mark>,
+    /// What was opened in its place, because the file is gone: what it was before it was saved last, or was to become.
+    pub instead: Option<PathBuf>,
+}
+
+/// Opens a saved document, or what is left of it if its file is gone.
 ///
 /// # Errors
 /// [`SessionFileError`] says what is wrong; the file is left as it is.
-pub fn open(path: &Path, monitor: &Monitor) -> Result<Session, SessionFileError> {
+pub fn open(path: &Path, monitor: &Monitor) -> Result<Opened, SessionFileError> {
+    // What is written while this reads is another file.
+    let mark = file::mark(path);
+    let gone = match read(path, monitor) {
+        Ok(document) => return Ok(Opened { document, mark, instead: None }),
+        Err(error) if mark.is_some() => return Err(error),
+        Err(error) => error,
+    };
+    for remains in file::remains(path) {
+        if let Ok(document) = read(&remains, monitor) {
+            return Ok(Opened { document, mark: None, instead: Some(remains) });
+        }
+    }
+    Err(gone)
+}
+
+fn read(path: &Path, monitor: &Monitor) -> Result<Document, SessionFileError> {
     let bytes =
         file::read(path, file::LARGEST).map_err(|problem| SessionFileError::File { path: path.to_owned(), problem })?;
     from_bytes(&bytes, monitor)
@@ -362,11 +552,28 @@ fn run_name(number: usize) -> String {
     format!("step-{}.run", number + 1)
 }
 
+fn report_name(number: usize) -> String {
+    numbered("report", number)
+}
+
+fn proposals_name(number: usize) -> String {
+    numbered("proposals", number)
+}
+
+fn sweep_name(number: usize) -> String {
+    numbered("sweep", number)
+}
+
+/// The first without a number, as in files of version 2, which had no other.
+fn numbered(name: &str, number: usize) -> String {
+    if number == 0 { format!("{name}.cbor") } else { format!("{name}-{}.cbor", number + 1) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::learned::{Layers, LearnedPreset};
-    use crate::session::Command;
+    use crate::session::{Command, Guess};
     use crate::simulation::extrapolation::Stretch;
     use crate::simulation::{Excitation, Scenario};
     use crate::training::Options;
@@ -379,12 +586,21 @@ mod tests {
         run(Command::AddEffect { effect: "coulomb-friction".into(), joints: vec![0, 1] }, &session)
     }
 
+    /// The bytes of a session that nobody has looked at, and the session that they give.
+    fn bytes_of(session: &Session) -> Vec<u8> {
+        to_bytes(&session.clone().into()).unwrap()
+    }
+
+    fn back_from(bytes: &[u8]) -> Session {
+        from_bytes(bytes, &Monitor::new()).unwrap().history.current().clone()
+    }
+
     #[test]
     fn a_session_comes_back_as_it_was() {
         let session = repaired();
-        let bytes = to_bytes(&session).unwrap();
-        assert_eq!(bytes, to_bytes(&session).unwrap(), "equal sessions give equal bytes");
-        let back = from_bytes(&bytes, &Monitor::new()).unwrap();
+        let bytes = bytes_of(&session);
+        assert_eq!(bytes, bytes_of(&session), "equal sessions give equal bytes");
+        let back = back_from(&bytes);
         assert_eq!(back.recording, session.recording);
         assert_eq!((back.ladder.len(), &back.split), (2, &session.split));
         for (one, other) in back.ladder.iter().zip(&session.ladder) {
@@ -392,14 +608,24 @@ mod tests {
         }
     }
 
+    /// Trains a small network, so that a run is a moment's work.
+    fn train() -> Command {
+        let options = Options { epochs: 2, batch: 20, ..Options::ours() };
+        let plan = Plan { options, layers: Layers { hidden: vec![4], ..Layers::default() }, ..Plan::default() };
+        Command::TrainPreset { preset: LearnedPreset::FfNn, plan: Box::new(plan) }
+    }
+
+    fn run(command: Command, session: &Session) -> Session {
+        command.run(session, &Monitor::new()).unwrap()
+    }
+
     /// What was found, computed and trained takes minutes, so it is kept too.
     #[test]
     fn report_sweep_and_trainings_are_kept() {
-        let run = |command: Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
-        let options = Options { epochs: 2, batch: 20, ..Options::ours() };
-        let plan = Plan { options, layers: Layers { hidden: vec![4], ..Layers::default() }, ..Plan::default() };
-        let train = Command::TrainPreset { preset: LearnedPreset::FfNn, plan: Box::new(plan) };
-        let trained = run(train.clone(), &run(train, &repaired()));
+        let mut trained = repaired();
+        for _ in 0..4 {
+            trained = run(train(), &trained);
+        }
         let solved = run(Command::ChoosePreset(Preset::RigidBody), &trained);
         let mut session = run(Command::Diagnose, &solved);
         let steps = session.ladder.clone();
@@ -408,17 +634,17 @@ mod tests {
             // A model that explodes.
             sweep.curves[0].points[0].overall = f64::INFINITY;
         }
-        let back = from_bytes(&to_bytes(&session).unwrap(), &Monitor::new()).unwrap();
+        let back = back_from(&bytes_of(&session));
         assert!(session.report.as_ref().is_some_and(|report| !report.effects[0].evidence.is_empty()));
         assert_eq!((&back.report, &back.sweep), (&session.report, &session.sweep));
-        assert_eq!((back.runs.len(), back.ladder.len()), (2, 1));
+        assert_eq!((back.runs.len(), back.ladder.len()), (4, 1));
         for (one, other) in back.runs.iter().zip(&session.runs) {
             let [one, other] = [one, other].map(|run| run.step().unwrap());
             assert_eq!((&one.evaluation, &one.run, &one.history), (&other.evaluation, &other.run, &other.history));
         }
         // A training that is the current model is still the same one.
         let chosen = run(Command::UseRun { run: 1 }, &session);
-        let back = from_bytes(&to_bytes(&chosen).unwrap(), &Monitor::new()).unwrap();
+        let back = back_from(&bytes_of(&chosen));
         assert!(Arc::ptr_eq(back.current().unwrap(), back.runs[1].step().unwrap()));
         let resume = Command::Resume(back.current().unwrap().run.clone().unwrap());
         assert_eq!(run(resume, &back).current().unwrap().ending, Some(Ending::Finished));
@@ -431,41 +657,125 @@ mod tests {
         let path = folder.path().join("magnet.toml");
         let text = "id = \"magnet\"\ndescription = \"d\"\nsource = \"s\"\n[[linear]]\nname = \"k\"\nunit = \"N m\"\ncolumn = \"sin(2 * q)\"\n";
         std::fs::write(&path, text).unwrap();
-        let run = |command: Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
         let loaded = run(Command::LoadEffect { path }, &repaired());
         assert_eq!(loaded.own_effects.len(), 1);
         let session = run(Command::AddEffect { effect: "magnet".into(), joints: vec![1] }, &loaded);
-        let back = from_bytes(&to_bytes(&session).unwrap(), &Monitor::new()).unwrap();
+        let back = back_from(&bytes_of(&session));
         assert_eq!(back.own_effects, session.own_effects);
         assert_eq!(back.ladder[2].evaluation, session.ladder[2].evaluation);
         // The text comes with the file: a changed one is another effect, which can't be had beside the first.
-        let mut entries = to_bytes(&session).unwrap();
+        let mut entries = bytes_of(&session);
         let place = entries.windows(10).position(|window| window == b"sin(2 * q)").unwrap();
         entries[place + 4] = b'3';
         let message = from_bytes(&entries, &Monitor::new()).map(|_| ()).unwrap_err().to_string();
         assert!(!message.is_empty(), "the check sum or the id tells it");
     }
 
-    /// A file of version 1, as the program wrote it before.
+    /// What can be undone and done again, what was said and seen, and where one looked.
+    #[test]
+    fn the_whole_document_is_kept() {
+        let first = repaired();
+        let mut history = History::new(Session::default());
+        history.push(first.clone(), "simulate");
+        history.settle(run(Command::BetFirst(true), history.current()));
+        for command in [Command::GoTo { step: 0 }, train(), Command::Diagnose, Command::ChoosePreset(Preset::RigidBody)]
+        {
+            let title = command.title();
+            history.push(run(command, history.current()), &title);
+        }
+        history.undo();
+        history.settle(run(Command::OpenSeal, history.current()));
+        let guess = Guess::Effect("backlash".to_owned());
+        history.settle(run(Command::PlaceBet(guess.clone()), history.current()));
+        let view = View {
+            screen: "compare".to_owned(),
+            trajectory: 1,
+            joint: 2,
+            overlaid: vec![Arc::clone(&first.ladder[1])],
+            layouts: serde_json::json!({ "compare": [1, 2] }),
+        };
+        let bytes = to_bytes(&Document { history: history.clone(), view: view.clone() }).unwrap();
+        let back = from_bytes(&bytes, &Monitor::new()).unwrap();
+        assert_eq!((back.view.screen, back.view.layouts), (view.screen, view.layouts));
+        assert_eq!((back.view.trajectory, back.view.joint), (view.trajectory, view.joint));
+        let (mut own, mut back_history) = (history, back.history);
+        assert_eq!(back_history.current().guess(), Some(&guess));
+        assert!(back_history.current().bets.first && back_history.current().truth.is_some());
+        let of = |history: &History| {
+            let session = history.current();
+            let titles: Vec<String> = session.ladder.iter().map(|step| step.title.clone()).collect();
+            (titles, session.report.clone(), session.truth.clone(), session.preset, session.runs.len())
+        };
+        for _ in 0..3 {
+            let all = [&own, &back_history].map(|history| (of(history), history.redo_text().map(str::to_owned)));
+            assert_eq!(all[0], all[1]);
+            [&mut own, &mut back_history].into_iter().for_each(History::redo);
+            assert_eq!(of(&own), of(&back_history));
+            for history in [&mut own, &mut back_history] {
+                (0..2).for_each(|_| history.undo());
+            }
+        }
+        // The model that was drawn over the current one is one of those that can be gone back to.
+        assert!(back_history.current().ladder.iter().any(|step| Arc::ptr_eq(step, &back.view.overlaid[0])));
+        let before = [own.undo_text(), back_history.undo_text()];
+        assert_eq!(before, [Some("simulate"), None], "what was before the recording is of another file");
+    }
+
+    /// Files of versions 1 and 2, as the program wrote them before.
     #[test]
     fn older_files_still_open() {
-        let session = run_diagnosis(&repaired());
-        let bytes = to_bytes(&session).unwrap();
+        let session = run_diagnosis(&run(train(), &repaired()));
+        let bytes = bytes_of(&session);
         let mut entries = Entries(ZipArchive::new(Cursor::new(&bytes[..])).unwrap());
-        let mut contents: serde_json::Value = serde_json::from_slice(&entries.bytes(CONTENTS).unwrap()).unwrap();
-        let fields = contents.as_object_mut().unwrap();
-        fields.insert("torquescope_session".into(), 1.into());
-        assert!(fields.remove("ladder").is_some() && fields.remove("runs").is_some());
-        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-        for name in [CONTENTS, RECORDING, "step-1.model", "step-2.model"] {
-            archive.start_file(name, SimpleFileOptions::default()).unwrap();
-            let entry = entries.bytes(name).unwrap();
-            let old = if name == CONTENTS { serde_json::to_vec(&contents).unwrap() } else { entry };
-            archive.write_all(&old).unwrap();
-        }
-        let back = from_bytes(&archive.finish().unwrap().into_inner(), &Monitor::new()).unwrap();
-        assert_eq!((back.ladder.len(), back.runs.len(), back.report.is_none()), (2, 0, true));
-        assert_eq!(back.ladder[1].evaluation, session.ladder[1].evaluation);
+        let whole: serde_json::Value = serde_json::from_slice(&entries.bytes(CONTENTS).unwrap()).unwrap();
+        let mut old_file = |version: u32| {
+            let mut contents = whole.clone();
+            let fields = contents.as_object_mut().unwrap();
+            let own = fields.remove("sessions").unwrap()[0].clone();
+            ["changes", "current", "bets", "view"].iter().for_each(|name| drop(fields.remove(*name).unwrap()));
+            fields.insert("torquescope_session".into(), version.into());
+            let kept = ["preset", "plan", "set_aside", "ladder", "runs"];
+            for name in &kept[..if version == 1 { 3 } else { 5 }] {
+                fields.insert((*name).into(), own[*name].clone());
+            }
+            let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+            let names: Vec<String> = (0..entries.0.len())
+                .map(|index| entries.0.by_index(index).unwrap().name().unwrap().into_owned())
+                .filter(|name| version > 1 || !(name.ends_with(".run") || name.ends_with(".cbor")))
+                .collect();
+            for name in names {
+                archive.start_file(&name, SimpleFileOptions::default()).unwrap();
+                let entry = entries.bytes(&name).unwrap();
+                let old = if name == CONTENTS { serde_json::to_vec(&contents).unwrap() } else { entry };
+                archive.write_all(&old).unwrap();
+            }
+            archive.finish().unwrap().into_inner()
+        };
+        let first = back_from(&old_file(1));
+        assert_eq!((first.ladder.len(), first.runs.len(), first.report.is_none()), (1, 0, true));
+        assert_eq!(first.ladder[0].evaluation, session.ladder[0].evaluation);
+        let second = back_from(&old_file(2));
+        assert_eq!((second.ladder.len(), second.runs.len(), &second.report), (1, 1, &session.report));
+        assert_eq!((second.preset, &second.plan), (session.preset, &session.plan));
+    }
+
+    #[test]
+    fn what_is_left_of_a_file_is_opened_in_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.torquescope");
+        let document = Document::from(repaired());
+        save(&path, &document).unwrap();
+        let known = super::open(&path, &Monitor::new()).unwrap();
+        assert_eq!((known.instead, known.mark), (None, file::mark(&path)));
+        save(&path, &document).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        // A newer one that was never finished is passed over.
+        std::fs::write(folder.path().join("mine.torquescope.12-0.new"), b"PK").unwrap();
+        let found = super::open(&path, &Monitor::new()).unwrap();
+        assert_eq!((found.instead, found.mark), (Some(folder.path().join("mine.torquescope.bak")), None));
+        assert_eq!(found.document.history.current().ladder.len(), 2);
+        let nothing = super::open(&folder.path().join("other.torquescope"), &Monitor::new());
+        assert!(matches!(nothing, Err(SessionFileError::File { .. })));
     }
 
     fn run_diagnosis(session: &Session) -> Session {
@@ -475,7 +785,7 @@ mod tests {
     #[test]
     fn damaged_files_are_refused_and_the_old_one_is_kept() {
         let session = repaired();
-        let bytes = to_bytes(&session).unwrap();
+        let bytes = bytes_of(&session);
         let open = |bytes: &[u8]| from_bytes(bytes, &Monitor::new());
         assert!(matches!(open(b""), Err(SessionFileError::Damaged(_))));
         for at in (0..bytes.len()).step_by(bytes.len() / 60) {
@@ -487,14 +797,14 @@ mod tests {
         }
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mine.torquescope");
-        save(&path, &session).unwrap();
+        save(&path, &session.clone().into()).unwrap();
         let shorter = Session { ladder: session.ladder[..1].to_vec(), ..session.clone() };
-        save(&path, &shorter).unwrap();
-        assert_eq!(super::open(&path, &Monitor::new()).unwrap().ladder.len(), 1);
-        let kept = folder.path().join("mine.torquescope.bak");
-        assert_eq!(super::open(&kept, &Monitor::new()).unwrap().ladder.len(), 2);
+        save(&path, &shorter.into()).unwrap();
+        let ladder = |path: &Path| super::open(path, &Monitor::new()).unwrap().document.history.current().ladder.len();
+        assert_eq!(ladder(&path), 1);
+        assert_eq!(ladder(&folder.path().join("mine.torquescope.bak")), 2);
         let nowhere = folder.path().join("no/such/folder/mine.torquescope");
-        assert!(save(&nowhere, &session).unwrap_err().to_string().contains("Check the folder"));
-        assert!(matches!(save(&path, &Session::default()), Err(SessionFileError::Empty)));
+        assert!(save(&nowhere, &session.into()).unwrap_err().to_string().contains("Check the folder"));
+        assert!(matches!(save(&path, &Session::default().into()), Err(SessionFileError::Empty)));
     }
 }

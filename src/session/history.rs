@@ -1,8 +1,10 @@
 //! Undo and redo: the sessions before and after the current one.
+//!
+//! What was seen or said can't be taken back: an opened seal stays open in all of them, and a placed bet stays placed.
 
 use std::sync::Arc;
 
-use super::{Session, Step};
+use super::{Generation, Session, Step};
 
 /// How many steps back are kept.
 const DEPTH: usize = 100;
@@ -10,22 +12,37 @@ const DEPTH: usize = 100;
 /// The current session and those to go back and forth to.
 #[derive(Debug, Clone, Default)]
 pub struct History {
-    past: Vec<Entry>,
-    current: Session,
-    future: Vec<Entry>,
+    pub(super) past: Vec<Entry>,
+    pub(super) current: Session,
+    /// The next one last.
+    pub(super) future: Vec<Entry>,
 }
 
+/// A session that can be gone to.
 #[derive(Debug, Clone)]
-struct Entry {
-    session: Session,
+pub(super) struct Entry {
+    pub session: Session,
     /// What led from the older to the newer of two neighbours.
-    change: String,
+    pub change: String,
 }
 
 impl History {
     /// Starts from a session; nothing can be undone.
     pub fn new(session: Session) -> Self {
         History { current: session, ..History::default() }
+    }
+
+    /// Sessions in their order, what led from each to the next, and which is the current one; `None` if these do not fit.
+    pub(super) fn of(mut sessions: Vec<Session>, changes: Vec<String>, current: usize) -> Option<Self> {
+        if sessions.len() != changes.len() + 1 || sessions.len() > 2 * DEPTH + 1 || current >= sessions.len() {
+            return None;
+        }
+        let entry = |(session, change)| Entry { session, change };
+        let future = sessions.split_off(current + 1).into_iter().zip(changes[current..].to_vec()).map(entry);
+        let future = future.rev().collect();
+        let current = sessions.pop()?;
+        let past = sessions.into_iter().zip(changes).map(entry).collect();
+        Some(History { past, current, future })
     }
 
     /// The session as it is.
@@ -35,12 +52,53 @@ impl History {
 
     /// Takes a new session; `change` says what was done, for the tool tip of undo.
     pub fn push(&mut self, session: Session, change: &str) {
+        let session = self.with_opened_seal(session);
         let old = std::mem::replace(&mut self.current, session);
-        self.past.push(Entry { session: old, change: change.to_owned() });
-        if self.past.len() > DEPTH {
-            self.past.remove(0);
-        }
+        self.remember([Entry { session: old, change: change.to_owned() }]);
         self.future.clear();
+    }
+
+    /// Takes a session with its own past and future, such as a file gave it: undo goes back in its past, and then to what was
+    /// before it. `change` says what was done.
+    pub fn open(&mut self, mut other: History, change: &str) {
+        for session in other.sessions_mut() {
+            *session = self.with_opened_seal(std::mem::take(session));
+        }
+        let old = std::mem::replace(&mut self.current, other.current);
+        self.remember([Entry { session: old, change: change.to_owned() }]);
+        self.remember(other.past);
+        self.future = other.future;
+    }
+
+    /// Takes the current session after a change that can't be undone, and carries it into all others: the truth of a seal that
+    /// was opened, the bets on a recording.
+    pub fn settle(&mut self, session: Session) {
+        self.current = session.clone();
+        for other in self.sessions_mut() {
+            let truth = if other.has_seal_of(&session) { session.truth.clone() } else { other.truth.clone() };
+            let bets = if other.has_recording_of(&session) { session.bets.clone() } else { other.bets.clone() };
+            if truth != other.truth || bets != other.bets {
+                *other = Session { truth, bets, generation: Generation::next(), ..std::mem::take(other) };
+            }
+        }
+    }
+
+    fn remember(&mut self, entries: impl IntoIterator<Item = Entry>) {
+        self.past.extend(entries);
+        let spare = self.past.len().saturating_sub(DEPTH);
+        self.past.drain(..spare);
+    }
+
+    /// A session whose seal is open if any of these has the same one open.
+    fn with_opened_seal(&self, session: Session) -> Session {
+        let all = self.past.iter().chain(&self.future).map(|entry| &entry.session).chain([&self.current]);
+        let opened = all.filter(|other| other.has_seal_of(&session)).find_map(|other| other.truth.clone());
+        Session { truth: opened.or(session.truth.clone()), ..session }
+    }
+
+    fn sessions_mut(&mut self) -> impl Iterator<Item = &mut Session> {
+        let others = self.past.iter_mut().chain(&mut self.future).map(|entry| &mut entry.session);
+        others.chain([&mut self.current])
     }
 
     /// What undo would take back; `None` if there is nothing.
@@ -88,6 +146,9 @@ impl History {
 mod tests {
     use super::*;
     use crate::model::Preset;
+    use crate::progress::Monitor;
+    use crate::session::Command;
+    use crate::simulation::{Excitation, Scenario};
 
     #[test]
     fn undo_and_redo_go_back_and_forth() {
@@ -102,5 +163,37 @@ mod tests {
         history.undo();
         history.push(Session::default(), "something else");
         assert_eq!(history.redo_text(), None);
+    }
+
+    #[test]
+    fn what_was_opened_brings_its_own_past_before_that_of_the_window() {
+        let named = |preset| Session { preset, ..Session::default() };
+        let mut file = History::new(named(Preset::RigidBody));
+        file.push(named(Preset::StatedArm), "in the file");
+        let mut history = History::default();
+        history.open(file, "open the file");
+        assert_eq!((history.undo_text(), history.current().preset), (Some("in the file"), Preset::StatedArm));
+        history.undo();
+        assert_eq!(history.undo_text(), Some("open the file"));
+        history.undo();
+        assert_eq!((history.undo_text(), history.redo_text()), (None, Some("open the file")));
+    }
+
+    /// Neither by undo, nor by simulating the same once more.
+    #[test]
+    fn a_seal_stays_open() {
+        let motion = Excitation::PaperPointToPoint { trajectories: 4, duration: 4.0, samples: 60, range: 2.0 };
+        let simulate = Command::Simulate(Box::new(Scenario { motion, ..Scenario::embedded() }));
+        let run = |command: &Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
+        let first = run(&simulate, &Session::default());
+        let mut history = History::new(first.clone());
+        history.push(run(&Command::ChoosePreset(Preset::StatedArm), &first), "choose the stated arm");
+        let generation = history.current().generation;
+        history.settle(run(&Command::OpenSeal, history.current()));
+        assert!(history.current().truth.is_some() && history.current().generation != generation);
+        history.undo();
+        assert!(history.current().truth.is_some() && history.undo_text().is_none(), "opening it was no step");
+        history.push(run(&simulate, history.current()), "simulate");
+        assert!(history.current().truth.is_some(), "the same arm again");
     }
 }

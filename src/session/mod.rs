@@ -1,9 +1,12 @@
 //! The document: a recording, a model that grows by steps, and what the diagnosis says of it.
 //!
-//! A [`Session`] is a value. A [`Command`] takes one and gives a new one; [`History`] keeps the old ones for undo. Large
-//! parts are shared, so a session costs little to keep. The window and the command line run the same commands.
+//! A [`Session`] is a value. A [`Command`] takes one and gives a new one; [`History`] keeps the old ones for undo, and a
+//! [`Document`] is what a [`mod@file`] keeps of all that. Large parts are shared, so a session costs little to keep. The window and the
+//! command line run the same commands.
 
+mod bet;
 mod command;
+mod document;
 mod error;
 pub mod file;
 mod generation;
@@ -15,7 +18,9 @@ mod terms;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+pub use bet::{Bet, Bets, Guess};
 pub use command::Command;
+pub use document::{Document, View};
 pub use error::SessionError;
 pub use generation::Generation;
 pub use history::History;
@@ -74,6 +79,8 @@ pub struct Session {
     pub sweep: Option<Arc<Sweep>>,
     /// The truth, once the user opened the seal.
     pub truth: Option<Arc<Truth>>,
+    /// What was guessed before the answer was shown.
+    pub bets: Bets,
 }
 
 /// One step of the ladder.
@@ -121,5 +128,11 @@ impl Session {
             (None, None) => true,
             _ => false,
         }
+    }
+
+    /// Whether another session hides the same truth.
+    pub fn has_seal_of(&self, other: &Session) -> bool {
+        let [own, other] = [self, other].map(|session| session.recording.as_ref()?.seal.as_ref());
+        own.is_some() && own == other
     }
 }

@@ -38,13 +38,9 @@ pub(super) fn trained(
     train: &mut dyn FnMut(&mut KeepRun) -> Result<Trained, TrainError>,
 ) -> Result<Arc<Step>, SessionError> {
     let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
-    let mut keeper = Keeper::new(session.checkpoint_file.as_deref());
-    let Trained { fitted, ending, history, run } = train(&mut |run| {
-        if let Err(error) = keeper.epoch(run) {
-            monitor.stop(&error.to_string());
-        }
-    })?;
-    keeper.end(&run)?;
+    let mut keeper = Keeper::new(session.checkpoint_file.as_deref())?;
+    let Trained { fitted, ending, history, run } = train(&mut |run| keeper.epoch(run, monitor))?;
+    keeper.end(&run, monitor);
     if let (Ending::Failed(reason), true) = (&ending, history.is_empty()) {
         return Err(SessionError::TrainingFailed(reason.clone()));
     }

@@ -113,7 +113,8 @@ impl<T: Send + 'static> Job<T> {
     }
 }
 
-fn message_of(panic: &(dyn Any + Send)) -> String {
+/// What somebody who panicked said.
+pub fn message_of(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".into())
 }

@@ -3,7 +3,7 @@
 
 mod job;
 
-pub use job::{Job, Outcome};
+pub use job::{Job, Outcome, message_of};
 
 /// Gives way to the jobs for a moment; for those who wait without a window that would wake them.
 pub fn pause() {

@@ -27,7 +27,7 @@ struct Dialog {
 }
 
 /// Everything that opens over a screen.
-const DIALOGS: [Dialog; 9] = [
+const DIALOGS: [Dialog; 11] = [
     Dialog {
         modal: true,
         name: "export",
@@ -48,6 +48,14 @@ const DIALOGS: [Dialog; 9] = [
         screen: &data::ABOUT,
         open: |window| window.key_press(Key::F1),
         exit: "Close",
+    },
+    Dialog { modal: true, name: "closing", screen: &data::ABOUT, open: lost::close, exit: "Close, keep a copy" },
+    Dialog {
+        modal: true,
+        name: "seal",
+        screen: &ladder::ABOUT,
+        open: |window| window.state_mut().order(torquescope::app::desk::Question::open_seal()),
+        exit: "Leave it shut",
     },
     Dialog {
         modal: false,

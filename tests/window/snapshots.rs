@@ -54,6 +54,35 @@ fn every_screen_looks_as_it_did() {
     }
 }
 
+/// The questions before something is lost, and what a start offers to go on with.
+#[test]
+fn questions_and_offers_look_as_they_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("swing.csv");
+    std::fs::write(&log, crate::swing()).unwrap();
+    let mut results = SnapshotResults::new();
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS);
+    for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
+        let mut closing = window(diagnosed(), &data::ABOUT, theme);
+        crate::lost::close(&mut closing);
+        closing.run_steps(4);
+        results.add(closing.try_snapshot_options(format!("closing-{suffix}"), &options));
+
+        let mut seal = window(repaired(), &ladder::ABOUT, theme);
+        crate::click(&mut seal, "Open the seal");
+        results.add(seal.try_snapshot_options(format!("seal-{suffix}"), &options));
+
+        let mut first = window(Session::default(), &data::ABOUT, theme);
+        first.state_mut().order(Order::open(vec![log.clone()]));
+        settle(&mut first);
+        let mut start = window(Session::default(), &data::ABOUT, theme);
+        let (settings, ctx) = (first.state().settings(&first.ctx), start.ctx.clone());
+        start.state_mut().restore(settings, &ctx);
+        settle(&mut start);
+        results.add(start.try_snapshot_options(format!("start-{suffix}"), &options));
+    }
+}
+
 /// All screens on one sheet, full, with high contrast.
 #[test]
 fn every_screen_looks_as_it_did_with_high_contrast() {

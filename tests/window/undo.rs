@@ -88,7 +88,6 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (switched_off, Command::EditTerms(TermEdit::Forget(0))),
         (support::repaired(), Command::Extrapolate { steps, stretch: Stretch::Speed }),
         (support::repaired(), Command::GoTo { step: 0 }),
-        (support::repaired(), Command::OpenSeal),
         (small(), Command::LoadEffect { path: own }),
         (demonstration(), Command::Propose),
         (run(Command::Propose, &demonstration()), Command::Adopt { proposal: 0 }),
@@ -102,8 +101,10 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
             | Command::Diagnose
             | Command::AddEffect { .. }
             | Command::EditTerms(_) => (),
-            Command::Extrapolate { .. } | Command::GoTo { .. } | Command::OpenSeal => (),
+            Command::Extrapolate { .. } | Command::GoTo { .. } => (),
             Command::LoadEffect { .. } | Command::Propose | Command::Adopt { .. } => (),
+            // What was seen or said can't be taken back; `lost.rs` has them.
+            Command::OpenSeal | Command::BetFirst(_) | Command::PlaceBet(_) => (),
         }
     }
     all

@@ -2,7 +2,7 @@
 
 use crate::app::plot::{Along, Views};
 use crate::recording::{Recording, Trajectory};
-use crate::session::Session;
+use crate::session::{Generation, Session};
 
 /// Which trajectory, joint and time all screens show.
 #[derive(Debug)]
@@ -15,6 +15,8 @@ pub struct Focus {
     pub cursor: Option<f64>,
     /// Which part of each quantity the charts show.
     pub views: Views,
+    /// Models that are drawn over the current one.
+    pub overlaid: Vec<Generation>,
     /// Whether time goes on by itself.
     pub is_playing: bool,
     /// Whether the view moves with the time cursor.
@@ -23,7 +25,15 @@ pub struct Focus {
 
 impl Default for Focus {
     fn default() -> Self {
-        Focus { trajectory: 0, joint: 0, cursor: None, views: Views::default(), is_playing: false, follows: true }
+        Focus {
+            trajectory: 0,
+            joint: 0,
+            cursor: None,
+            views: Views::default(),
+            overlaid: Vec::new(),
+            is_playing: false,
+            follows: true,
+        }
     }
 }
 

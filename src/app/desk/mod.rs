@@ -6,6 +6,8 @@ mod focus;
 mod notice;
 mod order;
 mod panels;
+mod question;
+mod recent;
 mod shown;
 mod time;
 
@@ -14,11 +16,14 @@ use std::sync::Arc;
 pub use about::{About, Needs};
 pub use focus::Focus;
 pub use notice::{Messages, Notice, Toast, Tone};
-pub use order::{Drawing, Order};
+pub use order::{Drawing, Order, Parting};
 pub use panels::{Change, Layouts, Panels, Side};
+pub use question::Question;
+pub use recent::{Recent, Recents};
 pub use shown::Shown;
 pub use time::{held_out_times, is_held_out, time_extent};
 
+use super::keeper::Copy;
 use super::memo::Memo;
 use crate::progress::{Epoch, Progress};
 use crate::session::{Command, Session, Step};
@@ -58,6 +63,10 @@ pub struct Desk<'a> {
     pub busy: Option<&'a Busy<'a>>,
     /// Every model that this recording was given, oldest first.
     pub models: &'a [Arc<Step>],
+    /// What other windows left behind, the newest first.
+    pub copies: &'a [Copy],
+    /// What was opened and saved of late, the newest first.
+    pub recent: &'a [Recent],
 }
 
 impl Desk<'_> {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::about::About;
 use super::notice::Notice;
 use super::panels::Change;
+use super::question::Question;
 use super::shown::Shown;
 use crate::figure::{Figure, Format, Style};
 use crate::model::Preset;
@@ -34,12 +35,24 @@ pub enum Order {
     DrawMystery,
     /// Choose what is to be trained.
     PlanTraining(Preset),
-    /// Save the session into this file.
+    /// Save the session into this file; if that would overwrite what somebody else wrote there, it is asked about.
     Save(PathBuf),
+    /// Save the session into this file, whatever is there.
+    Overwrite(PathBuf),
+    /// Save the session into the file that it is from; if there is none, let the user choose.
+    SaveAgain,
     /// Let the user choose where to save.
     SaveDialog,
-    /// Open the copy that another run left behind, or leave it.
-    Recover(bool),
+    /// Open a copy that another window left behind.
+    Recover(PathBuf),
+    /// Throw a copy away that another window left behind.
+    ThrowAway(PathBuf),
+    /// Say no more of the copies that others left behind. They stay.
+    HideCopies,
+    /// Close the window, or not.
+    Leave(Parting),
+    /// Ask before something is done that can't be taken back.
+    Ask(Box<Question>),
     /// Let the user choose files.
     OpenDialog,
     /// More contrast, or as usual.
@@ -72,6 +85,17 @@ pub enum Order {
     Tell(Notice),
     /// Remove a message.
     Dismiss(usize),
+}
+
+/// How the window is left.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Parting {
+    /// Save the session into this file first; a training ends with the best that it has.
+    Save(PathBuf),
+    /// The next window is offered a copy of it.
+    KeepCopy,
+    /// Not at all.
+    Stay,
 }
 
 /// Plots, and the file that shows them.

@@ -10,14 +10,18 @@ pub mod model;
 pub mod residuals;
 pub mod train;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use egui::Ui;
 
 use super::desk::{About, Desk, Needs, Order};
 use super::screen::Screen;
 use super::widgets;
+use crate::figure::Panel;
 use crate::recording::read::READABLE;
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
+use crate::work::message_of;
 
 /// A screen of the window.
 pub struct Row {
@@ -71,11 +75,14 @@ pub(super) struct Screens {
     open: Vec<Box<dyn Screen>>,
     /// Place in [`TABLE`].
     shown: usize,
+    /// Of each screen, why it could not be drawn; the others are drawn all the same.
+    broken: Vec<Option<String>>,
 }
 
 impl Default for Screens {
     fn default() -> Self {
-        Screens { open: TABLE.iter().map(|row| (row.open)()).collect(), shown: 0 }
+        let open: Vec<_> = TABLE.iter().map(|row| (row.open)()).collect();
+        Screens { broken: vec![None; open.len()], open, shown: 0 }
     }
 }
 
@@ -88,6 +95,26 @@ impl Screens {
     /// The screen that is shown.
     pub fn current(&self) -> &dyn Screen {
         self.open[self.shown].as_ref()
+    }
+
+    /// What the shown screen shows, as figures; none if a defect of the program is in the way.
+    pub fn figures(&mut self, desk: &mut Desk) -> Vec<Panel> {
+        self.guarded(desk, |screen, desk| screen.figures(desk)).unwrap_or_default()
+    }
+
+    /// Lets the shown screen do something. If that breaks, it is a defect of the program that ends this screen, and neither the
+    /// window nor the work in it: the screen begins anew when the session changes, or somebody asks for it.
+    fn guarded<T>(&mut self, desk: &mut Desk, act: impl FnOnce(&mut dyn Screen, &mut Desk) -> T) -> Option<T> {
+        let screen = self.open[self.shown].as_mut();
+        let outcome = catch_unwind(AssertUnwindSafe(|| act(screen, desk)));
+        let broken = outcome.as_ref().err().map(|panic| message_of(panic.as_ref()));
+        if broken.is_some() {
+            let mut anew = (TABLE[self.shown].open)();
+            anew.follow(&Session::default(), desk.session, None);
+            self.open[self.shown] = anew;
+            self.broken[self.shown] = broken;
+        }
+        outcome.ok()
     }
 
     /// Shows a screen.
@@ -111,9 +138,9 @@ impl Screens {
         self.open.iter().any(|screen| screen.withholds(session))
     }
 
-    /// Whether a job of one of them is at work.
-    pub fn are_busy(&self) -> bool {
-        self.open.iter().any(|screen| screen.is_busy())
+    /// A screen of which a job is at work, if there is one.
+    pub fn busy(&self) -> Option<&'static About> {
+        self.iter().find(|(_, screen)| screen.is_busy()).map(|(about, _)| about)
     }
 
     /// Lets all receive what their jobs have.
@@ -129,6 +156,7 @@ impl Screens {
     /// The session has changed. The screen that shows what a command did comes to the front.
     pub fn follow(&mut self, before: &Session, after: &Session, by: Option<&Command>) {
         self.open.iter_mut().for_each(|screen| screen.follow(before, after, by));
+        self.broken.fill(None);
         let answers = by.and_then(|command| self.open.iter().position(|screen| screen.answers(command)));
         self.shown = answers.unwrap_or(self.shown);
     }
@@ -151,6 +179,16 @@ impl Screens {
             }
             return;
         }
-        self.open[self.shown].ui(ui, desk);
+        if let Some(reason) = &self.broken[self.shown] {
+            let title = "A defect of the program ended this screen";
+            let sentence = format!(
+                "{reason}.\nYour session is as it was, and the other screens work. Please report this with what you did."
+            );
+            if widgets::empty(ui, title, &sentence, "Draw it again") {
+                self.broken[self.shown] = None;
+            }
+            return;
+        }
+        self.guarded(desk, |screen, desk| screen.ui(ui, desk));
     }
 }

@@ -1,7 +1,7 @@
 //! Everything that can be done now, by name: what the command palette offers.
 
 use super::frame::Shell;
-use crate::app::desk::{Change, Desk, Order, Side};
+use crate::app::desk::{Change, Desk, Order, Question, Side};
 use crate::app::screens;
 use crate::effect::{Scope, registry};
 use crate::model::Preset;
@@ -37,13 +37,20 @@ pub fn all(shell: &Shell) -> Vec<Action> {
         add("Redo".into(), "Ctrl+Y", Order::Redo);
     }
     if desk.session.recording.is_some() {
-        add("Save the session…".into(), "Ctrl+S", Order::SaveDialog);
+        add("Save the session".into(), "Ctrl+S", Order::SaveAgain);
+        add("Save the session into another file…".into(), "", Order::SaveDialog);
         add("Export the plots of this screen…".into(), "Ctrl+E", Order::Export(None));
     }
     if desk.busy.is_some() {
         add("Stop".into(), "Esc", Order::Stop);
     }
     add("Open recordings, a session or an effect…".into(), "Ctrl+O", Order::OpenDialog);
+    for recent in desk.recent {
+        add(format!("Open {}", recent.name()), "", Order::run(recent.open()));
+    }
+    for copy in desk.copies {
+        add(format!("Go on with {}", copy.label()), "", Order::Recover(copy.path.clone()));
+    }
     add("Simulate the demonstration arm".into(), "", Order::run(Command::Simulate(Box::new(Scenario::embedded()))));
     add("Draw a mystery".into(), "", Order::DrawMystery);
     if let Some(recording) = &desk.session.recording {
@@ -52,7 +59,7 @@ pub fn all(shell: &Shell) -> Vec<Action> {
             add("Start from the stated arm".into(), "", Order::run(Command::ChoosePreset(Preset::StatedArm)));
         }
         if recording.seal.is_some() && desk.session.truth.is_none() {
-            add("Open the seal".into(), "", Order::run(Command::OpenSeal));
+            add("Open the seal".into(), "", Question::open_seal());
         }
     }
     if desk.session.current().is_some() {

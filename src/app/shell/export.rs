@@ -54,7 +54,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
     let Some(mut open) = exporting.take_if(|_| !waits) else { return };
     let Shell { desk, screens, .. } = shell;
     if open.plots.is_none() {
-        let panels = screens.current().figures(desk);
+        let panels = screens.figures(desk);
         let is_wanted = |panel: &Panel| open.only.as_ref().is_none_or(|title| *title == panel.title);
         let with_wish = |panel: Panel| {
             let on = is_wanted(&panel);

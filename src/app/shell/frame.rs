@@ -2,6 +2,7 @@
 
 use super::flow;
 use crate::app::desk::{Desk, Messages};
+use crate::app::filed::Filed;
 use crate::app::screen::NextStep;
 use crate::app::screens::Screens;
 
@@ -19,8 +20,16 @@ pub struct Shell<'a> {
     pub undo: Option<&'a str>,
     /// What redo would do again.
     pub redo: Option<&'a str>,
-    /// Whether a copy of another run's session waits for a decision.
-    pub left_behind: bool,
+    /// Whether nobody wants to hear of what other windows left behind.
+    pub copies_hidden: bool,
+    /// Which file the document is in.
+    pub filed: &'a Filed,
+    /// Whether somebody would lose work if the window closed now.
+    pub is_unsaved: bool,
+    /// What is at work, in words.
+    pub at_work: Option<String>,
+    /// Whether the window is being closed.
+    pub is_leaving: bool,
 }
 
 impl Shell<'_> {

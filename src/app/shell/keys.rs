@@ -33,11 +33,16 @@ pub struct Open {
     pub palette: bool,
     pub key_list: bool,
     pub exporting: bool,
+    /// A question that waits for its answer: no key does anything else.
+    pub asking: bool,
 }
 
 /// The orders that were given by keys.
 pub fn shortcuts(ctx: &egui::Context, open: Open, next: impl FnOnce() -> Option<NextStep>) -> Vec<Order> {
     let mut orders = Vec::new();
+    if open.asking {
+        return orders;
+    }
     // While text is typed, undo is the text's own, and a question mark is one.
     let typing = ctx.text_edit_focused();
     let overlay = open.palette || open.key_list;
@@ -63,7 +68,7 @@ pub fn shortcuts(ctx: &egui::Context, open: Open, next: impl FnOnce() -> Option<
             (REDO, Order::Redo),
             (UNDO, Order::Undo),
             (OPEN, Order::OpenDialog),
-            (SAVE, Order::SaveDialog),
+            (SAVE, Order::SaveAgain),
             (EXPORT, Order::Export(None)),
             (THEME, Order::ToggleTheme),
             (FIT, Order::FitAll),

@@ -3,31 +3,19 @@
 use egui::{Align, Align2, Area, Button, Frame, Layout, Margin, RichText, Stroke, Ui, WidgetInfo, vec2};
 
 use super::frame::Shell;
-use crate::app::desk::{Order, Tone};
+use crate::app::desk::{Order, Question, Tone};
+use crate::app::keeper::Copy;
 use crate::app::theme::{GAP, HEADLINE, Palette};
 use crate::app::widgets;
+
+/// How many of the sessions that others left are offered above a screen.
+const MOST_COPIES: usize = 3;
 
 /// Notices stand above the screen until they are dismissed.
 pub fn notices(ui: &mut Ui, shell: &mut Shell) {
     let palette = Palette::in_ui(ui);
-    if shell.left_behind {
-        let frame = Frame::new()
-            .fill(palette.card)
-            .stroke(Stroke::new(1.0, palette.accent))
-            .corner_radius(6)
-            .inner_margin(Margin::symmetric(12, 8));
-        frame.show(ui, |ui| {
-            ui.horizontal_wrapped(|ui| {
-                ui.label("The program ended unexpectedly the last time. Its session was kept.");
-                if widgets::primary(ui, shell.desk.busy.is_none(), "Restore it").clicked() {
-                    shell.desk.orders.push(Order::Recover(true));
-                }
-                if ui.button("Leave it").clicked() {
-                    shell.desk.orders.push(Order::Recover(false));
-                }
-            });
-        });
-        ui.add_space(GAP);
+    if !shell.copies_hidden {
+        left_behind(ui, shell, palette);
     }
     for (number, notice) in shell.messages.notices.iter().enumerate() {
         let (word, color) = match notice.tone {
@@ -61,6 +49,51 @@ pub fn notices(ui: &mut Ui, shell: &mut Shell) {
         });
         ui.add_space(GAP);
     }
+}
+
+/// What other windows left behind: what a crash left always, what was closed while there is nothing else to do. It stays where it
+/// is until somebody goes on with it or throws it away.
+fn left_behind(ui: &mut Ui, shell: &mut Shell, palette: &Palette) {
+    let is_empty = shell.desk.session.recording.is_none();
+    let is_due = |copy: &&Copy| !copy.note.closed || is_empty;
+    let due: Vec<&Copy> = shell.desk.copies.iter().filter(is_due).take(MOST_COPIES).collect();
+    if due.is_empty() {
+        return;
+    }
+    let frame = Frame::new()
+        .fill(palette.card)
+        .stroke(Stroke::new(1.0, palette.accent))
+        .corner_radius(6)
+        .inner_margin(Margin::symmetric(12, 8));
+    frame.show(ui, |ui| {
+        for (number, copy) in due.into_iter().enumerate() {
+            ui.horizontal_wrapped(|ui| {
+                let (name, label) = (&copy.note.name, copy.label());
+                ui.label(match copy.note.closed {
+                    true => format!("{name} was closed without being saved."),
+                    false => format!("The program ended unexpectedly, but {name} was kept."),
+                });
+                let ready = shell.desk.busy.is_none();
+                let go_on = format!("Go on with {label}");
+                // One button of a screen is the next step, not three.
+                let go_on = match number {
+                    0 => widgets::primary(ui, ready, &go_on),
+                    _ => ui.add_enabled(ready, Button::new(go_on)),
+                };
+                if go_on.clicked() {
+                    shell.desk.orders.push(Order::Recover(copy.path.clone()));
+                }
+                if ui.button(format!("Throw {name} away")).on_hover_text(&label).clicked() {
+                    shell.desk.orders.push(Question::throw_away(copy));
+                }
+                let hint = "They stay where they are: the next start offers them again, and so does the Data screen";
+                if number == 0 && ui.button("Not now").on_hover_text(hint).clicked() {
+                    shell.desk.orders.push(Order::HideCopies);
+                }
+            });
+        }
+    });
+    ui.add_space(GAP);
 }
 
 /// What was just done, in a corner, for a few seconds.

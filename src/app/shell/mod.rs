@@ -1,6 +1,7 @@
 //! What surrounds every screen: the tools, the way through, messages and status.
 
 mod actions;
+mod ask;
 mod bar;
 mod export;
 mod flow;
@@ -12,11 +13,12 @@ mod status;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, Ui};
 
+use ask::Closing;
 use export::Exporting;
 pub use frame::Shell;
 use palette::CommandPalette;
 
-use super::desk::{About, Order};
+use super::desk::{About, Order, Question};
 use super::screens::Screens;
 use super::theme::{GROUP, Palette};
 use super::widgets::is_narrow;
@@ -31,6 +33,10 @@ pub struct Overlays {
     pub key_list: bool,
     /// How plots are exported.
     pub exporting: Option<Exporting>,
+    /// What is asked before it is done.
+    pub asking: Option<Question>,
+    /// Whether the window is to be closed, and how.
+    pub closing: Option<Closing>,
 }
 
 impl Overlays {
@@ -39,12 +45,18 @@ impl Overlays {
         self.exporting = Some(Exporting::new(session, screen, only));
     }
 
+    /// Asks whether to close the window; the session would go into this file.
+    pub fn ask_closing(&mut self, path: String) {
+        self.closing.get_or_insert(Closing { path });
+    }
+
     /// The orders that were given by keys.
     pub fn shortcuts(&self, ctx: &Context, session: &Session, screens: &Screens, exported: bool) -> Vec<Order> {
         let open = keys::Open {
             palette: self.palette.is_some(),
             key_list: self.key_list,
             exporting: self.exporting.is_some(),
+            asking: self.asking.is_some() || self.closing.is_some(),
         };
         keys::shortcuts(ctx, open, || flow::next(session, screens, exported))
     }
@@ -67,5 +79,7 @@ impl Overlays {
         messages::drop_hint(ui);
         palette::show(ui, shell, &mut self.palette);
         keys::list(ui, &mut self.key_list);
+        ask::question(ui, shell, &mut self.asking);
+        ask::closing(ui, shell, &mut self.closing);
     }
 }

@@ -11,7 +11,6 @@ use egui::{RichText, Slider, Ui, WidgetText};
 
 use errors::Sorting;
 use figures::Torques;
-use overlay::Overlay;
 use parts::Decomposition;
 
 use crate::app::desk::{About, Desk, Needs, held_out_times, time_extent};
@@ -64,7 +63,6 @@ pub struct Compare {
     show_terms: bool,
     /// Whether the parts of the torque are shown in place of the residual.
     show_parts: bool,
-    overlay: Overlay,
     sorting: Sorting,
 }
 
@@ -82,7 +80,7 @@ impl Screen for Compare {
             ui.checkbox(&mut self.show_terms, "Terms").on_hover_text("Draw each term of the model, too");
             let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
             ui.checkbox(&mut self.show_parts, "Decompose").on_hover_text(what);
-            self.overlay.chooser(ui, desk, &step);
+            overlay::chooser(ui, desk, &step);
             controls::fit(ui, desk);
             ui.label(RichText::new(controls::HINT).size(SMALL).color(Palette::in_ui(ui).weak));
         });
@@ -100,7 +98,7 @@ impl Screen for Compare {
         let Ok(facts) = desk.memo.now(desk.session, Drawn { trajectory: run }) else { return Vec::new() };
         let parts = self.show_parts.then(|| desk.memo.now(desk.session, Decomposition { trajectory: run }));
         let parts = parts.and_then(Result::ok);
-        let overlaid = self.overlay.chosen(desk, step);
+        let overlaid = overlay::chosen(desk, step);
         let (held_out, show_terms, parts) = (held_out_times(desk.session, run), self.show_terms, parts.as_ref());
         let torques = Torques { recording, step, facts: &facts, run, held_out, overlaid: &overlaid, show_terms, parts };
         let joints = 0..recording.joint_count();
@@ -175,7 +173,7 @@ impl Compare {
         if self.show_parts && parts.is_none() {
             widgets::weak(ui, "The torque is being decomposed…");
         }
-        let overlaid = self.overlay.chosen(desk, &step);
+        let overlaid = overlay::chosen(desk, &step);
         let (held_out, show_terms) = (held_out_times(desk.session, run), self.show_terms);
         let (recording, step, facts) = (&recording, &step, &facts);
         let torques =

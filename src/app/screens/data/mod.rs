@@ -4,6 +4,7 @@ mod arm_editor;
 mod coverage;
 mod figures;
 mod motion;
+mod recent;
 mod simulate;
 
 use std::path::PathBuf;
@@ -295,6 +296,7 @@ fn split_line(ui: &mut Ui, extent: [f64; 2], held_out: &[[f64; 2]]) {
 
 impl Data {
     fn sources(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        recent::show(ui, desk);
         widgets::card(ui, "Open a recording", |ui| {
             let sentence = format!("{READABLE} with position, torque and, where measured, velocity and acceleration.");
             widgets::weak(ui, sentence);

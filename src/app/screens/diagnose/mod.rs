@@ -9,7 +9,6 @@ use std::sync::Arc;
 
 use egui::{Align, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
-use bet::Bet;
 use sure::Sure;
 
 use crate::app::desk::{About, Busy, Desk, Needs, Order};
@@ -48,7 +47,6 @@ pub struct Diagnose {
     chosen: usize,
     /// Whether evidence is shown with the effect in the model.
     after: bool,
-    bet: Bet,
     sure: Sure,
 }
 
@@ -57,11 +55,11 @@ impl Screen for Diagnose {
         let Some(recording) = desk.session.recording.clone() else { return };
         let Some(report) = desk.session.report.clone() else { return self.unasked(ui, desk) };
         if self.withholds(desk.session) {
-            return self.bet.place(ui, desk, &report);
+            return bet::place(ui, desk, &report);
         }
         doubts(ui, desk.session);
         headline(ui, &report, &recording);
-        self.bet.outcome(ui, &report);
+        bet::outcome(ui, desk, &report);
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
@@ -93,19 +91,16 @@ impl Screen for Diagnose {
     }
 
     fn withholds(&self, session: &Session) -> bool {
-        self.bet.first && self.bet.guess.is_none() && session.report.is_some()
+        session.withholds_answer()
     }
 
     fn answers(&self, command: &Command) -> bool {
         matches!(command, Command::Diagnose | Command::Propose)
     }
 
-    fn follow(&mut self, before: &Session, after: &Session, by: Option<&Command>) {
+    fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
         self.chosen = 0;
         self.sure.follow(before, after);
-        if matches!(by, Some(Command::Diagnose)) {
-            self.bet.guess = None;
-        }
     }
 
     fn poll(&mut self) {
@@ -136,7 +131,7 @@ impl Diagnose {
             if widgets::empty(ui, "What does the model lack?", sentence, "Diagnose") {
                 desk.run(Command::Diagnose);
             }
-            self.bet.offer(ui);
+            bet::offer(ui, desk);
             if desk.session.proposals.is_some() {
                 remainder::card(ui, desk);
             }

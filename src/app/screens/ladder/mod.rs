@@ -6,7 +6,7 @@ mod seal;
 use egui::{Rect, RichText, Sense, Ui, WidgetInfo, WidgetText};
 
 use super::diagnose;
-use crate::app::desk::{About, Desk, Needs, Order};
+use crate::app::desk::{About, Desk, Needs, Order, Question};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
@@ -75,7 +75,7 @@ impl Screen for Ladder {
             None if session.ladder.len() == 1 => Next::Step(NextStep::show(&diagnose::ABOUT)),
             Some(report) if sealed && report.verdict == Verdict::NothingMissing => {
                 let why = "Compare what was found with what was hidden";
-                Next::Step(NextStep::run("Open the seal", why, Command::OpenSeal))
+                Next::Step(NextStep { label: "Open the seal".to_owned(), why, order: Question::open_seal() })
             }
             _ => Next::OnTheWay,
         }

@@ -2,7 +2,7 @@
 
 use egui::{RichText, Ui};
 
-use crate::app::desk::Desk;
+use crate::app::desk::{Desk, Question};
 use crate::app::plot::ticks;
 use crate::app::theme::{GAP, Palette};
 use crate::app::widgets;
@@ -10,7 +10,7 @@ use crate::effect::registry;
 use crate::model::Term;
 use crate::recording::Recording;
 use crate::recording::seal::{HiddenEffect, Truth};
-use crate::session::{Command, Session};
+use crate::session::Session;
 
 /// The sealed truth beside what was found.
 pub fn show(ui: &mut Ui, desk: &mut Desk) {
@@ -27,7 +27,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
             widgets::weak(ui, "What was hidden is sealed. Open it once you are done: then nothing is left to find.");
             ui.add_space(GAP);
             if ui.button("Open the seal").clicked() {
-                desk.run(Command::OpenSeal);
+                desk.orders.push(Question::open_seal());
             }
         });
         return;

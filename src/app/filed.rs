@@ -1,0 +1,115 @@
+//! Which file the document is in, and what the files that the window read or wrote were then.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::keeper::clock;
+use crate::file::{self, Mark};
+use crate::session::{Generation, Session};
+
+/// Which file the document is in, and what the files that the window read or wrote were then.
+#[derive(Default)]
+pub struct Filed {
+    file: Option<PathBuf>,
+    /// The session that is in it.
+    saved: Option<Generation>,
+    /// The session that was only opened or simulated so far: nobody loses work with it.
+    fresh: Option<Generation>,
+    known: BTreeMap<PathBuf, Mark>,
+}
+
+impl Filed {
+    /// The document was read from a file, or written into one.
+    pub fn is_in(&mut self, path: &Path, mark: Option<Mark>, generation: Generation) {
+        self.file = Some(path.to_owned());
+        // Without a mark there is no such file any more.
+        self.saved = mark.map(|_| generation);
+        match mark {
+            Some(mark) => drop(self.known.insert(absolute(path), mark)),
+            None => drop(self.known.remove(&absolute(path))),
+        }
+    }
+
+    /// The document begins anew, and is in no file yet.
+    pub fn begin(&mut self, is_fresh: bool, generation: Generation) {
+        self.file = None;
+        self.saved = None;
+        self.fresh = is_fresh.then_some(generation);
+    }
+
+    /// The file of the document.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// Whether the session is in its file as it is.
+    pub fn is_saved(&self, session: &Session) -> bool {
+        self.saved == Some(session.generation)
+    }
+
+    /// Whether somebody worked on the session, and would lose that.
+    pub fn is_unsaved(&self, session: &Session) -> bool {
+        session.recording.is_some() && !self.is_saved(session) && self.fresh != Some(session.generation)
+    }
+
+    /// Whether the window knows what a file is now: it may write it without a question.
+    pub fn knows(&self, path: &Path) -> bool {
+        self.known.contains_key(&absolute(path))
+    }
+
+    /// What somebody would lose if this file were written; `None` if nothing.
+    pub fn would_overwrite(&self, path: &Path) -> Option<String> {
+        let now = file::mark(path)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        match self.known.get(&absolute(path)) {
+            Some(known) if *known == now => None,
+            Some(_) => {
+                Some(format!("{name} was changed{} by another program since it was opened or saved here.", at(now)))
+            }
+            None => Some(format!("There is a file {name} already{}.", at(now))),
+        }
+    }
+
+    /// What the document is called.
+    pub fn name(&self, session: &Session) -> String {
+        let of_file =
+            self.file.as_ref().and_then(|path| path.file_stem()).map(|stem| stem.to_string_lossy().into_owned());
+        of_file.or_else(|| Some(session.recording.as_ref()?.name.clone())).unwrap_or_default()
+    }
+
+    /// What stands in the title bar: a point before the name means that it is not saved.
+    pub fn title(&self, session: &Session) -> String {
+        let mark = if self.is_unsaved(session) { "• " } else { "" };
+        match self.name(session) {
+            name if name.is_empty() => "Torquescope".to_owned(),
+            name => format!("{mark}{name} — Torquescope"),
+        }
+    }
+}
+
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
+
+fn at(mark: Mark) -> String {
+    mark.written().map_or(String::new(), |time| format!(" ({})", clock(time)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_somebody_else_wrote_is_seen() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.torquescope");
+        let (mut filed, session) = (Filed::default(), Session::default());
+        assert_eq!(filed.would_overwrite(&path), None, "there is none");
+        file::write(&path, b"theirs").unwrap();
+        assert!(filed.would_overwrite(&path).is_some_and(|text| text.contains("already")));
+        filed.is_in(&path, file::mark(&path), session.generation);
+        assert!(filed.would_overwrite(&path).is_none() && filed.is_saved(&session));
+        file::write(&path, b"theirs again").unwrap();
+        assert!(filed.would_overwrite(&path).is_some_and(|text| text.contains("was changed")));
+    }
+}

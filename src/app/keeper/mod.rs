@@ -1,0 +1,199 @@
+//! Keeps the work: saves the document where the user asks for it, and after every change a copy that neither a crash nor a closed
+//! window can take.
+
+mod copies;
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+
+pub use copies::{Copy, Note, Shelf, clock};
+
+use crate::file::{self, Mark};
+use crate::session::{Document, Generation, file as document_file};
+use crate::work::{self, Job, Outcome};
+
+/// Saves in the background.
+#[derive(Default)]
+pub struct Keeper {
+    shelf: Shelf,
+    running: Option<(Job<Option<Mark>>, Target)>,
+    /// Where the user asked for it.
+    saves: VecDeque<(PathBuf, Document)>,
+    /// The newest state that is not in the copy yet.
+    copy: Option<(Document, Note)>,
+    /// Which session the copy is of.
+    copied: Option<Generation>,
+    /// Whether the last copy could not be written.
+    copy_failed: bool,
+    /// The session that was restored from another copy, which goes as soon as it is in this one.
+    restored: Option<Generation>,
+}
+
+/// What is being written.
+struct Target {
+    path: PathBuf,
+    generation: Generation,
+    is_copy: bool,
+}
+
+/// What became of saving.
+pub enum Kept {
+    /// The session is in this file.
+    Saved {
+        /// Which file.
+        path: PathBuf,
+        /// As it was written.
+        mark: Option<Mark>,
+        /// Which session.
+        generation: Generation,
+    },
+    /// It is not, and why.
+    Failed(String),
+    /// The copy could not be written; told once until it can be again.
+    NoCopy(String),
+}
+
+impl Keeper {
+    /// Keeps a copy in this folder.
+    ///
+    /// # Errors
+    /// What the system says if that can't be.
+    pub fn with_copies(folder: PathBuf) -> std::io::Result<Self> {
+        Ok(Keeper { shelf: Shelf::open(folder)?, ..Keeper::default() })
+    }
+
+    /// Where the copies of this user are.
+    pub fn usual_place() -> Option<PathBuf> {
+        let home = || std::env::var_os("HOME").map(|home| Path::new(&home).join(".local/state"));
+        let folder =
+            std::env::var_os("XDG_STATE_HOME").map(PathBuf::from).filter(|path| path.is_absolute()).or_else(home)?;
+        Some(folder.join("torquescope"))
+    }
+
+    /// What other windows left behind, the newest first.
+    pub fn left_behind(&self) -> &[Copy] {
+        self.shelf.left()
+    }
+
+    /// Takes a copy that is to be restored; `false` if another window has it.
+    pub fn take(&mut self, copy: &Path) -> bool {
+        self.shelf.take(copy)
+    }
+
+    /// The copy that is being restored.
+    pub fn taken(&self) -> Option<&Copy> {
+        self.shelf.taken()
+    }
+
+    /// The copy that was taken was not restored.
+    pub fn give_back(&mut self) {
+        self.shelf.give_back();
+    }
+
+    /// What was taken is this session now.
+    pub fn restored(&mut self, generation: Generation) {
+        self.restored = Some(generation);
+    }
+
+    /// Throws a copy away that another window left.
+    pub fn throw_away(&mut self, copy: &Path) {
+        self.shelf.throw_away(copy);
+    }
+
+    /// Where a training that begins keeps itself.
+    pub fn begin_training(&mut self) -> Option<PathBuf> {
+        self.shelf.begin_training()
+    }
+
+    /// The training is over.
+    pub fn end_training(&mut self) {
+        self.shelf.end_training();
+    }
+
+    /// Saves into a file that the user chose.
+    pub fn save(&mut self, path: PathBuf, document: Document) {
+        self.saves.push_back((path, document));
+        self.start();
+    }
+
+    /// Brings the copy up to date.
+    pub fn copy(&mut self, document: Document, note: Note) {
+        if self.shelf.own().is_some() && document.history.current().recording.is_some() {
+            self.copy = Some((document, note));
+            self.start();
+        }
+    }
+
+    fn start(&mut self) {
+        if self.running.is_some() {
+            return;
+        }
+        // What the user asked for goes first.
+        if let Some((path, document)) = self.saves.pop_front() {
+            let target =
+                Target { path: path.clone(), generation: document.history.current().generation, is_copy: false };
+            let save = move || document_file::save(&path, &document).map(|()| file::mark(&path));
+            self.running = Some((Job::spawn("save", || (), move |_| save()), target));
+        } else if let (Some(own), Some((document, note))) = (self.shelf.own().map(Path::to_owned), self.copy.take()) {
+            let target = Target { path: own.clone(), generation: document.history.current().generation, is_copy: true };
+            let write = move || Shelf::write(&own, &document, &note).map(|()| None);
+            self.running = Some((Job::spawn("copy", || (), move |_| write()), target));
+        }
+    }
+
+    /// What became of the last order to save; copies are silent as long as they succeed.
+    pub fn poll(&mut self) -> Option<Kept> {
+        let outcome = self.running.as_mut()?.0.poll()?;
+        let (_, Target { path, generation, is_copy }) = self.running.take()?;
+        let kept = match (outcome, is_copy) {
+            (Outcome::Done(mark), false) => Some(Kept::Saved { path, mark, generation }),
+            (Outcome::Done(_), true) => {
+                self.has_copied(generation);
+                None
+            }
+            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), true) => {
+                let is_new = !std::mem::replace(&mut self.copy_failed, true);
+                is_new.then_some(Kept::NoCopy(message))
+            }
+            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), false) => {
+                Some(Kept::Failed(message))
+            }
+        };
+        self.start();
+        kept
+    }
+
+    fn has_copied(&mut self, generation: Generation) {
+        (self.copied, self.copy_failed) = (Some(generation), false);
+        self.shelf.forget_trainings();
+        if self.restored.is_some_and(|restored| restored <= generation) {
+            self.restored = None;
+            self.shelf.remove_taken();
+        }
+    }
+
+    /// Whether something is being saved.
+    pub fn is_busy(&self) -> bool {
+        self.running.is_some()
+    }
+
+    /// Ends: what is being saved is saved, and the copy is left as it should be for the next window, or removed if there is nothing
+    /// to keep.
+    pub fn close(&mut self, keep: Option<(Document, Note)>) {
+        while self.is_busy() {
+            self.poll();
+            work::pause();
+        }
+        let Some(own) = self.shelf.own().map(Path::to_owned) else { return };
+        let Some((document, note)) = keep else { return self.shelf.clear() };
+        let generation = document.history.current().generation;
+        let written = match self.copied == Some(generation) {
+            true => Shelf::describe(&own, &note).is_ok(),
+            false => Shelf::write(&own, &document, &note).is_ok(),
+        };
+        if written {
+            self.has_copied(generation);
+        }
+        self.shelf.leave(note.has_work);
+    }
+}

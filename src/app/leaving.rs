@@ -1,0 +1,152 @@
+//! How the window is closed: what runs is ended and what is unsaved is saved, as the user says; without an answer it stays open.
+
+use std::path::PathBuf;
+
+use egui::{Context, ViewportCommand};
+
+use super::TorquescopeApp;
+use super::desk::{Parting, Tone};
+use super::keeper::{Kept, Note};
+use crate::session::{Document, file};
+
+/// What is done before the window closes.
+pub enum Leaving {
+    /// The training ends with the best that it has; what then is there goes into this file.
+    Finishing(PathBuf),
+    /// The document is being saved.
+    Saving,
+    /// Nothing any more.
+    Decided,
+}
+
+impl TorquescopeApp {
+    /// What is at work, in words.
+    pub(super) fn at_work(&self) -> Option<String> {
+        let running = self.running.as_ref().map(|running| match running.epochs.last() {
+            Some(epoch) => format!("“{}” (epoch {} of {})", running.job.name(), epoch.epoch, epoch.epochs),
+            None => format!("“{}”", running.job.name()),
+        });
+        running.or_else(|| Some(format!("“{}”", self.screens.busy()?.title)))
+    }
+
+    /// Somebody closes the window: unless all is saved and at rest, that is asked about first.
+    pub(super) fn hear_closing(&mut self, ctx: &Context) {
+        let asked = ctx.input(|input| input.viewport().close_requested());
+        let is_unsaved = self.filed.is_unsaved(self.history.current());
+        if !asked || matches!(self.leaving, Some(Leaving::Decided)) || (self.at_work().is_none() && !is_unsaved) {
+            return;
+        }
+        ctx.send_viewport_cmd(ViewportCommand::CancelClose);
+        // A window that is minimised would ask where nobody sees it.
+        ctx.send_viewport_cmd(ViewportCommand::Minimized(false));
+        ctx.send_viewport_cmd(ViewportCommand::Focus);
+        if self.leaving.is_none() {
+            let path = self.filed.file().map_or_else(|| self.proposed_file().into(), PathBuf::from);
+            self.overlays.ask_closing(path.display().to_string());
+        }
+    }
+
+    /// A name for the file of a document that has none yet.
+    pub(super) fn proposed_file(&self) -> String {
+        let name = self.filed.name(self.history.current());
+        let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
+        let name: String = name.chars().map(plain).collect();
+        format!("{}.{}", if name.is_empty() { "session" } else { &name }, file::ENDING)
+    }
+
+    /// Leaves as the user said.
+    pub(super) fn leave(&mut self, parting: Parting, ctx: &Context) {
+        match parting {
+            Parting::Stay => self.stay(),
+            Parting::KeepCopy => {
+                if let Some(running) = &mut self.running {
+                    running.job.stop("you closed the window");
+                }
+                self.decide(ctx);
+            }
+            Parting::Save(path) => {
+                let trains = self.running.as_ref().is_some_and(|running| running.plan.is_some());
+                if let Some(running) = &mut self.running {
+                    match trains {
+                        true => running.job.finish("you closed the window"),
+                        false => running.job.stop("you closed the window"),
+                    }
+                    running.finishing = trains;
+                }
+                self.leaving = Some(Leaving::Finishing(path));
+            }
+        }
+    }
+
+    /// The window stays open after all.
+    fn stay(&mut self) {
+        self.leaving = None;
+        self.overlays.closing = None;
+    }
+
+    fn decide(&mut self, ctx: &Context) {
+        self.leaving = Some(Leaving::Decided);
+        self.overlays.closing = None;
+        ctx.send_viewport_cmd(ViewportCommand::Close);
+    }
+
+    /// Goes on with leaving, once what it waits for is there.
+    pub(super) fn poll_leaving(&mut self) {
+        if self.running.is_none()
+            && let Some(Leaving::Finishing(path)) = &self.leaving
+        {
+            let path = path.clone();
+            self.leaving = Some(Leaving::Saving);
+            self.keeper.save(path, self.document());
+        }
+    }
+
+    pub(super) fn poll_keeper(&mut self, ctx: &Context) {
+        if self.keeper.is_busy() {
+            ctx.request_repaint_after(std::time::Duration::from_millis(50));
+        }
+        match self.keeper.poll() {
+            Some(Kept::Saved { path, mark, generation }) => {
+                self.filed.is_in(&path, mark, generation);
+                self.remember(&path);
+                self.messages.toast(format!("Saved: {}.", path.display()), ctx);
+                if matches!(self.leaving, Some(Leaving::Saving)) {
+                    self.decide(ctx);
+                }
+            }
+            Some(Kept::Failed(message)) => {
+                self.stay();
+                let text = format!("The session was not saved: {message}.");
+                self.messages.tell(Tone::Error, text, "Your session is as it was; save it elsewhere.");
+            }
+            Some(Kept::NoCopy(message)) => {
+                let text = format!("There is no recovery copy of this session: {message}.");
+                self.messages.tell(
+                    Tone::Warning,
+                    text,
+                    "It is tried again after every change; until then, save often.",
+                );
+            }
+            None => (),
+        }
+    }
+
+    /// All that a file keeps.
+    pub(super) fn document(&self) -> Document {
+        Document { history: self.history.clone(), view: self.view() }
+    }
+
+    /// What is told of the copy.
+    pub(super) fn note(&self, closed: bool) -> Note {
+        let session = self.history.current();
+        Note { name: self.filed.name(session), has_work: self.filed.is_unsaved(session), closed, owner: None }
+    }
+
+    /// The window is closed: what no file has is left for the next one.
+    pub(super) fn close(&mut self) {
+        let session = self.history.current();
+        let keeps = session.recording.is_some() && !self.filed.is_saved(session);
+        let kept = keeps.then(|| (self.document(), self.note(true)));
+        self.keeper.close(kept);
+    }
+}

@@ -1,0 +1,421 @@
+//! Work is not lost: neither by closing the window, nor by a crash, nor by another window or program, nor by a defect.
+
+use egui::{ViewportCommand, ViewportEvent, ViewportId};
+use torquescope::model::learned::LearnedPreset;
+
+use super::*;
+
+/// Somebody closes the window; it is drawn a few times more, as long as it is not closed.
+pub(crate) fn close(window: &mut Window) {
+    let viewport = window.input_mut().viewports.entry(ViewportId::ROOT).or_default();
+    viewport.events.push(ViewportEvent::Close);
+    window.step();
+    window.input_mut().viewports.entry(ViewportId::ROOT).or_default().events.clear();
+}
+
+/// What the window asked of the system in the last frame.
+fn asked(window: &Window) -> &[ViewportCommand] {
+    &window.output().viewport_output[&ViewportId::ROOT].commands
+}
+
+fn closes(window: &Window) -> bool {
+    asked(window).contains(&ViewportCommand::Close)
+}
+
+/// Steps until the window closes itself, and ends it as the system does.
+fn wait_until_closed(mut window: Window) {
+    step_until(&mut window, "the window closes", closes);
+    eframe::App::on_exit(window.state_mut(), None);
+}
+
+fn press(window: &mut Window, name: &str) {
+    window.get_by_role_and_label(Role::Button, name).click();
+    // A question is there two frames after its order.
+    window.run_steps(4);
+}
+
+/// Presses a button that closes the window, and waits until it does.
+fn close_by(mut window: Window, name: &str) {
+    window.get_by_role_and_label(Role::Button, name).click();
+    window.step();
+    wait_until_closed(window);
+}
+
+/// An empty window that keeps its copies in this folder.
+fn empty_window(copies: &Path) -> Window {
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
+    window.state_mut().keep_copies(copies.to_owned());
+    window.run_steps(3);
+    window
+}
+
+/// The names of the offers to go on with something.
+fn offers(window: &Window) -> Vec<String> {
+    let buttons = window.root().children_recursive().map(|node| node.accesskit_node());
+    let names = buttons.filter(|node| node.role() == Role::Button).filter_map(|node| node.label());
+    names.filter(|name| name.starts_with("Go on with ")).collect()
+}
+
+/// Takes the first offer.
+fn go_on(window: &mut Window) {
+    let offer = offers(window).remove(0);
+    click(window, &offer);
+}
+
+fn fitted(window: &Window) -> torquescope::model::Fitted {
+    window.state().session().current().unwrap().fitted.clone()
+}
+
+/// A session with work in it, of which a copy is kept.
+fn working(copies: &Path) -> Window {
+    let mut window = window(diagnosed(), &diagnose::ABOUT, Theme::Dark);
+    window.state_mut().keep_copies(copies.to_owned());
+    click(&mut window, "Add Coulomb friction");
+    window
+}
+
+#[test]
+fn closing_asks_and_each_answer_does_what_it_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let (copies, mine) = (folder.path().join("copies"), folder.path().join("mine.torquescope"));
+    // Nothing is lost with what was only opened; still the next start can go on with it.
+    let mut idle = empty_window(&copies);
+    click(&mut idle, "Draw a mystery");
+    close(&mut idle);
+    assert!(!asked(&idle).contains(&ViewportCommand::CancelClose));
+    eframe::App::on_exit(idle.state_mut(), None);
+    let mut next = empty_window(&copies);
+    let offered = offers(&next);
+    assert!(offered.len() == 1 && offered[0].starts_with("Go on with mystery 7 ("), "{offered:?}");
+    go_on(&mut next);
+    assert_eq!(next.state().session().recording.as_ref().unwrap().name, "mystery 7");
+    drop(next);
+
+    let mut window = working(&copies);
+    let model = fitted(&window);
+    close(&mut window);
+    assert!(asked(&window).contains(&ViewportCommand::CancelClose));
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("three-joint demo has changes that are in no file").is_some());
+    press(&mut window, "Stay");
+    assert!(window.query_by_label("Close Torquescope?").is_none() && !closes(&window));
+    // It is saved, and then it closes without a word.
+    close(&mut window);
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::TextInput, "File to save into").focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text(mine.display().to_string()));
+    window.run_steps(2);
+    close_by(window, "Save and close");
+    let mut second = empty_window(&copies);
+    assert!(!offers(&second).iter().any(|name| name.contains("demo")), "what is in a file needs no copy");
+    second.state_mut().order(Order::open(vec![mine.clone()]));
+    settle(&mut second);
+    assert_eq!(fitted(&second), model);
+    close(&mut second);
+    assert!(!asked(&second).contains(&ViewportCommand::CancelClose), "it is as its file is");
+    drop(second);
+
+    // It is closed without being saved: the next window goes on with it.
+    let mut third = working(&copies);
+    close(&mut third);
+    third.run_steps(3);
+    close_by(third, "Close, keep a copy");
+    let mut fourth = empty_window(&copies);
+    assert!(offers(&fourth)[0].starts_with("Go on with three-joint demo ("), "{:?}", offers(&fourth));
+    go_on(&mut fourth);
+    assert_eq!(fitted(&fourth), model);
+    assert_eq!(fourth.state().screen(), &ladder::ABOUT, "one looks where one looked");
+}
+
+/// A training that runs when the window is closed is ended with its best weights and saved, or goes on in the next window.
+#[test]
+fn a_training_survives_the_closing_of_its_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let (copies, mine) = (folder.path().join("copies"), folder.path().join("mine.torquescope"));
+    let train = || {
+        let mut window = window(Session { plan: short_plan(1_000_000), ..small() }, &train::ABOUT, Theme::Dark);
+        window.state_mut().keep_copies(copies.clone());
+        let plan = Box::new(short_plan(1_000_000));
+        window.state_mut().order(Order::run(Command::TrainPreset { preset: LearnedPreset::FfNn, plan }));
+        window.run_steps(2);
+        wait_for_an_epoch(&mut window);
+        close(&mut window);
+        window.run_steps(3);
+        assert!(window.query_by_label_contains("is still at work").is_some());
+        window
+    };
+    let mut first = train();
+    first.state_mut().order(Order::Leave(torquescope::app::Parting::Save(mine.clone())));
+    wait_until_closed(first);
+    let mut second = empty_window(&copies);
+    second.state_mut().order(Order::open(vec![mine]));
+    settle(&mut second);
+    let session = second.state().session();
+    assert!(session.current().unwrap().fitted.model.is_learned() && session.runs.len() == 1);
+    drop(second);
+
+    let mut third = train();
+    close_by(third, "Close, keep a copy");
+    let mut fourth = empty_window(&copies);
+    go_on(&mut fourth);
+    assert!(!fourth.state().session().current().unwrap().fitted.model.is_learned());
+    let answer = fourth
+        .root()
+        .children_recursive()
+        .find_map(|node| node.accesskit_node().label().filter(|name| name.starts_with("Go on from epoch ")));
+    let answer = answer.expect("the training is offered");
+    let done: u64 = answer.trim_start_matches("Go on from epoch ").parse().unwrap();
+    fourth.get_by_role_and_label(Role::Button, &answer).click();
+    fourth.run_steps(3);
+    fourth.state_mut().order(Order::Show(&train::ABOUT));
+    wait_for_an_epoch(&mut fourth);
+    click(&mut fourth, "Stop and keep the best");
+    let step = fourth.state().session().current().unwrap().clone();
+    assert!(step.history.len() as u64 >= done.max(1) && step.history[0].epoch == 1, "it is one training");
+}
+
+/// A window that is dropped has crashed: it never came to its end.
+#[test]
+fn copies_have_one_owner_and_stay_until_somebody_decides() {
+    let folder = tempfile::tempdir().unwrap();
+    let copies = folder.path();
+    let first = working(copies);
+    let model = fitted(&first);
+    let second = empty_window(copies);
+    assert!(offers(&second).is_empty(), "its owner lives");
+    drop(second);
+    drop(first);
+
+    // "Not now", another session and the end of this window decide nothing.
+    let mut third = empty_window(copies);
+    assert_eq!(offers(&third).len(), 1);
+    press(&mut third, "Not now");
+    assert!(offers(&third).is_empty());
+    click(&mut third, "Draw a mystery");
+    close(&mut third);
+    eframe::App::on_exit(third.state_mut(), None);
+    let mut fourth = empty_window(copies);
+    let offered = offers(&fourth);
+    assert!(offered.iter().any(|name| name.contains("mystery 7")), "the new session was kept as well: {offered:?}");
+    let crashed = offered.iter().find(|name| name.contains("three-joint demo")).unwrap();
+    click(&mut fourth, crashed);
+    assert_eq!(fitted(&fourth), model);
+    assert!(!offers(&fourth).iter().any(|name| name.contains("demo")));
+    // Now it is in the copy of this window, and in no other.
+    drop(fourth);
+
+    let mut fifth = empty_window(copies);
+    assert_eq!(offers(&fifth).len(), 2);
+    press(&mut fifth, "Throw three-joint demo away");
+    press(&mut fifth, "Keep it");
+    assert_eq!(offers(&fifth).len(), 2);
+    press(&mut fifth, "Throw three-joint demo away");
+    press(&mut fifth, "Throw it away");
+    fifth.run_steps(2);
+    assert!(matches!(offers(&fifth).as_slice(), [name] if name.contains("mystery 7")));
+    drop(fifth);
+    assert_eq!(offers(&empty_window(copies)).len(), 1);
+}
+
+#[test]
+fn a_file_that_somebody_else_changed_is_asked_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let mine = folder.path().join("mine.torquescope");
+    let mut window = working(&folder.path().join("copies"));
+    window.state_mut().order(Order::Save(mine.clone()));
+    settle(&mut window);
+    // What is as this window left it is written without a word, by Ctrl+S.
+    click(&mut window, "Remove the last step");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    settle(&mut window);
+    assert!(window.query_by_label("Overwrite mine.torquescope?").is_none());
+    std::fs::write(&mine, "theirs").unwrap();
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("was changed").is_some());
+    press(&mut window, "Cancel");
+    assert_eq!(std::fs::read(&mine).unwrap(), b"theirs");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    window.run_steps(3);
+    press(&mut window, "Overwrite it");
+    settle(&mut window);
+    assert!(std::fs::read(&mine).unwrap().starts_with(b"PK"));
+    assert_eq!(std::fs::read(folder.path().join("mine.torquescope.bak")).unwrap(), b"theirs");
+}
+
+/// The title bar has the name, and a point before it as long as something is in no file.
+#[test]
+fn the_title_tells_what_is_unsaved() {
+    /// Gives an order, and tells what the title bar is set to meanwhile.
+    fn title_after(window: &mut Window, order: Order) -> Option<String> {
+        window.state_mut().order(order);
+        let mut title = None;
+        for _ in 0..4 {
+            let mut is_busy = true;
+            while is_busy {
+                window.step();
+                let mut titles = asked(window).iter().filter_map(|command| match command {
+                    ViewportCommand::Title(title) => Some(title.clone()),
+                    _ => None,
+                });
+                title = titles.next_back().or(title);
+                is_busy = window.state().is_busy();
+            }
+        }
+        title
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
+    let simulate = Order::run(Command::Simulate(Box::new(Scenario::embedded())));
+    let add = Order::run(Command::AddEffect { effect: "viscous-friction".to_owned(), joints: vec![0] });
+    let (bare, unsaved) = ("three-joint demo — Torquescope", "• three-joint demo — Torquescope");
+    let save = Order::Save(folder.path().join("mine.torquescope"));
+    let way = [
+        (simulate, Some(bare)),
+        (add, Some(unsaved)),
+        (Order::Undo, Some(bare)),
+        (Order::Redo, Some(unsaved)),
+        (save, Some("mine — Torquescope")),
+        (Order::Show(&compare::ABOUT), None),
+        (Order::run(Command::GoTo { step: 0 }), Some("• mine — Torquescope")),
+    ];
+    for (number, (order, title)) in way.into_iter().enumerate() {
+        assert_eq!(title_after(&mut window, order).as_deref(), title, "step {number}");
+    }
+}
+
+/// Trainings, where one looks, what is drawn over what, where the panels are, and what can be undone come back with the file.
+#[test]
+fn a_saved_session_is_opened_as_it_was_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let mine = folder.path().join("mine.torquescope");
+    let mut session = trained();
+    let train = Command::TrainPreset { preset: LearnedPreset::FfNn, plan: Box::new(short_plan(2)) };
+    for _ in 0..3 {
+        session = run(train.clone(), &session);
+    }
+    let mut first = window(session, &compare::ABOUT, Theme::Light);
+    first.state_mut().order(Order::run(Command::UseRun { run: 0 }));
+    settle(&mut first);
+    first.state_mut().order(Order::Show(&compare::ABOUT));
+    first.run_steps(3);
+    first.get_by_label("Overlay models").click();
+    first.run_steps(3);
+    first.get_by_role_and_label(Role::CheckBox, "one network gives the torque from q, q̇, q̈").click();
+    first.run_steps(3);
+    first.key_press(Key::Escape);
+    first.run_steps(3);
+    assert!(first.query_by_label("Overlay models (1)").is_some());
+    first.get_by_role_and_label(Role::Button, "At the cursor").focus();
+    first.run_steps(2);
+    first.key_press(Key::Delete);
+    first.run_steps(4);
+    first.state_mut().order(Order::Save(mine.clone()));
+    settle(&mut first);
+
+    let mut second = window(Session::default(), &data::ABOUT, Theme::Light);
+    second.state_mut().order(Order::open(vec![mine]));
+    settle(&mut second);
+    assert_eq!(second.state().screen(), &compare::ABOUT);
+    assert!(second.query_by_label("Overlay models (1)").is_some());
+    assert!(second.query_by_role_and_label(Role::Button, "At the cursor").is_none(), "the panel is hidden");
+    let runs = |window: &Window| window.state().session().runs.len();
+    assert_eq!((runs(&second), fitted(&second).parameters), (4, fitted(&first).parameters));
+    click(&mut second, "Undo");
+    assert_eq!(second.state().session().current().unwrap().history.len(), 2, "the model before it");
+    click(&mut second, "Undo");
+    assert!(second.state().session().recording.is_none(), "and then what was there before the file");
+}
+
+#[test]
+fn an_opened_seal_stays_open() {
+    let mut window = window(support::repaired(), &ladder::ABOUT, Theme::Dark);
+    let is_open = |window: &Window| window.state().session().truth.is_some();
+    click(&mut window, "Open the seal");
+    click(&mut window, "Leave it shut");
+    assert!(!is_open(&window));
+    click(&mut window, "Open the seal");
+    click(&mut window, "Open it");
+    assert!(is_open(&window) && !is_enabled(&window, "Undo"), "it is no step that could be undone");
+    click(&mut window, "Remove the last step");
+    click(&mut window, "Undo");
+    assert!(is_open(&window));
+    // The same arm again has the same seal.
+    window.state_mut().order(Order::run(Command::Simulate(Box::new(Scenario::embedded()))));
+    settle(&mut window);
+    assert!(is_open(&window));
+}
+
+#[test]
+fn a_bet_that_was_placed_stays_placed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mine = folder.path().join("mine.torquescope");
+    let mut first = window(demonstration(), &diagnose::ABOUT, Theme::Light);
+    first.get_by_role(Role::CheckBox).click();
+    settle(&mut first);
+    click(&mut first, "Diagnose");
+    // The answer is hidden in the file, too.
+    first.state_mut().order(Order::Save(mine.clone()));
+    settle(&mut first);
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    window.state_mut().order(Order::open(vec![mine]));
+    settle(&mut window);
+    assert!(window.query_by_label_contains("place your bet").is_some());
+    assert!(window.query_by_label_contains("The model lacks").is_none());
+    click(&mut window, "Viscous friction");
+    assert!(window.query_by_label("Your bet: viscous friction.").is_some());
+    click(&mut window, "Undo");
+    window.state_mut().order(Order::Show(&diagnose::ABOUT));
+    settle(&mut window);
+    if window.state().session().report.is_none() {
+        click(&mut window, "Diagnose");
+    }
+    assert!(window.query_by_label("Your bet: viscous friction.").is_some(), "it can't be placed once more");
+}
+
+/// A defect that shows itself in drawing ends the screen, not the window.
+#[test]
+fn a_screen_that_breaks_takes_nothing_with_it() {
+    let mut session = demonstration();
+    let mut step = session.current().unwrap().as_ref().clone();
+    step.evaluation.predictions.clear();
+    session.ladder = vec![Arc::new(step)];
+    let mut window = window(session, &compare::ABOUT, Theme::Dark);
+    assert!(window.query_by_label("A defect of the program ended this screen").is_some());
+    click(&mut window, "Draw it again");
+    assert!(window.query_by_label("A defect of the program ended this screen").is_some(), "it is the same session");
+    click(&mut window, "Data");
+    assert!(window.query_by_label("A defect of the program ended this screen").is_none());
+    window.key_press_modifiers(Modifiers::COMMAND, Key::E);
+    settle(&mut window);
+    window.key_press(Key::Escape);
+    settle(&mut window);
+    // With a session that is whole, it is drawn.
+    window.state_mut().order(Order::run(Command::ChoosePreset(torquescope::model::Preset::RigidBody)));
+    settle(&mut window);
+    click(&mut window, "Compare");
+    assert!(window.query_by_label("plot of joint 1: torque [N m]").is_some());
+}
+
+/// What was opened of late is on the start screen, and is opened by its name.
+#[test]
+fn the_start_screen_has_what_was_opened_of_late() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("swing.csv");
+    std::fs::write(&path, swing()).unwrap();
+    let mut first = window(Session::default(), &data::ABOUT, Theme::Dark);
+    first.state_mut().order(Order::open(vec![path]));
+    settle(&mut first);
+    first.state_mut().order(Order::Save(folder.path().join("mine.torquescope")));
+    settle(&mut first);
+    let kept = serde_json::to_string(&first.state().settings(&first.ctx)).unwrap();
+    let mut second = window(Session::default(), &data::ABOUT, Theme::Dark);
+    let ctx = second.ctx.clone();
+    second.state_mut().restore(serde_json::from_str(&kept).unwrap(), &ctx);
+    second.run_steps(3);
+    assert!(second.query_by_role_and_label(Role::Button, "mine.torquescope").is_some());
+    click(&mut second, "swing.csv");
+    assert_eq!(second.state().session().recording.as_ref().unwrap().sample_count(), 2000);
+}
