@@ -437,6 +437,10 @@ impl Data {
             Start::Preset(preset) => Command::ChoosePreset(preset),
         };
         let opened = Session { plan, checkpoint_file, ..self.session()? };
+        if let Some(model) = self.networks_with_effects(&start, &opened)? {
+            let title = model.terms.iter().map(Term::label).collect::<Vec<_>>().join(" + ");
+            return progress::run(Command::UseModel { model, title }, &opened);
+        }
         let is_there = |preset| opened.current().is_some() && opened.preset == preset;
         let mut session = match start {
             Command::ChoosePreset(preset) if is_there(preset) => opened,
@@ -449,6 +453,30 @@ impl Data {
             session = progress::run(add, &session)?;
         }
         Ok(session)
+    }
+
+    /// The whole model, if it has networks and effects beside them: these are trained together, once. So the checkpoint of the
+    /// training has all that was asked for, and what is resumed from it too.
+    fn networks_with_effects(&self, start: &Command, session: &Session) -> anyhow::Result<Option<Model>> {
+        let recording = session.recording.as_deref().context("no recording was read")?;
+        let model = match start {
+            Command::UseModel { model, .. } => model.clone(),
+            Command::ChoosePreset(preset) => match preset {
+                Preset::Learned(_) => preset.model(recording)?.with_layers(&session.plan.layers),
+                Preset::RigidBody | Preset::StatedArm => return Ok(None),
+            },
+            _ => return Ok(None),
+        };
+        let is_both = model.is_learned() && !self.add.is_empty();
+        is_both.then(|| self.with_effects(model, recording.joint_count())).transpose()
+    }
+
+    /// A model with all effects that were asked for.
+    fn with_effects(&self, mut model: Model, joints: usize) -> anyhow::Result<Model> {
+        for place in self.places()? {
+            model = model.with_effect(place.effect, &place.joints(joints).or_usage()?)?;
+        }
+        Ok(model)
     }
 
     /// A session that goes on with the training in this file. The model and the settings that were given must be its own.
@@ -476,14 +504,11 @@ impl Data {
     /// The model that the options name, before anything is estimated.
     fn asked_model(&self, session: &Session, plan: &Plan) -> anyhow::Result<Model> {
         let recording = session.recording.as_deref().context("no recording was read")?;
-        let mut model = match self.model.clone().unwrap_or_default() {
+        let model = match self.model.clone().unwrap_or_default() {
             Start::File(path) => read_model(&path)?.model,
             Start::Preset(preset) => preset.model(recording)?.with_layers(&plan.layers),
         };
-        for place in self.places()? {
-            model = model.with_effect(place.effect, &place.joints(recording.joint_count()).or_usage()?)?;
-        }
-        Ok(model)
+        self.with_effects(model, recording.joint_count())
     }
 }
 

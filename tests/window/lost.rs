@@ -156,7 +156,7 @@ fn a_training_survives_the_closing_of_its_window() {
     assert!(session.current().unwrap().fitted.model.is_learned() && session.runs.len() == 1);
     drop(second);
 
-    let mut third = train();
+    let third = train();
     close_by(third, "Close, keep a copy");
     let mut fourth = empty_window(&copies);
     go_on(&mut fourth);
