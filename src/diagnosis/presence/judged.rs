@@ -54,7 +54,7 @@ impl Judged {
         self.sightings.iter().find(is_it).map_or(0.0, |(_, presence)| *presence)
     }
 
-    /// Whether a group of the search belongs to a family that is likelier there than not.
+    /// Whether a group of the search belongs to a family that is likely enough to be named.
     pub fn is_likely(&self, search: &Search, group: usize) -> bool {
         let group = &search.library.groups[group];
         self.presence(group.effect.family, group.joint) >= LIKELY
