@@ -29,7 +29,7 @@ const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/fil
 /// judge of answers there. A rule asks `effect::Facts` instead.
 const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "simulation/world/part", "trial/kin.rs", "cli/bench"];
 
-/// A source file: its path below `src`, and its code without comments and unit tests.
+/// A source file: its path below `src`, and its code without comments and unit tests (`tests.rs` holds nothing else).
 struct Source {
     path: String,
     code: String,
@@ -41,7 +41,7 @@ fn sources() -> Vec<Source> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 collect(&path, files);
-            } else if path.extension().is_some_and(|ending| ending == "rs") {
+            } else if path.extension().is_some_and(|ending| ending == "rs") && !path.ends_with("tests.rs") {
                 files.push(path);
             }
         }

@@ -34,6 +34,7 @@ journeys! {
     stribeck_friction: "stribeck-friction",
     load_friction: "load-friction",
     quadratic_drag: "quadratic-drag",
+    concave_friction: "concave-friction",
     position_friction: "position-friction",
     friction_drift: "friction-drift",
     friction_warm_up: "friction-warm-up",

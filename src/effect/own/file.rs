@@ -17,7 +17,7 @@ const LONGEST_NAME: usize = 160;
 /// The file, as it is written.
 #[derive(Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
-pub(super) struct EffectFile {
+pub(super) struct Definition {
     id: Spanned<String>,
     /// For people; the id without its hyphens if not given.
     name: Option<String>,
@@ -91,10 +91,10 @@ fn kept(text: impl Into<String>) -> &'static str {
     Box::leak(text.into().into_boxed_str())
 }
 
-impl EffectFile {
+impl Definition {
     /// Reads the file; what it says is checked when it becomes an [`Effect`].
     pub(super) fn parse(text: &str) -> Result<Self, OwnEffectError> {
-        let file: EffectFile = toml::from_str(text)
+        let file: Definition = toml::from_str(text)
             .map_err(|error| OwnEffectError::at(text, error.span().map_or(0, |span| span.start), error.message()))?;
         let id = file.id();
         let is_id = id.starts_with(|c: char| c.is_ascii_lowercase())

@@ -29,7 +29,7 @@ use std::sync::{PoisonError, RwLock};
 
 pub use draft::{Draft, DraftColumn};
 pub use expression::Mistake;
-use file::EffectFile;
+use file::Definition;
 pub use formula::Formula;
 
 use super::{Effect, registry};
@@ -66,7 +66,7 @@ impl OwnEffectError {
 }
 
 /// What was loaded since the program began.
-static LOADED: RwLock<Vec<(EffectFile, &'static Effect)>> = RwLock::new(Vec::new());
+static LOADED: RwLock<Vec<(Definition, &'static Effect)>> = RwLock::new(Vec::new());
 
 /// Every effect that was loaded, oldest first.
 pub fn loaded() -> Vec<&'static Effect> {
@@ -87,7 +87,7 @@ pub fn loaded() -> Vec<&'static Effect> {
 /// # Errors
 /// [`OwnEffectError`] says what is wrong, where, and how to mend it.
 pub fn load(text: &str) -> Result<&'static Effect, OwnEffectError> {
-    let file = EffectFile::parse(text)?;
+    let file = Definition::parse(text)?;
     if registry::ALL.iter().any(|effect| effect.id == file.id()) {
         return Err(OwnEffectError::Taken(file.id().to_owned()));
     }
