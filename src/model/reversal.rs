@@ -7,6 +7,8 @@
 //!
 //! Source: the regularised Coulomb friction of Andersson, Söderberg and Björklund, Tribology International 40 (2007) 580.
 
+use nalgebra::DVector;
+
 use super::design::Design;
 use super::equations::{Equations, PreparedColumn};
 use super::{ModelError, RigidBody};
@@ -17,6 +19,9 @@ use crate::recording::differentiate::central_difference;
 const WIDTHS: [f64; 9] = [0.002, 0.003, 0.005, 0.0075, 0.01, 0.015, 0.02, 0.03, 0.045];
 /// A width must explain this share of what a jump leaves of the joint's torque.
 const LEAST_GAIN: f64 = 0.01;
+/// And this evidence (twice the logarithm of a likelihood ratio, neighbours that resemble each other counted as one): Kass and Raftery,
+/// J. Am. Stat. Assoc. 90 (1995) 773, call it strong.
+const CLEAR: f64 = 6.0;
 /// A wider reversal is so many times as wide.
 const WIDER: f64 = 2.5;
 /// Rounds over all joints, since they share the rigid body.
@@ -44,7 +49,8 @@ pub fn widths(design: &Design) -> Result<Vec<f64>, ModelError> {
     })?);
     let base = columns.len();
     columns.extend(directions(design, &tops)?);
-    let choice = Choice { base, equations: design.equations(&columns, design.torque()), design };
+    let equations = design.equations(&columns, design.torque());
+    let choice = Choice { base, columns, equations, design };
     let chosen = choice.best();
     Ok(chosen.iter().zip(&tops).map(|(&way, top)| if way == 0 { 0.0 } else { WIDTHS[way - 1] * top }).collect())
 }
@@ -94,12 +100,13 @@ fn top_speed(design: &Design, joint: usize) -> f64 {
 /// The search for the best direction of each joint; 0 is the sign.
 struct Choice<'a> {
     base: usize,
+    columns: Vec<PreparedColumn>,
     equations: Equations,
     design: &'a Design<'a>,
 }
 
 impl Choice<'_> {
-    fn columns(&self, ways: &[usize]) -> Vec<usize> {
+    fn chosen(&self, ways: &[usize]) -> Vec<usize> {
         let direction = |(joint, way): (usize, &usize)| self.base + joint * (WIDTHS.len() + 1) + way;
         (0..self.base).chain(ways.iter().enumerate().map(direction)).collect()
     }
@@ -116,27 +123,38 @@ impl Choice<'_> {
                 let cost = |way: usize| {
                     let mut ways = ways.clone();
                     ways[joint] = way;
-                    whole.select(&self.columns(&ways)).solve().residual_energy
+                    whole.select(&self.chosen(&ways)).solve().residual_energy
                 };
                 let costs: Vec<f64> = (0..=WIDTHS.len()).map(cost).collect();
                 let best = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
                 // A residual weighs 1 for each sample of its joint.
-                let needed = LEAST_GAIN * self.design.sample_count(joint) as f64;
+                let samples = self.design.sample_count(joint) as f64;
+                let needed = (LEAST_GAIN * samples).max(CLEAR * self.correlation(&ways, &weights, joint));
                 ways[joint] = if costs[0] - costs[best] > needed { best } else { 0 };
             }
         }
         ways
     }
 
-    /// 1 / error variance of each joint with these directions.
-    fn weights(&self, before: &[f64], ways: &[usize]) -> Vec<f64> {
-        let columns = self.columns(ways);
-        let solution = self.equations.total(before, |_| true).select(&columns).solve();
-        let mut factors = nalgebra::DVector::zeros(self.base + ways.len() * (WIDTHS.len() + 1));
-        for (&column, &factor) in columns.iter().zip(&solution.factors) {
+    /// Factors of all columns with these directions.
+    fn factors(&self, ways: &[usize], weights: &[f64]) -> DVector<f64> {
+        let chosen = self.chosen(ways);
+        let solution = self.equations.total(weights, |_| true).select(&chosen).solve();
+        let mut factors = DVector::zeros(self.columns.len());
+        for (&column, &factor) in chosen.iter().zip(&solution.factors) {
             factors[column] = factor;
         }
-        self.design.residual_weights(&self.equations, &factors)
+        factors
+    }
+
+    /// 1 / error variance of each joint with these directions.
+    fn weights(&self, before: &[f64], ways: &[usize]) -> Vec<f64> {
+        self.design.residual_weights(&self.equations, &self.factors(ways, before))
+    }
+
+    /// How many samples of the residual count as one.
+    fn correlation(&self, ways: &[usize], weights: &[f64], joint: usize) -> f64 {
+        self.equations.correlation(&self.columns, &self.factors(ways, weights), self.design.torque(), joint)
     }
 }
 

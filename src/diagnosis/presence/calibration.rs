@@ -24,7 +24,7 @@ const OWN: f64 = 0.5;
 const STEPS: usize = 60;
 const LONGEST: f64 = 3.0;
 /// No probability is nearer to 0 or 1: there is never so much to learn from.
-const NEAREST: f64 = 0.005;
+const NEAREST: f64 = 0.01;
 
 /// Presence and completeness from clues.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

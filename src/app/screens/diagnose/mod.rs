@@ -306,7 +306,8 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
             ui.add_space(GAP);
             ui.label(format!("in this form {:.0} %", 100.0 * effect.form));
             widgets::share_bar(ui, effect.form, 60.0, palette.weak);
-            ui.add_space(GAP);
+        });
+        ui.horizontal_wrapped(|ui| {
             let best = effect
                 .nmse_before
                 .iter()
