@@ -12,7 +12,7 @@ use super::planted::Log;
 use super::rates::{Reliability, calibration_error, reliability};
 use super::verdict::{Truth, Verdict};
 use super::world::{WorldTrial, truth_of};
-use crate::diagnosis::presence::calibration::{Calibration, Example, remainder};
+use crate::diagnosis::presence::calibration::{Calibration, Example, has_law, remainder};
 use crate::diagnosis::{Rest, Sighting, sightings};
 use crate::effect::{Effect, registry};
 use crate::model::{self, ModelError, Preset};
@@ -140,6 +140,11 @@ impl Labelled {
         joints.map(|joint| remainder_of(map, &self.rest, self.seen(), joint)).fold(0.0, f64::max)
     }
 
+    /// Whether the answer is said not to be complete on some joint.
+    fn is_flagged(&self, map: &Calibration) -> bool {
+        self.remainder(map) > map.remainder || (0..self.rest.share.len()).any(|joint| has_law(&self.rest, joint))
+    }
+
     fn seen(&self) -> impl Iterator<Item = &Sighting> + Clone {
         self.sightings.iter().map(|(sighting, _)| sighting)
     }
@@ -247,7 +252,7 @@ impl Quality {
         let is_strong = |(_, is_there, share): &&(f64, bool, f64)| *is_there && *share >= 0.03;
         let flags = |known: bool| {
             let of_kind = cases.iter().filter(|(one, _)| one.known == known);
-            [of_kind.clone().count(), of_kind.filter(|(one, map)| one.remainder(map) > map.remainder).count()]
+            [of_kind.clone().count(), of_kind.filter(|(one, map)| one.is_flagged(map)).count()]
         };
         Quality {
             source,

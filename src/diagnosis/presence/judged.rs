@@ -1,6 +1,6 @@
 //! What the clues of one search amount to: how likely each family is there, and how complete the answer is.
 
-use super::calibration::{Calibration, remainder};
+use super::calibration::{Calibration, has_law, remainder};
 use super::{LIKELY, Rest, Sighting, sightings};
 use crate::diagnosis::flexible;
 use crate::diagnosis::report::{Completeness, Presence};
@@ -40,7 +40,7 @@ impl Judged {
                     joint,
                     explained: (1.0 - (rest.share[joint] / rest.before[joint]).powi(2)).clamp(0.0, 1.0),
                     remainder,
-                    complete: remainder <= map.remainder,
+                    complete: remainder <= map.remainder && !has_law(&rest, joint),
                 }
             })
             .collect::<Vec<_>>();
