@@ -95,7 +95,7 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Of the effects that the search has found; `predicted` as [`super::flexible`] finds it.
+    /// Of the effects that the search has found; `predicted` as the flexible basis finds it.
     pub fn of(search: &Search, predicted: Vec<f64>) -> Rest {
         let [before, factors] = [&[], search.active.as_slice()].map(|set| search.factors(set));
         let joints = 0..search.weights.len();
