@@ -57,6 +57,11 @@ pub fn mark(path: &Path) -> Option<Mark> {
     Some(Mark { size: about.len(), written: about.modified().ok() })
 }
 
+/// When a file was written; `None` if there is none, or the system does not tell.
+pub fn written(path: &Path) -> Option<SystemTime> {
+    mark(path)?.written()
+}
+
 /// What is left of a document that is gone: what it would have become, and what it was before; the newest first.
 pub fn remains(path: &Path) -> Vec<PathBuf> {
     let Some(name) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else { return Vec::new() };
@@ -66,8 +71,7 @@ pub fn remains(path: &Path) -> Vec<PathBuf> {
     };
     let entries = fs::read_dir(folder_of(path)).into_iter().flatten().flatten();
     let own = entries.filter(|entry| entry.file_name().to_str().is_some_and(is_of_it)).map(|entry| entry.path());
-    let mut own: Vec<(Option<SystemTime>, PathBuf)> =
-        own.map(|path| (mark(&path).and_then(|mark| mark.written()), path)).collect();
+    let mut own: Vec<(Option<SystemTime>, PathBuf)> = own.map(|path| (written(&path), path)).collect();
     own.sort();
     own.into_iter().rev().map(|(_, path)| path).collect()
 }
@@ -180,6 +184,11 @@ fn sync_folder(path: &Path) {
 
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A path from the root on, whether or not something is there.
+pub fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// Whether two paths lead to one file.

@@ -30,7 +30,7 @@ pub enum Event {
     Done(String),
     /// A search took a step: all that it now takes to be there, such as `Coulomb friction on joint 2`.
     Found(Vec<String>),
-    /// Something that the work needs did not succeed; it goes on, and tries again.
+    /// Something did not succeed, or is left out; the work goes on.
     Warning(String),
 }
 

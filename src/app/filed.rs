@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::keeper::clock;
-use crate::file::{self, Mark};
+use crate::file::{self, Mark, absolute};
 use crate::session::{Generation, Session};
 
 /// Which file the document is in, and what the files that the window read or wrote were then.
@@ -85,10 +85,6 @@ impl Filed {
             name => format!("{mark}{name} — Torquescope"),
         }
     }
-}
-
-fn absolute(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 fn at(mark: Mark) -> String {

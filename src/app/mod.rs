@@ -529,11 +529,13 @@ impl TorquescopeApp {
 
     fn poll_job(&mut self, ctx: &egui::Context) {
         let Some(running) = &mut self.running else { return };
+        let outcome = running.job.poll();
+        // After that: nothing is missed of what it told just before its end.
         running.hear();
         for warning in running.warnings.drain(..) {
             self.messages.tell(Tone::Warning, widgets::sentence_case(&warning) + ".", "");
         }
-        let Some(outcome) = running.job.poll() else { return };
+        let Some(outcome) = outcome else { return };
         let Some(Running { command, plan, .. }) = self.running.take() else { return };
         let is_done = matches!(outcome, Outcome::Done(_));
         match outcome {

@@ -22,7 +22,7 @@ use crate::progress::Monitor;
 use crate::recording::catalogue;
 use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
-use crate::recording::read::{READABLE, ReadOptions};
+use crate::recording::read::{READABLE, ReadOptions, parts};
 use crate::session::{Command, Session, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
@@ -332,7 +332,7 @@ pub struct Data {
 /// All files that are read for a recording; files that are read side by side are `FILE+FILE`.
 fn inputs(files: &[PathBuf], reading: &Reading) -> Vec<PathBuf> {
     let all = files.iter().chain(&reading.held_out).chain(&reading.arm);
-    all.flat_map(|path| path.to_string_lossy().split('+').map(PathBuf::from).collect::<Vec<_>>()).collect()
+    all.flat_map(|path| parts(path)).collect()
 }
 
 fn check_output(output: &Path, inputs: Vec<PathBuf>) -> anyhow::Result<()> {

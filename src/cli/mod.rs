@@ -139,8 +139,7 @@ fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 /// A folder that results go to, made if it is not there; it is named before anything is written into it.
 fn output_folder(path: &PathBuf) -> anyhow::Result<()> {
     use anyhow::Context;
-    let full = std::path::absolute(path).unwrap_or_else(|_| path.clone());
-    progress::remark(format_args!("the results go into the folder {}", full.display()));
+    progress::remark(format_args!("the results go into the folder {}", file::absolute(path).display()));
     std::fs::create_dir_all(path).with_context(|| format!("can't make the folder {}", path.display()))
 }
 

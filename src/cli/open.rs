@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use super::data::OptionalData;
 use super::{Arguments, Command};
 use crate::app;
+use crate::recording::read::parts;
 
 /// Open the window, on recordings or on a saved session.
 #[derive(Args)]
@@ -22,10 +23,10 @@ impl Open {
     /// Opens the window and returns when it is closed.
     pub fn run(&self) -> anyhow::Result<()> {
         // Better told here than in a window that has nothing to show.
-        let is_there = |file: &str| Path::new(file).exists();
         for path in self.data.files() {
-            let joined = path.to_string_lossy();
-            if !path.exists() && !joined.split('+').all(is_there) {
+            let side_by_side = parts(path);
+            let are_there = side_by_side.len() > 1 && side_by_side.iter().all(|file| file.exists());
+            if !path.exists() && !are_there {
                 bail!("there is no file {}", path.display());
             }
         }

@@ -57,14 +57,16 @@ pub fn watch<T: Send + 'static, E: std::fmt::Display>(
     let mut job = Job::spawn(name, move || caller.unpark(), work);
     let (mut progress, mut so_far) = (Progress::default(), String::new());
     let outcome = loop {
-        if let Some(outcome) = job.poll() {
-            break outcome;
-        }
+        // The outcome first: what was told just before it is still to be heard.
+        let outcome = job.poll();
         for event in job.events() {
             match event {
                 Event::Warning(warning) => bar.suspend(|| remark(format_args!("warning: {warning}"))),
                 event => hear(event, &mut progress, &mut so_far),
             }
+        }
+        if let Some(outcome) = outcome {
+            break outcome;
         }
         bar.set_position((progress.fraction * 1000.0) as u64);
         bar.set_message(format!("{}{so_far}", progress.activity));

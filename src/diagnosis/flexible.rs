@@ -26,29 +26,16 @@ const SLACKS: [f64; 2] = [0.005, 0.03];
 /// Waves over the joint's range.
 const WAVES: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
-/// What a flexible basis finds in the residual of one joint.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Structure {
-    /// Share of the residual's energy on left-out blocks that it predicts; 0 or less if the residual is noise.
-    pub share: f64,
-    /// RMS of what it predicts \[N m\].
-    pub size: f64,
-}
-
 /// The share of each joint's residual that a flexible basis predicts on left-out blocks; 0 where that is noise.
 ///
 /// # Errors
 /// [`ModelError`] if a column can't be computed.
 pub fn predicted(search: &Search) -> Result<Vec<f64>, ModelError> {
-    let of_joint = |joint: usize| structure(search, joint).map(|structure| structure.share.max(0.0));
-    (0..search.weights.len()).into_par_iter().map(of_joint).collect()
+    (0..search.weights.len()).into_par_iter().map(|joint| predicted_of(search, joint)).collect()
 }
 
-/// Looks for structure in what the model and the effects found so far leave of the torque of `joint`.
-///
-/// # Errors
-/// [`ModelError`] if a column can't be computed.
-pub fn structure(search: &Search, joint: usize) -> Result<Structure, ModelError> {
+/// The same of one joint.
+fn predicted_of(search: &Search, joint: usize) -> Result<f64, ModelError> {
     let library = &search.library;
     let design = &library.design;
     let known = search.columns(&search.active);
@@ -79,8 +66,7 @@ pub fn structure(search: &Search, joint: usize) -> Result<Structure, ModelError>
     let own: Vec<usize> = (0..known.len()).collect();
     let (mut before, mut after) = (0.0, 0.0);
     for (number, block) in blocks.iter().enumerate() {
-        let mut rest = whole.clone();
-        rest.add(block, -1.0);
+        let mut rest = whole.without(block);
         let left = equations.select(number, joint, &own).residual_energy(&rest.select(&own).solve().factors);
         for column in known.len()..columns.len() {
             rest.gram[(column, column)] *= 1.0 + DAMPING;
@@ -89,11 +75,7 @@ pub fn structure(search: &Search, joint: usize) -> Result<Structure, ModelError>
         before += left;
         after += with_basis.min(WORST * left);
     }
-    if before <= 0.0 {
-        return Ok(Structure { share: 0.0, size: 0.0 });
-    }
-    let samples = design.sample_count(joint).max(1) as f64;
-    Ok(Structure { share: 1.0 - after / before, size: ((before - after).max(0.0) / samples).sqrt() })
+    Ok(if before > 0.0 { (1.0 - after / before).max(0.0) } else { 0.0 })
 }
 
 /// Largest size of each signal, so that the basis works on numbers between -1 and 1.

@@ -89,27 +89,24 @@ pub fn diagnose_among(
     split: &Split,
     monitor: &Monitor,
 ) -> Result<Report, ModelError> {
-    let held_out_nmse = Evaluation::of(fitted, recording, split)?.held_out_nmse();
+    let given = Evaluation::of(fitted, recording, split)?;
+    let held_out_nmse = given.held_out_nmse();
     let searched = Searched::new(effects, fitted, recording, split, monitor)?;
-    let Searched { mut search, fitted, refused, drops, absorbed, mut not_known } = searched;
-    let before = Evaluation::of(&fitted, recording, split)?;
-    let design = search.library.design.clone();
+    let Searched { mut search, design, counterpart, refused, drops, absorbed, mut not_known } = searched;
+    let (fitted, before) = match &counterpart {
+        Some(counterpart) => (counterpart, Evaluation::of(counterpart, recording, split)?),
+        None => (fitted, given),
+    };
     let blocks = search.library.equations.block_count();
     let judged = Judged::of(&search, Calibration::learned())?;
-    let (likely, doubtful): (Vec<usize>, Vec<usize>) =
-        search.active.iter().partition(|&&group| judged.is_likely(&search, group));
-    let doubtful: Vec<(usize, f64)> = doubtful
-        .into_iter()
-        .map(|group| {
-            (group, judged.presence(search.library.groups[group].effect.family, search.library.groups[group].joint))
-        })
-        .collect();
-    search.active = likely;
+    let presence = search.active.iter().map(|&group| (group, judged.presence_of(&search, group)));
+    let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(_, presence)| *presence >= presence::LIKELY);
+    search.active = likely.into_iter().map(|(group, _)| group).collect();
     let comparison = stated_arm::compare(&search, &fitted.model, recording.stated_arm.as_ref(), &absorbed);
     let named = naming::name_effects(&search, &comparison, recording, &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
     let Steps { mut effects, last, fitted: last_fitted, rival_of } =
-        steps::measure(named, &fitted, &before, recording, split, &design, monitor)?;
+        steps::measure(named, fitted, &before, recording, split, &design, monitor)?;
     for (effect, rivals) in effects.iter_mut().zip(rival_of) {
         monitor.check()?;
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
@@ -155,15 +152,16 @@ pub fn sightings(
     monitor: &Monitor,
 ) -> Result<(Vec<Sighting>, Rest), ModelError> {
     let searched = Searched::new(&registry::sought(), fitted, recording, split, monitor)?;
-    let rest = Rest::of(&searched.search, flexible::predicted(&searched.search)?);
-    Ok((presence::sightings(&searched.search, &rest), rest))
+    presence::look(&searched.search)
 }
 
 /// A search that has come to its end.
 struct Searched<'a> {
     search: Search<'a>,
-    /// The model that lacks something; of one with networks its linear counterpart.
-    fitted: Fitted,
+    /// The prepared data as they were before the search took columns at what it found.
+    design: Design<'a>,
+    /// What stands for a model with networks.
+    counterpart: Option<Fitted>,
     refused: Vec<(usize, Refusal)>,
     /// What each candidate does alone, by group.
     drops: Vec<f64>,
@@ -182,18 +180,17 @@ impl<'a> Searched<'a> {
     ) -> Result<Self, ModelError> {
         monitor.report(0.05, "filtering the torque")?;
         let design = Design::new(recording, split)?;
-        let fitted = if fitted.model.is_learned() {
-            fit::fit_design(&linear_counterpart(fitted), &design, monitor)?
-        } else {
-            fitted.clone()
-        };
+        let learned = fitted.model.is_learned();
+        let counterpart =
+            learned.then(|| fit::fit_design(&linear_counterpart(fitted), &design, monitor)).transpose()?;
         monitor.report(0.1, "computing candidate effects")?;
-        let (library, not_known) = Library::new(&fitted, design, effects, monitor)?;
+        let (library, not_known) =
+            Library::new(counterpart.as_ref().unwrap_or(fitted), design.clone(), effects, monitor)?;
         let mut search = Search::new(library);
         let absorbed = (0..search.library.groups.len()).filter(|&group| search.is_absorbed(group, &[])).collect();
         let drops = ranking::error_drops(&search, monitor)?;
         let refused = search.run(monitor)?;
-        Ok(Searched { search, fitted, refused, drops, absorbed, not_known })
+        Ok(Searched { search, design, counterpart, refused, drops, absorbed, not_known })
     }
 }
 

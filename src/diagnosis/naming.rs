@@ -138,7 +138,7 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
     let others: f64 = forms.iter().map(odds).sum();
     Judgement {
         gain,
-        presence: judged.presence(groups[group].effect.family, groups[group].joint),
+        presence: judged.presence_of(search, group),
         form: (1.0 / (1.0 + others)).min(SUREST_FORM),
         alternatives,
         rival: closest.map(|(_, rival)| rival),

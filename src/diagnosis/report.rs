@@ -216,7 +216,7 @@ pub enum Ground {
     Contained,
     /// Beside what was found it explains hardly more than chance would.
     Superfluous,
-    /// It was found, but where the truth is known such evidence is wrong more often than not.
+    /// It was found, but where the truth is known such evidence is not right often enough to name it.
     Doubtful {
         /// Probability that its family is there.
         presence: f64,

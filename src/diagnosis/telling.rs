@@ -10,11 +10,9 @@ use super::report::{Exciting, TellingMotion};
 use super::search::Search;
 use crate::effect::Scope;
 use crate::model::design::Design;
-use crate::model::terms::OperatingPoint;
 use crate::model::{EffectTerm, Fitted, Model, Term};
 use crate::recording::split::{Segment, Split};
-use crate::recording::{Channels, ChannelsMut, Recording, Trajectory};
-use crate::signals::Signals;
+use crate::recording::{ChannelsMut, Recording, Trajectory};
 
 /// Most trajectories of the recording that a motion is made from.
 const MOST_TRAJECTORIES: usize = 4;
@@ -76,11 +74,7 @@ fn evidence(
     shapes.push(shape.to_vec());
     let segment = |(trajectory, data): (usize, &Trajectory)| Segment { trajectory, samples: 0..data.len() };
     let split = Split { train: recording.trajectories.iter().enumerate().map(segment).collect(), ..Split::default() };
-    let mut design = Design::new(recording, &split).ok()?;
-    if fitted.setting().body.is_some() {
-        let (body, alterations) = (fitted.setting().body.clone(), fitted.setting().alterations.clone());
-        design = design.at(OperatingPoint { body, alterations, ..OperatingPoint::default() });
-    }
+    let design = Design::in_setting(recording, &split, fitted.setting()).ok()?;
     let model = Model { terms };
     let columns = design.columns(&model, &shapes).ok()?;
     let equations = design.equations(&columns, &design.unexplained_torque(&model).ok()?);
@@ -93,7 +87,7 @@ fn evidence(
 fn moved(recording: &Recording, fitted: &Fitted, motion: Exciting) -> Option<Recording> {
     let mut trajectories = Vec::new();
     for (number, original) in recording.trajectories.iter().take(MOST_TRAJECTORIES).enumerate() {
-        let mut trajectory = thinned(original)?;
+        let mut trajectory = thinned(original);
         if trajectory.len() < 3 {
             continue;
         }
@@ -101,33 +95,13 @@ fn moved(recording: &Recording, fitted: &Fitted, motion: Exciting) -> Option<Rec
         trajectory.set_torque(fitted.predict(&trajectory).ok()?.total).ok()?;
         trajectories.push(trajectory);
     }
-    let (name, joints, provenance) = (String::new(), recording.joints.clone(), recording.provenance.clone());
-    let (posture, stated_arm) = (recording.posture, recording.stated_arm.clone());
-    (!trajectories.is_empty()).then_some(Recording {
-        name,
-        joints,
-        trajectories,
-        provenance,
-        posture,
-        stated_arm,
-        chain: recording.chain.clone(),
-        seal: None,
-    })
+    (!trajectories.is_empty()).then(|| recording.with_trajectories(trajectories))
 }
 
 /// The start of a trajectory, at a moderate rate.
-fn thinned(trajectory: &Trajectory) -> Option<Trajectory> {
+fn thinned(trajectory: &Trajectory) -> Trajectory {
     let every = (1.0 / (RATE * trajectory.time_step().max(1e-9))).round().max(1.0) as usize;
-    let thin = |signal: &[f64]| signal.iter().copied().step_by(every).take(MOST_SAMPLES).collect::<Vec<f64>>();
-    let all = |signal: &Signals| signal.map_joints(thin);
-    let channels = Channels {
-        time: thin(&trajectory.time),
-        q: all(&trajectory.q),
-        qd: all(&trajectory.qd),
-        qdd: all(&trajectory.qdd),
-        tau: all(&trajectory.tau),
-    };
-    Trajectory::new(&trajectory.name, channels).ok()
+    trajectory.slice(0..trajectory.len().min(every * MOST_SAMPLES)).thinned(every)
 }
 
 /// Replaces the motion of one trajectory.

@@ -47,6 +47,26 @@ impl<'a> Design<'a> {
     /// # Errors
     /// [`ModelError`] if no planar rigid body fits the recording or the torque never changes.
     pub fn new(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
+        let mut design = Design::prepared(recording, split)?;
+        design.setting.reversal_widths = reversal::widths(&design)?;
+        let body = Some(design.rough_body()?);
+        Ok(design.at(OperatingPoint { body, ..OperatingPoint::default() }))
+    }
+
+    /// [`Design::new`] where body, reversals and what changes other effects are known: those of a model that was fitted elsewhere.
+    ///
+    /// # Errors
+    /// As [`Design::new`].
+    pub fn in_setting(recording: &'a Recording, split: &Split, setting: &Setting) -> Result<Self, ModelError> {
+        let mut design = Design::prepared(recording, split)?;
+        design.setting.reversal_widths.clone_from(&setting.reversal_widths);
+        let body = setting.body.clone().map_or_else(|| design.rough_body(), Ok)?;
+        let alterations = setting.alterations.clone();
+        Ok(design.at(OperatingPoint { body: Some(body), alterations, ..OperatingPoint::default() }))
+    }
+
+    /// Torque, blocks and what counts, before anything is known of the body.
+    fn prepared(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
         let setting = Setting::of(recording)?;
         let Working { recording, split, preparations } = Working::of(recording, split);
         let mut counts = Vec::new();
@@ -69,15 +89,13 @@ impl<'a> Design<'a> {
         let blocks = cut_into_blocks(&joined(&split), &preparations);
         let loads = vec![None; recording.trajectories.len()];
         let point = OperatingPoint::default();
-        let mut design = Design { recording, setting, blocks, torque, counts, preparations, point, loads };
+        let design = Design { recording, setting, blocks, torque, counts, preparations, point, loads };
         if (0..design.joint_count()).all(|joint| design.energy(joint) == 0.0) {
             return Err(ModelError::NothingToLearn(
                 "the torque is zero, or no joint moves, in all training samples".to_owned(),
             ));
         }
-        design.setting.reversal_widths = reversal::widths(&design)?;
-        let body = Some(design.rough_body()?);
-        Ok(design.at(OperatingPoint { body, ..OperatingPoint::default() }))
+        Ok(design)
     }
 
     /// The same data at another point.

@@ -406,8 +406,16 @@ fn parameter(factor: &Factor, value: f64, identified: bool, std_error: Option<f6
     }
 }
 
+/// Standard error of an estimate by what it is with each of its blocks left out in turn.
+pub(crate) fn jackknife_error(left_out: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+    let count = left_out.len() as f64;
+    let mean = left_out.clone().sum::<f64>() / count;
+    let spread: f64 = left_out.map(|value| (value - mean).powi(2)).sum();
+    (spread * (count - 1.0) / count).sqrt()
+}
+
 /// Student's t for the interval, with one degree of freedom less than there are blocks.
-fn interval_quantile(blocks: usize) -> f64 {
+pub(crate) fn interval_quantile(blocks: usize) -> f64 {
     let freedom = blocks.saturating_sub(1).max(1) as f64;
     StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.5 + COVERAGE / 2.0))
 }
@@ -435,9 +443,7 @@ fn jackknife_errors(equations: &Equations, weights: &[f64]) -> Vec<Option<f64>> 
     }
     let mut errors = vec![None; count];
     for (row, &index) in kept.iter().enumerate() {
-        let mean = deviations.row(row).mean();
-        let spread: f64 = deviations.row(row).iter().map(|deviation| (deviation - mean).powi(2)).sum();
-        errors[index] = Some((spread * (blocks - 1) as f64 / blocks as f64).sqrt());
+        errors[index] = Some(jackknife_error(deviations.row(row).iter().copied()));
     }
     errors
 }

@@ -52,6 +52,13 @@ impl NormalEquations {
         self.energy += weight * other.energy;
     }
 
+    /// The same without a part of its data.
+    pub fn without(&self, part: &NormalEquations) -> NormalEquations {
+        let mut rest = self.clone();
+        rest.add(part, -1.0);
+        rest
+    }
+
     /// The equations of a selection of columns.
     pub fn select(&self, columns: &[usize]) -> NormalEquations {
         NormalEquations {

@@ -120,7 +120,7 @@ impl Setting {
         {
             return Err(ModelError::OtherArm { arm: arm.joint_count(), recording: joints });
         }
-        let posture = recording.posture.or(recording.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default();
+        let posture = recording.assumed_posture();
         let (arm, chain) = (recording.stated_arm.clone(), recording.chain.clone());
         Ok(Setting { kinds, posture, arm, chain, body: None, alterations: Vec::new(), reversal_widths: Vec::new() })
     }

@@ -45,32 +45,15 @@ impl<'a> Working<'a> {
                 band.as_ref().map_or_else(|| trajectory.clone(), |band| band.apply(trajectory, &recording.provenance))
             })
             .collect();
+        let every = |trajectory: usize| bands[trajectory].as_ref().map_or(1, |band| band.every);
         let thinned = |segments: &[Segment]| -> Vec<Segment> {
-            let thinned = |segment: &Segment| {
-                let every = bands[segment.trajectory].as_ref().map_or(1, |band| band.every);
-                let samples = segment.samples.start.div_ceil(every)..segment.samples.end.div_ceil(every);
-                Segment { trajectory: segment.trajectory, samples }
-            };
-            segments.iter().map(thinned).collect()
+            segments.iter().map(|segment| segment.thinned(every(segment.trajectory))).collect()
         };
-        let preparations = preparations
-            .iter()
-            .zip(&bands)
-            .map(|(preparation, band)| preparation.after(band.as_ref().map_or(1, |band| band.every)))
-            .collect();
+        let of_trajectory = |(trajectory, preparation): (usize, &Preparation)| preparation.after(every(trajectory));
         Working {
             split: Split { train: thinned(&split.train), held_out: thinned(&split.held_out) },
-            recording: Cow::Owned(Recording {
-                name: recording.name.clone(),
-                joints: recording.joints.clone(),
-                trajectories,
-                provenance: recording.provenance.clone(),
-                posture: recording.posture,
-                stated_arm: recording.stated_arm.clone(),
-                chain: recording.chain.clone(),
-                seal: None,
-            }),
-            preparations,
+            recording: Cow::Owned(recording.with_trajectories(trajectories)),
+            preparations: preparations.iter().enumerate().map(of_trajectory).collect(),
         }
     }
 }
@@ -108,16 +91,9 @@ impl Band {
             Origin::Measured => qdd.map_joints(smooth),
             Origin::Derived(_) => derived(&qd),
         };
-        let thin = |signal: &Signals| signal.map_joints(|signal| signal.iter().copied().step_by(self.every).collect());
-        let channels = Channels {
-            time: time.iter().copied().step_by(self.every).collect(),
-            q: thin(&q),
-            qd: thin(&qd),
-            qdd: thin(&qdd),
-            tau: thin(&tau),
-        };
-        // All channels are thinned alike, so their shapes agree as those of the trajectory did.
-        Trajectory::new(trajectory.name.as_str(), channels).unwrap_or_else(|_| trajectory.clone())
+        let channels = Channels { time: time.clone(), q, qd, qdd, tau };
+        // All channels are filtered alike, so their shapes agree as those of the trajectory did.
+        Trajectory::new(trajectory.name.as_str(), channels).unwrap_or_else(|_| trajectory.clone()).thinned(self.every)
     }
 }
 

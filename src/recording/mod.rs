@@ -194,6 +194,25 @@ impl Recording {
         self.trajectories.iter().map(Trajectory::len).sum()
     }
 
+    /// Where q = 0 points and which way q grows: as the file says, else as its stated arm has it, else the default.
+    pub fn assumed_posture(&self) -> Posture {
+        self.posture.or(self.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default()
+    }
+
+    /// The same arm in other runs. What was sealed is of the runs that it was sealed with, so it is left out.
+    pub fn with_trajectories(&self, trajectories: Vec<Trajectory>) -> Recording {
+        Recording {
+            name: self.name.clone(),
+            joints: self.joints.clone(),
+            trajectories,
+            provenance: self.provenance.clone(),
+            posture: self.posture,
+            stated_arm: self.stated_arm.clone(),
+            chain: self.chain.clone(),
+            seal: None,
+        }
+    }
+
     /// Checks what the fields promise: a joint and a trajectory at least, all channels of one shape, finite values, a
     /// clock that increases, a stated arm that can exist.
     ///

@@ -16,6 +16,14 @@ pub struct Segment {
     pub samples: Range<usize>,
 }
 
+impl Segment {
+    /// The same stretch where only every so manieth sample of the trajectory is left.
+    pub fn thinned(&self, every: usize) -> Segment {
+        let samples = self.samples.start.div_ceil(every)..self.samples.end.div_ceil(every);
+        Segment { trajectory: self.trajectory, samples }
+    }
+}
+
 /// How many periods of its cut-off a filter for derivatives remembers: what is further away counts for less than 3 %
 /// (its slowest pole falls as exp(−2.4 t f)).
 const MEMORY: f64 = 1.5;

@@ -125,6 +125,12 @@ impl Trajectory {
         differentiate::median_step(&self.time)
     }
 
+    /// Time since the first sample \[s\], of each sample.
+    pub fn since_start(&self) -> impl Iterator<Item = f64> {
+        let start = self.time.first().copied().unwrap_or(0.0);
+        self.time.iter().map(move |time| time - start)
+    }
+
     /// The samples of `range` as a trajectory of their own.
     ///
     /// # Panics
@@ -137,6 +143,19 @@ impl Trajectory {
             qd: cut(&self.qd),
             qdd: cut(&self.qdd),
             tau: cut(&self.tau),
+        };
+        Trajectory { name: self.name.clone(), channels }
+    }
+
+    /// Every so manieth sample, from the first.
+    pub fn thinned(&self, every: usize) -> Trajectory {
+        let thin = |signal: &Signals| signal.map_joints(|values| values.iter().copied().step_by(every).collect());
+        let channels = Channels {
+            time: self.time.iter().copied().step_by(every).collect(),
+            q: thin(&self.q),
+            qd: thin(&self.qd),
+            qdd: thin(&self.qdd),
+            tau: thin(&self.tau),
         };
         Trajectory { name: self.name.clone(), channels }
     }

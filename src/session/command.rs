@@ -13,6 +13,7 @@ use crate::effect::registry;
 use crate::model::learned::LearnedPreset;
 use crate::model::{Fitted, Model, ModelError, Preset, Term};
 use crate::progress::{Event, Monitor};
+use crate::recording::Recording;
 use crate::recording::check::{Finding, FindingKind, check};
 use crate::recording::correction::Correction;
 use crate::recording::read::{self, ReadOptions};
@@ -149,26 +150,15 @@ impl Command {
             Command::Open { paths, options, held_out } => {
                 let import = read::read(paths, options, monitor)?;
                 let mut findings = import.findings;
-                let split = match held_out.as_slice() {
-                    [] => {
-                        findings.extend(Split::findings(&import.recording));
-                        Split::automatic(&import.recording)
-                    }
-                    names => Split::holding_out(&import.recording, names)?,
-                };
-                findings.extend(diagnosis::setup::check(&import.recording, &findings, monitor)?);
+                let split = split(&import.recording, held_out, &mut findings, monitor)?;
                 let loaded = Session {
                     recording: Some(Arc::new(import.recording)),
                     findings: Arc::new(findings),
                     opened_by: Some(Arc::new(self.clone())),
                     mapping: Some(Arc::new(import.mapping)),
                     split,
-                    preset: session.preset,
-                    own_effects: session.own_effects.clone(),
-                    plan: session.plan.clone(),
                     checkpoint_file: session.checkpoint_file.clone(),
-                    bets: Bets { first: session.bets.first, ..Bets::default() },
-                    ..Session::default()
+                    ..emptied(session)
                 };
                 fitted_if_possible(loaded, monitor)
             }
@@ -177,15 +167,7 @@ impl Command {
             Command::Simulate(scenario) => {
                 let recording = simulation::simulate(scenario, monitor)?;
                 let split = Split::automatic(&recording);
-                let loaded = Session {
-                    recording: Some(Arc::new(recording)),
-                    split,
-                    preset: session.preset,
-                    plan: session.plan.clone(),
-                    own_effects: session.own_effects.clone(),
-                    bets: Bets { first: session.bets.first, ..Bets::default() },
-                    ..Session::default()
-                };
+                let loaded = Session { recording: Some(Arc::new(recording)), split, ..emptied(session) };
                 fitted_if_possible(loaded, monitor)
             }
             Command::ChoosePreset(preset) => {
@@ -393,6 +375,36 @@ fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session
     }
 }
 
+/// An empty session in which still holds what was chosen for any recording.
+fn emptied(session: &Session) -> Session {
+    Session {
+        preset: session.preset,
+        plan: session.plan.clone(),
+        own_effects: session.own_effects.clone(),
+        bets: Bets { first: session.bets.first, ..Bets::default() },
+        ..Session::default()
+    }
+}
+
+/// Splits a recording, automatically if no trajectory is named. What there is to be said of that, and of how the recording is
+/// set up, is added to its findings.
+fn split(
+    recording: &Recording,
+    held_out: &[String],
+    findings: &mut Vec<Finding>,
+    monitor: &Monitor,
+) -> Result<Split, SessionError> {
+    let split = if held_out.is_empty() {
+        findings.extend(Split::findings(recording));
+        Split::automatic(recording)
+    } else {
+        Split::holding_out(recording, held_out)?
+    };
+    let set_up = diagnosis::setup::check(recording, findings, monitor)?;
+    findings.extend(set_up);
+    Ok(split)
+}
+
 /// The recording with these corrections, judged and fitted as if it had been read with them.
 fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -> Result<Session, SessionError> {
     let mut recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?.clone();
@@ -404,13 +416,7 @@ fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -
     let trains = |index: usize| session.split.train.iter().any(|segment| segment.trajectory == index);
     let held_out = (0..recording.trajectories.len()).filter(|&index| !trains(index));
     let held_out: Vec<String> = held_out.map(|index| recording.trajectories[index].name.clone()).collect();
-    let split = if held_out.is_empty() {
-        findings.extend(Split::findings(&recording));
-        Split::automatic(&recording)
-    } else {
-        Split::holding_out(&recording, &held_out)?
-    };
-    findings.extend(diagnosis::setup::check(&recording, &findings, monitor)?);
+    let split = split(&recording, &held_out, &mut findings, monitor)?;
     let opened_by = session.opened_by.as_ref().map(|command| match command.as_ref() {
         Command::Open { paths, options, held_out } => {
             let mut options = options.clone();
@@ -425,12 +431,9 @@ fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -
         opened_by,
         mapping: session.mapping.clone(),
         split,
-        preset: session.preset,
-        plan: session.plan.clone(),
         checkpoint_file: session.checkpoint_file.clone(),
         truth: session.truth.clone(),
-        bets: Bets { first: session.bets.first, ..Bets::default() },
-        ..Session::default()
+        ..emptied(session)
     };
     fitted_if_possible(loaded, monitor)
 }
@@ -450,11 +453,29 @@ mod tests {
         }
     }
 
+    fn simulate() -> Command {
+        let motion = Excitation::PaperPointToPoint { trajectories: 6, duration: 4.0, samples: 80, range: 2.0 };
+        Command::Simulate(Box::new(Scenario { motion, ..Scenario::embedded() }))
+    }
+
+    /// They are of the user, and not of the recording.
+    #[test]
+    fn effects_of_ones_own_stay_with_another_recording() {
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/own_stribeck.toml");
+        let simulated = simulate().run(&Session::default(), &Monitor::new()).unwrap();
+        let loaded = Command::LoadEffect { path }.run(&simulated, &Monitor::new()).unwrap();
+        assert_eq!(loaded.own_effects.len(), 1);
+        let set_right = Command::SetRight(vec!["sign-torque@1".parse().unwrap()]);
+        for command in [set_right, simulate()] {
+            let session = command.run(&loaded, &Monitor::new()).unwrap();
+            assert!(!session.has_recording_of(&loaded));
+            assert_eq!(session.own_effects, loaded.own_effects, "{}", command.title());
+        }
+    }
+
     #[test]
     fn a_diagnosis_tells_what_it_finds_while_it_searches() {
-        let motion = Excitation::PaperPointToPoint { trajectories: 6, duration: 4.0, samples: 80, range: 2.0 };
-        let simulate = Command::Simulate(Box::new(Scenario { motion, ..Scenario::embedded() }));
-        let session = simulate.run(&Session::default(), &Monitor::new()).unwrap();
+        let session = simulate().run(&Session::default(), &Monitor::new()).unwrap();
         let monitor = Monitor::new();
         let report = Command::Diagnose.run(&session, &monitor).unwrap().report.unwrap();
         let found = monitor.take_events().into_iter().filter_map(|event| match event {

@@ -21,7 +21,7 @@ use crate::effect::own::{self, OwnEffectError};
 use crate::file;
 use crate::model::file::load_own_effects;
 use crate::model::{Evaluation, ModelError, Preset, Term};
-use crate::progress::{Epoch, Monitor, Stopped};
+use crate::progress::{Epoch, Event, Monitor, Stopped};
 use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
 use crate::recording::read::{ReadError, ReadOptions, own_recording};
@@ -34,9 +34,11 @@ use crate::training::{Ending, TrainError};
 
 /// Ending of session files.
 pub const ENDING: &str = "torquescope";
-/// Written into every file. Version 1 had no report, no sweep and no earlier trainings, version 2 one session alone; a newer file
-/// is refused.
+/// Written into every file. Version 1 had no report, no sweep and no earlier trainings, version 2 one session alone, and a
+/// report that told other things than one of today: it is left out. A newer file is refused.
 const VERSION: u32 = 3;
+/// The first version whose reports can be read.
+const REPORTS_SINCE: u32 = 3;
 const CONTENTS: &str = "session.json";
 const RECORDING: &str = "recording.npz";
 
@@ -153,8 +155,7 @@ struct ViewAbout {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct OldContents {
-    #[serde(rename = "torquescope_session")]
-    _version: u32,
+    torquescope_session: u32,
     findings: Vec<Finding>,
     mapping: Option<Mapping>,
     split: Split,
@@ -172,20 +173,20 @@ struct OldContents {
 }
 
 impl OldContents {
-    /// The same as of this version; whether it had a report, proposals or curves, its entries tell.
-    fn renewed(self, [has_report, has_proposals, has_sweep]: [bool; 3]) -> Contents {
+    /// The same in the form of this version, without its report; whether it had proposals or curves, its entries tell.
+    fn renewed(self, [has_proposals, has_sweep]: [bool; 2]) -> Contents {
         let session = SessionAbout {
             preset: self.preset,
             plan: self.plan,
             set_aside: self.set_aside,
             ladder: self.ladder.unwrap_or_else(|| (0..self.steps.len()).collect()),
             runs: self.runs,
-            report: has_report.then_some(0),
+            report: None,
             proposals: has_proposals.then_some(0),
             sweep: has_sweep.then_some(0),
         };
         Contents {
-            torquescope_session: VERSION,
+            torquescope_session: self.torquescope_session,
             findings: self.findings,
             mapping: self.mapping,
             split: self.split,
@@ -415,7 +416,7 @@ impl Entries<'_> {
             Some(1 | 2) => {
                 load_own_effects(&value)?;
                 let old: OldContents = serde_json::from_slice(&json).map_err(damaged)?;
-                Ok(old.renewed([report_name(0), proposals_name(0), sweep_name(0)].map(|name| self.has(&name))))
+                Ok(old.renewed([proposals_name(0), sweep_name(0)].map(|name| self.has(&name))))
             }
             Some(_) => {
                 load_own_effects(&value)?;
@@ -441,6 +442,13 @@ impl Entries<'_> {
 pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFileError> {
     let mut entries = Entries(ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?);
     let contents = entries.contents()?;
+    let has_readable_reports = contents.torquescope_session >= REPORTS_SINCE;
+    if !has_readable_reports && entries.has(&report_name(0)) {
+        monitor.tell(Event::Warning(format!(
+            "the session has version {}, whose report of a diagnosis can't be read any more and is left out: diagnose again",
+            contents.torquescope_session
+        )));
+    }
     let recording = own_recording(&entries.bytes(RECORDING)?, monitor)?;
     let fits = |segment: &crate::recording::split::Segment| {
         recording
@@ -465,7 +473,9 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
         let (generation, run) = (Generation::next(), run.map(Arc::new));
         parts.steps.0.push(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run }));
     }
-    parts.reports.0.extend(entries.counted(report_name)?.into_iter().map(with_evidence).map(Arc::new));
+    if has_readable_reports {
+        parts.reports.0.extend(entries.counted(report_name)?.into_iter().map(with_evidence).map(Arc::new));
+    }
     parts.proposals.0.extend(entries.counted(proposals_name)?.into_iter().map(Arc::new));
     parts.sweeps.0.extend(entries.counted(sweep_name)?.into_iter().map(Arc::new));
     let seal = recording.seal.as_ref().filter(|_| contents.opened);
@@ -746,17 +756,41 @@ mod tests {
             for name in names {
                 archive.start_file(&name, SimpleFileOptions::default()).unwrap();
                 let entry = entries.bytes(&name).unwrap();
-                let old = if name == CONTENTS { serde_json::to_vec(&contents).unwrap() } else { entry };
+                let old = match name.as_str() {
+                    CONTENTS => serde_json::to_vec(&contents).unwrap(),
+                    "report.cbor" => old_report(&entry),
+                    _ => entry,
+                };
                 archive.write_all(&old).unwrap();
             }
             archive.finish().unwrap().into_inner()
         };
-        let first = back_from(&old_file(1));
+        let monitor = Monitor::new();
+        let open = |version: u32| from_bytes(&old_file(version), &monitor).unwrap().history.current().clone();
+        let [first, second] = [1, 2].map(open);
         assert_eq!((first.ladder.len(), first.runs.len(), first.report.is_none()), (1, 0, true));
         assert_eq!(first.ladder[0].evaluation, session.ladder[0].evaluation);
-        let second = back_from(&old_file(2));
-        assert_eq!((second.ladder.len(), second.runs.len(), &second.report), (1, 1, &session.report));
+        assert_eq!((second.ladder.len(), second.runs.len(), second.report.is_none()), (1, 1, true));
         assert_eq!((second.preset, &second.plan), (session.preset, &session.plan));
+        let text = |event| if let Event::Warning(text) = event { Some(text) } else { None };
+        let told: Vec<String> = monitor.take_events().into_iter().filter_map(text).collect();
+        assert!(matches!(told.as_slice(), [text] if text.contains("version 2, whose report")), "{told:?}");
+    }
+
+    /// A report as the program wrote it before it told presence and form apart; it can't be read as one of today.
+    fn old_report(entry: &[u8]) -> Vec<u8> {
+        let mut whole: serde_json::Value = ciborium::from_reader(entry).unwrap();
+        let report = whole[0].as_object_mut().unwrap();
+        ["presence", "completeness"].iter().for_each(|name| drop(report.remove(*name).unwrap()));
+        for effect in report["effects"].as_array_mut().unwrap() {
+            let effect = effect.as_object_mut().unwrap();
+            effect.remove("form").unwrap();
+            let presence = effect.remove("presence").unwrap();
+            effect.insert("confidence".to_owned(), presence);
+        }
+        let old = to_cbor(&whole).unwrap();
+        assert!(ciborium::from_reader::<WholeReport, _>(&old[..]).is_err());
+        old
     }
 
     #[test]

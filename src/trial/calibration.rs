@@ -8,11 +8,13 @@ use serde::Serialize;
 
 use super::TrialError;
 use super::blind::Drawing;
+use super::kin::TO_BE_NAMED;
 use super::planted::Log;
 use super::rates::{Reliability, calibration_error, reliability};
 use super::verdict::{Truth, Verdict};
 use super::world::{WorldTrial, truth_of};
-use crate::diagnosis::presence::calibration::{Calibration, Example, has_law, remainder};
+use crate::diagnosis::presence::SURE;
+use crate::diagnosis::presence::calibration::{Calibration, Example};
 use crate::diagnosis::{Rest, Sighting, sightings};
 use crate::effect::{Effect, registry};
 use crate::model::{self, ModelError, Preset};
@@ -134,26 +136,17 @@ impl Labelled {
         Labelled::of(Source::Planted, case.name.clone(), &case.recording, &case.split, &case.truth, monitor)
     }
 
-    /// What is left or doubtful on the joint where it is most, as a share of its torque.
-    fn remainder(&self, map: &Calibration) -> f64 {
-        let joints = 0..self.rest.share.len();
-        joints.map(|joint| remainder_of(map, &self.rest, self.seen(), joint)).fold(0.0, f64::max)
+    /// What is left or doubtful of each joint, as a share of its torque.
+    fn remainders(&self, map: &Calibration) -> impl Iterator<Item = f64> {
+        let of_joint = |joint| map.remainder_on(&self.rest, self.sightings.iter().map(|(sighting, _)| sighting), joint);
+        (0..self.rest.share.len()).map(of_joint)
     }
 
     /// Whether the answer is said not to be complete on some joint.
     fn is_flagged(&self, map: &Calibration) -> bool {
-        self.remainder(map) > map.remainder || (0..self.rest.share.len()).any(|joint| has_law(&self.rest, joint))
+        let mut remainders = self.remainders(map).enumerate();
+        remainders.any(|(joint, remainder)| !map.is_complete(&self.rest, remainder, joint))
     }
-
-    fn seen(&self) -> impl Iterator<Item = &Sighting> + Clone {
-        self.sightings.iter().map(|(sighting, _)| sighting)
-    }
-}
-
-/// What is left or doubtful on a joint.
-fn remainder_of<'a>(map: &Calibration, rest: &Rest, seen: impl Iterator<Item = &'a Sighting>, joint: usize) -> f64 {
-    let doubtful = seen.filter(|sighting| sighting.is_doubtful(map.presence(sighting)) && sighting.acts_on(joint));
-    remainder(rest, joint, doubtful.map(|sighting| sighting.unique))
 }
 
 /// Whether a sighting is there.
@@ -197,12 +190,12 @@ pub fn label_all<T: Send + Sync>(
 }
 
 /// Learns a map from all of these, with the share of a joint's torque from which on an answer is not complete.
-pub fn learn(labelled: &[Labelled]) -> Calibration {
-    let examples = examples(labelled, |_| true);
+pub fn learn(labelled: &[&Labelled]) -> Calibration {
+    let examples = examples(labelled);
     let mut map = Calibration::learn(&examples.iter().collect::<Vec<_>>());
     // What a real log leaves is in its twins too, so they are not complete.
-    let is_complete = |one: &&Labelled| one.known && one.source != Source::Planted;
-    let mut left: Vec<f64> = labelled.iter().filter(is_complete).map(|one| one.remainder(&map)).collect();
+    let complete = labelled.iter().filter(|one| one.known && one.source != Source::Planted);
+    let mut left: Vec<f64> = complete.map(|one| one.remainders(&map).fold(0.0, f64::max)).collect();
     left.sort_by(f64::total_cmp);
     let place = ((1.0 - FALSE_FLAGS) * left.len() as f64) as usize;
     map.remainder = left.get(place).or(left.last()).copied().unwrap_or(f64::INFINITY);
@@ -215,13 +208,8 @@ pub fn cross_validate(labelled: &[Labelled]) -> Vec<Quality> {
     let maps: Vec<Calibration> = (0..FOLDS)
         .into_par_iter()
         .map(|fold| {
-            let rest: Vec<Labelled> = labelled
-                .iter()
-                .enumerate()
-                .filter(|(number, _)| number % FOLDS != fold)
-                .map(|(_, one)| one.clone())
-                .collect();
-            learn(&rest)
+            let others = labelled.iter().enumerate().filter(|(number, _)| number % FOLDS != fold);
+            learn(&others.map(|(_, one)| one).collect::<Vec<_>>())
         })
         .collect();
     let tested = |source: Option<Source>| -> Quality {
@@ -249,7 +237,7 @@ impl Quality {
         let pairs: Vec<(f64, bool)> = judged.iter().map(|(presence, is_there, _)| (*presence, *is_there)).collect();
         let reliability = reliability(&pairs);
         let at_least = |least: f64| judged.iter().filter(move |(presence, ..)| *presence >= least);
-        let is_strong = |(_, is_there, share): &&(f64, bool, f64)| *is_there && *share >= 0.03;
+        let is_strong = |(_, is_there, share): &&(f64, bool, f64)| *is_there && *share >= TO_BE_NAMED;
         let flags = |known: bool| {
             let of_kind = cases.iter().filter(|(one, _)| one.known == known);
             [of_kind.clone().count(), of_kind.filter(|(one, map)| one.is_flagged(map)).count()]
@@ -260,10 +248,10 @@ impl Quality {
             present: pairs.iter().filter(|(_, is_there)| *is_there).count(),
             auc: auc(&pairs),
             calibration_error: calibration_error(&reliability),
-            sure: [at_least(0.9).count(), at_least(0.9).filter(|(_, is_there, _)| *is_there).count()],
+            sure: [at_least(SURE).count(), at_least(SURE).filter(|(_, is_there, _)| *is_there).count()],
             strong: [
                 judged.iter().filter(is_strong).count(),
-                at_least(0.9).filter(is_strong).count(),
+                at_least(SURE).filter(is_strong).count(),
                 at_least(0.5).filter(is_strong).count(),
             ],
             reliability,
@@ -288,15 +276,15 @@ fn auc(pairs: &[(f64, bool)]) -> f64 {
     wins / (there * below)
 }
 
-fn examples(labelled: &[Labelled], counts: impl Fn(&Labelled) -> bool) -> Vec<Example> {
-    let of_one = |(recording, one): (usize, &Labelled)| {
+fn examples(labelled: &[&Labelled]) -> Vec<Example> {
+    let of_one = |(recording, one): (usize, &&Labelled)| {
         let example = |(sighting, label): &(Sighting, Option<bool>)| {
             let present = (*label)?;
             sighting.physical.then_some(Example { family: sighting.family, clues: sighting.clues, present, recording })
         };
         one.sightings.iter().filter_map(example).collect::<Vec<_>>()
     };
-    labelled.iter().enumerate().filter(|(_, one)| counts(one)).flat_map(of_one).collect()
+    labelled.iter().enumerate().flat_map(of_one).collect()
 }
 
 #[cfg(test)]

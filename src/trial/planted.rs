@@ -243,12 +243,7 @@ impl Log {
 
     /// What was named before, which may be there or not.
     fn assumed(&self) -> Vec<Planted> {
-        let joints = self.recording.joint_count();
-        let assumed = |name: Name| {
-            let place = Place { effect: &name.effect, joint: name.joint, joints };
-            Planted { assumed: true, ..place.planted(0.0, BTreeMap::new()) }
-        };
-        self.before().into_iter().map(assumed).collect()
+        assumed(&self.before(), self.recording.joint_count())
     }
 
     /// What was planted in the words of the judge.
@@ -420,6 +415,15 @@ pub(super) fn named(report: &Report) -> Vec<Name> {
     report.effects.iter().flat_map(at_places).collect()
 }
 
+/// Names in the words of the judge, as what may be there or not.
+pub(super) fn assumed(names: &[Name], joints: usize) -> Vec<Planted> {
+    let assumed = |name: &Name| {
+        let place = Place { effect: &name.effect, joint: name.joint, joints };
+        Planted { assumed: true, ..place.planted(0.0, BTreeMap::new()) }
+    };
+    names.iter().map(assumed).collect()
+}
+
 /// RMS of a torque over that of the torque of the joints that feel it.
 fn share(torque: &[Signals], recording: &Recording) -> f64 {
     let (mut own, mut all) = (0.0, 0.0);
@@ -518,17 +522,18 @@ impl Plan {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::arm::Arm;
     use crate::simulation::{Excitation, Scenario, simulate};
 
-    /// A log of two joints with 8 % of Coulomb friction on the second.
-    fn log() -> Log {
+    /// So many runs of two joints, each so long \[s\] and sampled at this rate \[Hz\], with this share of Coulomb friction on the
+    /// second joint.
+    pub fn with_friction(trajectories: usize, duration: f64, rate: f64, share: f64) -> (Recording, Split) {
         let motion = Excitation::MultiSine {
-            trajectories: 6,
-            duration: 5.0,
-            rate: 60.0,
+            trajectories,
+            duration,
+            rate,
             harmonics: 4,
             lowest_frequency: 0.1,
             highest_frequency: 1.0,
@@ -536,9 +541,14 @@ mod tests {
             max_velocity: 3.0,
         };
         let bare = Scenario { arm: Arm::uniform(2), motion, effects: Vec::new(), seed: 5, ..Scenario::embedded() };
-        let effects = bare.hide_by_strength("coulomb-friction", &[1], 0.08).unwrap();
+        let effects = bare.hide_by_strength("coulomb-friction", &[1], share).unwrap();
         let recording = simulate(&Scenario { effects, ..bare }, &Monitor::new()).unwrap();
         let split = Split::automatic(&recording);
+        (recording, split)
+    }
+
+    fn log() -> Log {
+        let (recording, split) = with_friction(6, 5.0, 60.0, 0.08);
         Log::new(recording, split, &Monitor::new()).unwrap()
     }
 

@@ -10,16 +10,14 @@ use serde::Serialize;
 
 use super::TrialError;
 use super::foreign::{Name, lacking};
-use super::kin::Place;
-use super::planted::named;
+use super::planted::{assumed, named};
 use super::rates::share;
 use super::verdict::{Planted, Verdict};
 use crate::diagnosis::presence::SURE;
 use crate::model::ModelError;
 use crate::progress::Monitor;
 use crate::recording::split::{Segment, Split};
-use crate::recording::{Channels, Recording, Trajectory};
-use crate::signals::{ShapeError, Signals};
+use crate::recording::{Recording, Trajectory};
 
 /// A name survives that is given in this share of the variants.
 const MOST: f64 = 0.8;
@@ -98,10 +96,7 @@ pub struct Said {
 }
 
 /// The variants of a log that need nothing but itself.
-///
-/// # Errors
-/// [`ShapeError`] if parts of a trajectory do not fit together, which no recording brings about.
-pub fn variants(recording: &Recording, split: &Split) -> Result<Vec<Variant>, ShapeError> {
+pub fn variants(recording: &Recording, split: &Split) -> Vec<Variant> {
     let mut variants = Vec::new();
     for (half, name) in ["first half", "second half"].into_iter().enumerate() {
         let part = |trajectory: &Trajectory| trajectory.len() * half / 2..trajectory.len() * (half + 1) / 2;
@@ -109,7 +104,7 @@ pub fn variants(recording: &Recording, split: &Split) -> Result<Vec<Variant>, Sh
     }
     let fastest = recording.trajectories.iter().map(Trajectory::time_step).fold(f64::INFINITY, f64::min);
     for every in THINNED.into_iter().filter(|every| fastest * LEAST_RATE * *every as f64 <= 1.0 + 1e-9) {
-        variants.push(thinned(recording, split, every)?);
+        variants.push(thinned(recording, split, every));
     }
     for (number, turn) in TURNS.into_iter().enumerate() {
         let other = Split::in_turn(recording, turn);
@@ -121,7 +116,7 @@ pub fn variants(recording: &Recording, split: &Split) -> Result<Vec<Variant>, Sh
             });
         }
     }
-    Ok(variants)
+    variants
 }
 
 /// A part of each trajectory.
@@ -136,11 +131,7 @@ fn cut(recording: &Recording, split: &Split, name: &str, part: impl Fn(&Trajecto
     let runs = recording.trajectories.iter().zip(&parts);
     Variant {
         name: name.to_owned(),
-        recording: Recording {
-            trajectories: runs.map(|(run, part)| run.slice(part.clone())).collect(),
-            seal: None,
-            ..recording.clone()
-        },
+        recording: recording.with_trajectories(runs.map(|(run, part)| run.slice(part.clone())).collect()),
         split: Split {
             train: split.train.iter().filter_map(within).collect(),
             held_out: split.held_out.iter().filter_map(within).collect(),
@@ -149,31 +140,16 @@ fn cut(recording: &Recording, split: &Split, name: &str, part: impl Fn(&Trajecto
 }
 
 /// Every so manieth sample.
-fn thinned(recording: &Recording, split: &Split, every: usize) -> Result<Variant, ShapeError> {
-    let thin = |signal: &Signals| signal.map_joints(|values| values.iter().copied().step_by(every).collect());
-    let of_run = |run: &Trajectory| {
-        let channels = Channels {
-            time: run.time.iter().copied().step_by(every).collect(),
-            q: thin(&run.q),
-            qd: thin(&run.qd),
-            qdd: thin(&run.qdd),
-            tau: thin(&run.tau),
-        };
-        Trajectory::new(&run.name, channels)
+fn thinned(recording: &Recording, split: &Split, every: usize) -> Variant {
+    let of_part = |segments: &[Segment]| -> Vec<Segment> {
+        let thinned = segments.iter().map(|segment| segment.thinned(every));
+        thinned.filter(|segment| !segment.samples.is_empty()).collect()
     };
-    let thinned = |segment: &Segment| {
-        let samples = segment.samples.start.div_ceil(every)..segment.samples.end.div_ceil(every);
-        (!samples.is_empty()).then_some(Segment { samples, ..*segment })
-    };
-    let trajectories = recording.trajectories.iter().map(of_run).collect::<Result<_, _>>()?;
-    Ok(Variant {
+    Variant {
         name: format!("every {} sample", if every == 2 { "second".to_owned() } else { format!("{every}th") }),
-        recording: Recording { trajectories, seal: None, ..recording.clone() },
-        split: Split {
-            train: split.train.iter().filter_map(thinned).collect(),
-            held_out: split.held_out.iter().filter_map(thinned).collect(),
-        },
-    })
+        recording: recording.with_trajectories(recording.trajectories.iter().map(|run| run.thinned(every)).collect()),
+        split: Split { train: of_part(&split.train), held_out: of_part(&split.held_out) },
+    }
 }
 
 /// Diagnoses a log as it is, and its variants.
@@ -191,7 +167,7 @@ pub fn stability(
         monitor.part(share(number)..share(number + 1))
     };
     let names = named(&lacking(recording, split, &part(0))?.0);
-    let assumed: Vec<Planted> = names.iter().map(|name| assumed(name, recording.joint_count())).collect();
+    let assumed = assumed(&names, recording.joint_count());
     let mut said = Vec::new();
     for (number, variant) in variants.iter().enumerate() {
         said.push(ask(variant, &assumed, &part(number + 1))?);
@@ -227,10 +203,6 @@ fn ask(variant: &Variant, assumed: &[Planted], monitor: &Monitor) -> Result<Said
     Ok(Said { name: variant.name.clone(), names, others, problem })
 }
 
-fn assumed(name: &Name, joints: usize) -> Planted {
-    Place { effect: &name.effect, joint: name.joint, joints }.planted(0.0, Default::default())
-}
-
 /// Sure, probable and hardly likely names.
 fn classes(names: &[Stays]) -> Vec<Class> {
     let ends = [SURE, PROBABLE, 0.0];
@@ -250,32 +222,17 @@ fn classes(names: &[Stays]) -> Vec<Class> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arm::Arm;
-    use crate::simulation::{Excitation, Scenario, simulate};
+    use crate::trial::planted::tests::with_friction;
 
-    /// A log of two joints with clear Coulomb friction on the second.
+    /// A log with clear friction.
     fn log() -> (Recording, Split) {
-        let motion = Excitation::MultiSine {
-            trajectories: 3,
-            duration: 10.0,
-            rate: 100.0,
-            harmonics: 4,
-            lowest_frequency: 0.1,
-            highest_frequency: 1.0,
-            max_position: 1.5,
-            max_velocity: 3.0,
-        };
-        let bare = Scenario { arm: Arm::uniform(2), motion, effects: Vec::new(), seed: 5, ..Scenario::embedded() };
-        let effects = bare.hide_by_strength("coulomb-friction", &[1], 0.1).unwrap();
-        let recording = simulate(&Scenario { effects, ..bare }, &Monitor::new()).unwrap();
-        let split = Split::automatic(&recording);
-        (recording, split)
+        with_friction(3, 10.0, 100.0, 0.1)
     }
 
     #[test]
     fn variants_are_the_same_log_in_other_pieces() {
         let (recording, split) = log();
-        let variants = variants(&recording, &split).unwrap();
+        let variants = variants(&recording, &split);
         let names: Vec<&str> = variants.iter().map(|variant| variant.name.as_str()).collect();
         // At 100 Hz every fourth sample would be too slow.
         let held_out = ["another part is held out (1)", "another part is held out (2)"];
@@ -303,7 +260,7 @@ mod tests {
     #[test]
     fn clear_friction_stays_and_a_variant_that_can_not_be_asked_says_why() {
         let (recording, split) = log();
-        let mut some = variants(&recording, &split).unwrap();
+        let mut some = variants(&recording, &split);
         some.truncate(3);
         some.remove(1);
         some.push(cut(&recording, &split, "the first samples", |_| 0..6));

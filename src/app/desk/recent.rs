@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::file;
 use crate::recording::read::ReadOptions;
 use crate::session::Command;
 
@@ -26,7 +27,7 @@ pub struct Recents(Vec<Recent>);
 impl Recent {
     /// What a command opened; `None` if it opened nothing.
     pub fn of(command: &Command) -> Option<Recent> {
-        let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
+        let absolute = |path: &PathBuf| file::absolute(path);
         match command {
             Command::Restore { path } => Some(Recent { paths: vec![absolute(path)], reading: String::new() }),
             Command::Open { paths, options, held_out } => {

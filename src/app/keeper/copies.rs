@@ -57,8 +57,7 @@ impl Copy {
 
     /// The newest checkpoint of a training that was at work on it.
     pub fn run(&self) -> Option<PathBuf> {
-        let written = |path: &PathBuf| fs::metadata(path).and_then(|about| about.modified()).ok();
-        runs(&self.path).into_iter().max_by_key(written)
+        runs(&self.path).into_iter().max_by_key(|path| file::written(path))
     }
 }
 
@@ -176,7 +175,7 @@ impl Shelf {
         let own = self.own.as_ref().map(|own| own.document.clone());
         let is_document = |path: &PathBuf| path.extension().is_some_and(|ending| ending == document_file::ENDING);
         let copy = |path: PathBuf| {
-            let written = fs::metadata(&path).and_then(|about| about.modified()).ok()?;
+            let written = file::written(&path)?;
             let note = file::read(&part(&path, NOTE), file::LARGEST_TEXT).ok();
             let note = note.and_then(|note| serde_json::from_slice(&note).ok()).unwrap_or_else(|| Note {
                 name: "a session".to_owned(),

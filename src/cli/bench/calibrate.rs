@@ -92,7 +92,7 @@ impl Calibrate {
                 Case::World(seed) => Labelled::of_world(*seed, monitor),
                 Case::Twin(log, seed) => Labelled::of_twin(log, *seed, monitor),
             })?;
-            Ok::<_, TrialError>((learn(&labelled), cross_validate(&labelled), labelled))
+            Ok::<_, TrialError>((learn(&labelled.iter().collect::<Vec<_>>()), cross_validate(&labelled), labelled))
         })?;
         let map = Calibration { command: self.command(), ..map };
         if let Some(path) = &self.output {

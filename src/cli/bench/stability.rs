@@ -34,7 +34,7 @@ impl StabilityBench {
     pub fn run(&self) -> anyhow::Result<()> {
         let session = self.files.session()?;
         let Some(recording) = session.recording.clone() else { return Ok(()) };
-        let mut others = variants(&recording, &session.split)?;
+        let mut others = variants(&recording, &session.split);
         others.extend(filtered(&session)?);
         let split = session.split;
         let result =

@@ -87,6 +87,26 @@ impl Calibration {
         (1.0 / (1.0 + (-sum).exp())).clamp(NEAREST, 1.0 - NEAREST)
     }
 
+    /// How much of a joint's torque (RMS, as a share) is left beside noise, or rests on families that carry evidence and are yet not
+    /// likely.
+    ///
+    /// Source: √(U² + C²) of a comparison of six measures on 140 arms of another engine, where it told the incomplete from the
+    /// complete best.
+    pub fn remainder_on<'a>(&self, rest: &Rest, seen: impl IntoIterator<Item = &'a Sighting>, joint: usize) -> f64 {
+        let is_doubtful = |one: &&Sighting| one.acts_on(joint) && one.is_doubtful(self.presence(one));
+        let doubtful = seen.into_iter().filter(is_doubtful).map(|one| one.unique * one.unique);
+        let coloured = rest.share[joint].powi(2) * (1.0 - rest.whiteness[joint]);
+        (coloured + doubtful.sum::<f64>()).sqrt()
+    }
+
+    /// Whether an answer is complete that leaves this remainder on a joint: it is small, and a flexible basis does not predict most of
+    /// what is left. Little is left then, but it has a law.
+    pub fn is_complete(&self, rest: &Rest, remainder: f64, joint: usize) -> bool {
+        let predicted = rest.predicted[joint].max(0.0);
+        let has_law = predicted > MOSTLY && rest.share[joint] * predicted.sqrt() > WORTH_A_THOUGHT;
+        remainder <= self.remainder && !has_law
+    }
+
     /// Learns the weights from examples; the other fields are the caller's.
     pub fn learn(examples: &[&Example]) -> Calibration {
         let count = examples.len();
@@ -117,21 +137,6 @@ impl Calibration {
             remainder: f64::INFINITY,
         }
     }
-}
-
-/// How much of a joint's torque (RMS, as a share) is left beside noise, or rests on names that are doubtful.
-///
-/// `doubtful` are the unique shares of families that carry evidence and are yet not likely. Source: √(U² + C²) of a comparison of six
-/// measures on 140 arms of another engine, where it told the incomplete from the complete best.
-pub fn remainder(rest: &Rest, joint: usize, doubtful: impl Iterator<Item = f64>) -> f64 {
-    let coloured = rest.share[joint].powi(2) * (1.0 - rest.whiteness[joint]);
-    (coloured + doubtful.map(|unique| unique * unique).sum::<f64>()).sqrt()
-}
-
-/// Whether a flexible basis predicts most of what is left of a joint, and that is worth a thought: little is left then, but it has a law.
-pub fn has_law(rest: &Rest, joint: usize) -> bool {
-    let predicted = rest.predicted[joint].max(0.0);
-    predicted > MOSTLY && rest.share[joint] * predicted.sqrt() > WORTH_A_THOUGHT
 }
 
 /// Mean and spread of each clue.

@@ -1,8 +1,7 @@
 //! What the clues of one search amount to: how likely each family is there, and how complete the answer is.
 
-use super::calibration::{Calibration, has_law, remainder};
-use super::{LIKELY, Rest, Sighting, sightings};
-use crate::diagnosis::flexible;
+use super::calibration::Calibration;
+use super::{Sighting, look};
 use crate::diagnosis::report::{Completeness, Presence};
 use crate::diagnosis::search::Search;
 use crate::effect::Family;
@@ -15,8 +14,8 @@ const WORTH_TELLING: f64 = 0.1;
 pub struct Judged {
     sightings: Vec<(Sighting, f64)>,
     completeness: Vec<Completeness>,
-    /// What is left and doubtful on a joint, over what an answer may leave that is complete.
-    excess: Vec<f64>,
+    /// The remainder that an answer may leave which is complete.
+    allowed: f64,
 }
 
 impl Judged {
@@ -25,46 +24,39 @@ impl Judged {
     /// # Errors
     /// [`ModelError`] if a column of the flexible basis can't be computed.
     pub fn of(search: &Search, map: &Calibration) -> Result<Judged, ModelError> {
-        let rest = Rest::of(search, flexible::predicted(search)?);
-        let seen = sightings(search, &rest).into_iter();
-        let sightings: Vec<(Sighting, f64)> =
-            seen.map(|one| (map.presence(&one), one)).map(|(p, one)| (one, p)).collect();
-        let remainder = |joint: usize| {
-            let doubtful = sightings.iter().filter(|(one, presence)| one.is_doubtful(*presence) && one.acts_on(joint));
-            remainder(&rest, joint, doubtful.map(|(one, _)| one.unique))
+        let (seen, rest) = look(search)?;
+        let of_joint = |joint: usize| {
+            let remainder = map.remainder_on(&rest, &seen, joint);
+            Completeness {
+                joint,
+                explained: (1.0 - (rest.share[joint] / rest.before[joint]).powi(2)).clamp(0.0, 1.0),
+                remainder,
+                complete: map.is_complete(&rest, remainder, joint),
+            }
         };
-        let completeness = (0..rest.share.len())
-            .map(|joint| {
-                let remainder = remainder(joint);
-                Completeness {
-                    joint,
-                    explained: (1.0 - (rest.share[joint] / rest.before[joint]).powi(2)).clamp(0.0, 1.0),
-                    remainder,
-                    complete: remainder <= map.remainder && !has_law(&rest, joint),
-                }
-            })
-            .collect::<Vec<_>>();
-        let excess = completeness.iter().map(|one| one.remainder / map.remainder).collect();
-        Ok(Judged { sightings, completeness, excess })
+        let completeness = (0..rest.share.len()).map(of_joint).collect();
+        let sightings = seen.into_iter().map(|one| (one.clone(), map.presence(&one))).collect();
+        Ok(Judged { sightings, completeness, allowed: map.remainder })
     }
 
     /// How likely something of a family is at a place.
-    pub fn presence(&self, family: Family, joint: Option<usize>) -> f64 {
+    fn presence(&self, family: Family, joint: Option<usize>) -> f64 {
         let is_it = |(one, _): &&(Sighting, f64)| one.family == family && one.joint == joint;
         self.sightings.iter().find(is_it).map_or(0.0, |(_, presence)| *presence)
     }
 
-    /// Whether a group of the search belongs to a family that is likely enough to be named.
-    pub fn is_likely(&self, search: &Search, group: usize) -> bool {
+    /// How likely something of the family of a group of the search is at its place.
+    pub fn presence_of(&self, search: &Search, group: usize) -> f64 {
         let group = &search.library.groups[group];
-        self.presence(group.effect.family, group.joint) >= LIKELY
+        self.presence(group.effect.family, group.joint)
     }
 
     /// How much a difference of evidence between two forms says at a place: less where more is left than noise, since it may
     /// be that which tells them apart.
     pub fn certainty(&self, joint: Option<usize>) -> f64 {
-        let worst = joint.map_or_else(|| self.excess.iter().copied().fold(0.0, f64::max), |joint| self.excess[joint]);
-        1.0 / worst.max(1.0).powi(2)
+        let felt = self.completeness.iter().filter(|one| joint.is_none_or(|joint| one.joint == joint));
+        let worst = felt.map(|one| one.remainder).fold(0.0, f64::max);
+        1.0 / (worst / self.allowed).max(1.0).powi(2)
     }
 
     /// The families that are worth a thought, the likeliest first.

@@ -18,8 +18,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::flexible;
 use super::search::{MARGIN, Search, gates};
 use crate::effect::{Effect, Family};
+use crate::model::ModelError;
 use crate::model::least_squares::NormalEquations;
 
 /// From this presence on a family is named. On the draws and worlds that the map was learned on, exact answers are
@@ -95,30 +97,36 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Of the effects that the search has found; `predicted` as the flexible basis finds it.
-    pub fn of(search: &Search, predicted: Vec<f64>) -> Rest {
+    /// Of the effects that the search has found.
+    fn of(search: &Search) -> Result<Rest, ModelError> {
         let [before, factors] = [&[], search.active.as_slice()].map(|set| search.factors(set));
         let joints = 0..search.weights.len();
         let energies = Energies::new(search);
         let left = |joint: usize, factors: &DVector<f64>| energies.left(joint, factors).sqrt().max(LEAST_SHARE);
-        Rest {
+        Ok(Rest {
             share: joints.clone().map(|joint| left(joint, &factors)).collect(),
             before: joints.clone().map(|joint| left(joint, &before)).collect(),
             whiteness: joints.map(|joint| (1.0 - search.first_correlation(joint, &factors)).clamp(0.0, 1.0)).collect(),
-            predicted,
-        }
+            predicted: flexible::predicted(search)?,
+        })
     }
 }
 
-/// Every family at every place that the data can show.
-pub fn sightings(search: &Search, rest: &Rest) -> Vec<Sighting> {
+/// Every family at every place that the data can show, once the search has spoken, and what is left.
+///
+/// # Errors
+/// [`ModelError`] if a column of the flexible basis can't be computed.
+pub(super) fn look(search: &Search) -> Result<(Vec<Sighting>, Rest), ModelError> {
+    let rest = Rest::of(search)?;
     let groups = &search.library.groups;
     let mut places: Vec<(Family, Option<usize>)> =
         groups.iter().map(|group| (group.effect.family, group.joint)).collect();
     places.sort_unstable();
     places.dedup();
     let energies = Energies::new(search);
-    places.into_par_iter().filter_map(|(family, joint)| sighting(search, rest, &energies, family, joint)).collect()
+    let sight = |(family, joint)| sighting(search, &rest, &energies, family, joint);
+    let sightings = places.into_par_iter().filter_map(sight).collect();
+    Ok((sightings, rest))
 }
 
 /// The squared length of each joint's torque and its normal equations over all blocks.

@@ -10,7 +10,7 @@ use super::{Dependence, Step};
 use crate::effect::sign;
 use crate::model::least_squares::NormalEquations;
 use crate::recording::Trajectory;
-use crate::signals::Signals;
+use crate::recording::check::Pick;
 
 /// Parts of the data, each of which is left out once.
 const FOLDS: usize = 5;
@@ -27,15 +27,12 @@ const ENOUGH: f64 = 0.02;
 /// Most channels in an order, and most pairs that are told.
 const MOST: usize = 4;
 
-/// Which signal of a run.
-type Signal = fn(&Trajectory) -> &Signals;
-
 /// A channel of the motion and its basis.
 struct Channel {
     name: String,
-    /// Rows of its functions, and of those that are multiplied with another channel's.
+    /// The columns of its functions.
     own: Range<usize>,
-    /// Series of the latter along the thinned trajectories.
+    /// Those functions that are multiplied with another channel's: the series of each along the trajectories.
     factors: Vec<Vec<Vec<f64>>>,
 }
 
@@ -81,7 +78,7 @@ impl Basis {
     /// The basis of all channels along a recording, and of the pairs of positions and speeds.
     pub fn new(thinning: &Thinning) -> Basis {
         let joints = thinning.runs().next().map_or(0, Trajectory::joint_count);
-        let signals: [(&str, Signal, usize); 3] =
+        let signals: [(&str, Pick, usize); 3] =
             [("q", |run| &run.q, 6), ("qd", |run| &run.qd, 5), ("qdd", |run| &run.qdd, 3)];
         let mut basis = Basis { channels: Vec::new(), pairs: Vec::new(), columns: DMatrix::zeros(0, 0) };
         let mut columns: Vec<Vec<f64>> = Vec::new();
@@ -91,11 +88,7 @@ impl Basis {
                 basis.add(format!("{word}{}", joint + 1), &series, word == "qd", count, thinning, &mut columns);
             }
         }
-        let since_start = |run: &Trajectory| {
-            let start = run.time.first().copied().unwrap_or(0.0);
-            run.time.iter().map(|time| time - start).collect()
-        };
-        let time: Vec<Vec<f64>> = thinning.runs().map(since_start).collect();
+        let time: Vec<Vec<f64>> = thinning.runs().map(|run| run.since_start().collect()).collect();
         basis.add("t".to_owned(), &time, false, 4, thinning, &mut columns);
         // Pairs of positions and speeds.
         for first in 0..2 * joints {
@@ -216,9 +209,8 @@ fn predicted(columns: &DMatrix<f64>, rows: &Rows, places: &[usize]) -> f64 {
     let mut whole = NormalEquations::empty(places.len());
     folds.iter().for_each(|fold| whole.add(fold, 1.0));
     let after = |fold: &NormalEquations| {
-        let mut rest = whole.clone();
-        rest.add(fold, -1.0);
-        fold.residual_energy(&rest.damped(DAMPING).solve().factors).min(WORST * fold.energy)
+        let factors = whole.without(fold).damped(DAMPING).solve().factors;
+        fold.residual_energy(&factors).min(WORST * fold.energy)
     };
     if whole.energy <= 0.0 { 0.0 } else { 1.0 - folds.iter().map(after).sum::<f64>() / whole.energy }
 }

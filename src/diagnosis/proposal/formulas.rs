@@ -1,11 +1,12 @@
 //! Formulas for the remainder of one joint: the promising ones by thinned rows, then those among them exactly as a fit has them.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::candidates::{Candidate, Library, values};
 use super::rows::{Rows, Thinning};
@@ -14,6 +15,7 @@ use super::{Left, Proposal};
 use crate::effect::{Column, Effect, Motion, NotApplicable, Scope, registry};
 use crate::model::design::Design;
 use crate::model::equations::{Equations, PreparedColumn};
+use crate::model::fit::{interval_quantile, jackknife_error};
 use crate::model::least_squares::{NormalEquations, Solution, dot};
 use crate::model::{EffectTerm, ModelError};
 
@@ -52,7 +54,7 @@ pub(super) fn of_joint(
     rows: &Rows,
     joint: usize,
 ) -> Result<Vec<Proposal>, ModelError> {
-    let promising = promising(library, &left.design, thinning, rows)?;
+    let promising = promising(library, left.design, thinning, rows)?;
     Exact::new(left, library, &promising, joint)?.proposals()
 }
 
@@ -119,8 +121,8 @@ struct Exact<'a> {
     /// How many there are before the candidates.
     base: usize,
     equations: Equations,
-    /// Blocks that are left out together, and the weighted equations of each.
-    parts: Vec<(Vec<usize>, NormalEquations)>,
+    /// Blocks that are left out together, and their weighted equations.
+    parts: Vec<(Range<usize>, NormalEquations)>,
     whole: NormalEquations,
 }
 
@@ -132,7 +134,7 @@ struct Beside {
 
 impl<'a> Exact<'a> {
     fn new(left: &'a Left<'a>, library: &'a Library, promising: &[usize], joint: usize) -> Result<Self, ModelError> {
-        let design = &left.design;
+        let design = left.design;
         let candidates: Vec<&Candidate> = promising.iter().map(|&place| &library.candidates[place]).collect();
         let mut columns = left.columns.clone();
         let texts: Vec<&str> =
@@ -141,10 +143,9 @@ impl<'a> Exact<'a> {
         let equations = design.equations(&columns, &left.whole);
         let count = equations.block_count();
         let parts = count.min(MOST_PARTS);
-        let blocks_of = |part: usize| (part * count / parts..(part + 1) * count / parts).collect::<Vec<usize>>();
-        let parts: Vec<(Vec<usize>, NormalEquations)> = (0..parts)
+        let parts: Vec<(Range<usize>, NormalEquations)> = (0..parts)
             .map(|part| {
-                let blocks = blocks_of(part);
+                let blocks = part * count / parts..(part + 1) * count / parts;
                 let sum = equations.total(&left.weights, |block| blocks.contains(&block));
                 (blocks, sum)
             })
@@ -163,13 +164,15 @@ impl<'a> Exact<'a> {
         let is_same = |one: usize, other: usize, least: f64| one == other || all.correlation(one, other).abs() > least;
         let mut proposals: Vec<Proposal> = Vec::new();
         let mut chosen: Vec<usize> = Vec::new();
-        let nothing = self.left_out_energy(&chosen);
+        let alone = self.left_out_energies(&chosen);
+        let nothing: f64 = alone.iter().sum();
         let mut before = nothing;
         for candidate in path {
             let choosing = |half: &&Vec<usize>| half.iter().any(|&other| is_same(candidate, other, SAME_CHOICE));
             let stability = halves.iter().filter(choosing).count() as f64 / halves.len().max(1) as f64;
             chosen.push(candidate);
-            let after = self.left_out_energy(&chosen);
+            let energies = self.left_out_energies(&chosen);
+            let after: f64 = energies.iter().zip(&alone).map(|(left, alone)| left.min(WORST * alone)).sum();
             let share = (before - after) / nothing.max(f64::MIN_POSITIVE);
             let least = if proposals.is_empty() { LEAST_FIRST } else { LEAST_MORE };
             if share < least || (stability < STABLE && !halves.is_empty()) {
@@ -214,8 +217,7 @@ impl<'a> Exact<'a> {
         let size: f64 = sizes.iter().sum();
         let (mut values, mut offsets, mut shares) = (Vec::new(), Vec::new(), Vec::new());
         for ((_, part), own) in self.parts.iter().zip(&sizes) {
-            let mut rest = self.whole.clone();
-            rest.add(part, -1.0);
+            let rest = self.whole.without(part);
             let solution = rest.select(&places).solve();
             values.push(value_of(&solution));
             offsets.push(offset_of(&solution));
@@ -274,22 +276,19 @@ impl<'a> Exact<'a> {
     }
 
     /// What these factors of the model, the constant and the formulas leave of some blocks on this joint \[(N m)²\].
-    fn energy(&self, blocks: &[usize], chosen: &[usize], factors: &DVector<f64>) -> f64 {
+    fn energy(&self, blocks: &Range<usize>, chosen: &[usize], factors: &DVector<f64>) -> f64 {
         let mut all = DVector::zeros(self.columns.len());
         self.places(chosen).into_iter().zip(factors).for_each(|(place, factor)| all[place] = *factor);
-        blocks.iter().map(|&block| self.equations.residual_energy(block, self.joint, &all)).sum()
+        blocks.clone().map(|block| self.equations.residual_energy(block, self.joint, &all)).sum()
     }
 
-    /// What is left of this joint on blocks that were left out when all factors were found.
-    fn left_out_energy(&self, chosen: &[usize]) -> f64 {
-        let left_out = |(blocks, part): &(Vec<usize>, NormalEquations)| {
-            let mut rest = self.whole.clone();
-            rest.add(part, -1.0);
-            let energy =
-                |chosen: &[usize]| self.energy(blocks, chosen, &rest.select(&self.places(chosen)).solve().factors);
-            energy(chosen).min(WORST * energy(&[]))
+    /// What is left of this joint on each part, with all factors found on the others.
+    fn left_out_energies(&self, chosen: &[usize]) -> Vec<f64> {
+        let places = self.places(chosen);
+        let left_out = |(blocks, part): &(Range<usize>, NormalEquations)| {
+            self.energy(blocks, chosen, &self.whole.without(part).select(&places).solve().factors)
         };
-        self.parts.iter().map(left_out).sum()
+        self.parts.iter().map(left_out).collect()
     }
 
     fn beside(&self, equations: &NormalEquations) -> Beside {
@@ -348,11 +347,5 @@ impl Beside {
 /// than three.
 fn half_width(values: &[f64]) -> Option<f64> {
     let count = values.len();
-    if count < 3 {
-        return None;
-    }
-    let mean = values.iter().sum::<f64>() / count as f64;
-    let spread: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    let quantile = StudentsT::new(0.0, 1.0, (count - 1) as f64).map_or(1.96, |t| t.inverse_cdf(0.975));
-    Some(quantile * (spread * (count - 1) as f64 / count as f64).sqrt())
+    (count >= 3).then(|| interval_quantile(count) * jackknife_error(values.iter().copied()))
 }

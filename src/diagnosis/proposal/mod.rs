@@ -204,11 +204,13 @@ pub fn propose(
     } else {
         fitted
     };
+    let body = fitted.body().or(design.point().body.clone()).filter(|_| !fitted.model.is_pinned());
+    let design = design.at(OperatingPoint::new(body, fitted.effects()));
     let left = Left::of(fitted, &design)?;
-    let kinds = &left.design.setting().kinds;
+    let kinds = &design.setting().kinds;
     let libraries: Vec<Library> = (0..kinds.len()).map(|joint| Library::new(joint, kinds)).collect();
     let most = libraries.iter().map(|library| library.candidates.len()).max().unwrap_or_default();
-    let thinning = Thinning::new(&left.design, most);
+    let thinning = Thinning::new(&design, most);
     monitor.report(0.15, "asking every channel")?;
     let basis = Basis::new(&thinning);
     monitor.report(0.3, "trying formulas")?;
@@ -247,7 +249,7 @@ pub fn propose(
 
 /// What a model leaves of the prepared torque.
 struct Left<'a> {
-    design: Design<'a>,
+    design: &'a Design<'a>,
     /// Columns of the model.
     columns: Vec<PreparedColumn>,
     /// 1 / error variance of each joint.
@@ -261,9 +263,7 @@ struct Left<'a> {
 }
 
 impl<'a> Left<'a> {
-    fn of(fitted: &Fitted, design: &Design<'a>) -> Result<Self, ModelError> {
-        let body = fitted.body().or(design.point().body.clone()).filter(|_| !fitted.model.is_pinned());
-        let design = design.at(OperatingPoint::new(body, fitted.effects()));
+    fn of(fitted: &Fitted, design: &'a Design<'a>) -> Result<Self, ModelError> {
         let columns = design.columns(&fitted.model, fitted.shapes())?;
         let whole = design.unexplained_torque(&fitted.model)?;
         Ok(Left::by(design, columns, whole))
@@ -274,12 +274,12 @@ impl<'a> Left<'a> {
         let mut columns = self.columns.clone();
         for formula in formulas {
             let texts = ["1", formula.formula.as_str()];
-            columns.extend(formulas::columns(&self.design, &texts, formula.joint)?);
+            columns.extend(formulas::columns(self.design, &texts, formula.joint)?);
         }
-        Ok(Left::by(self.design.clone(), columns, self.whole.clone()))
+        Ok(Left::by(self.design, columns, self.whole.clone()))
     }
 
-    fn by(design: Design<'a>, columns: Vec<PreparedColumn>, whole: Vec<Signals>) -> Self {
+    fn by(design: &'a Design<'a>, columns: Vec<PreparedColumn>, whole: Vec<Signals>) -> Self {
         let equations = design.equations(&columns, &whole);
         let joints = design.joint_count();
         // The first weights take each joint's torque for its error; the second know the error.

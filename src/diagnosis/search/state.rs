@@ -141,10 +141,8 @@ impl<'a> Search<'a> {
     /// block.
     pub fn error_when(&self, groups: &[usize], left_out: usize) -> (DVector<f64>, f64) {
         let columns = self.columns(groups);
-        let mut rest = self.whole.select(&columns);
         let block = self.blocks[left_out].select(&columns);
-        rest.add(&block, -1.0);
-        let factors = rest.solve().factors;
+        let factors = self.whole.select(&columns).without(&block).solve().factors;
         let error = block.residual_energy(&factors);
         (factors, error)
     }

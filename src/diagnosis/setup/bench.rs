@@ -47,7 +47,7 @@ pub(super) struct Bench {
     pub pieces: Recording,
     /// The same, filtered and thinned out.
     pub thin: Recording,
-    /// Median time step of the recording \[s\]: what a sample is.
+    /// Median time step of the first trajectory \[s\]: what a sample is.
     pub step: f64,
     /// Every how manieth kept sample is judged.
     every: usize,
@@ -87,18 +87,8 @@ impl Bench {
             let end = (start + PIECE).min(trajectory.len());
             (end - start >= SHORTEST_PIECE).then(|| trajectory.slice(start..end))
         });
-        let with = |trajectories: Vec<Trajectory>| Recording {
-            name: String::new(),
-            joints: recording.joints.clone(),
-            trajectories,
-            provenance: recording.provenance.clone(),
-            posture: recording.posture.or(recording.stated_arm.as_ref().map(|arm| arm.posture)),
-            stated_arm: None,
-            chain: recording.chain.clone(),
-            seal: None,
-        };
-        let pieces = with(pieces.collect());
-        let thin = with(pieces.trajectories.iter().filter_map(thinned).collect());
+        let pieces = recording.with_trajectories(pieces.collect());
+        let thin = recording.with_trajectories(pieces.trajectories.iter().filter_map(thinned).collect());
         let kept = thin.sample_count();
         let most = MOST_JUDGED[usize::from(thin.chain.is_some())];
         let step = recording.trajectories.first()?.time_step();
@@ -138,7 +128,7 @@ impl Bench {
 
     /// Where the first link points at q = 0.
     pub fn posture(&self) -> Posture {
-        self.thin.posture.unwrap_or_default()
+        self.thin.assumed_posture()
     }
 
     /// Fits a thinned recording and predicts each part of it from the others.
@@ -148,16 +138,11 @@ impl Bench {
         let parts = Parts::of(&body, thin, self.every);
         let weight = |variance: &f64| if *variance > 0.0 { 1.0 / variance } else { 0.0 };
         let weights: Vec<f64> = parts.variances.iter().map(weight).collect();
-        let whole = parts.total(&weights, |_| true);
-        let without: Vec<DVector<f64>> = (0..FOLDS)
-            .map(|fold| {
-                let mut others = parts.total(&weights, |other| other == fold);
-                others.gram.zip_apply(&whole.gram, |part, all| *part = all - *part);
-                others.moment.zip_apply(&whole.moment, |part, all| *part = all - *part);
-                others.energy = whole.energy - others.energy;
-                others.damped(DAMPING).solve().factors
-            })
-            .collect();
+        let totals: Vec<NormalEquations> = (0..FOLDS).map(|fold| parts.total(fold, &weights)).collect();
+        let mut whole = NormalEquations::empty(parts.columns());
+        totals.iter().for_each(|total| whole.add(total, 1.0));
+        let factors_without = |total: &NormalEquations| whole.without(total).damped(DAMPING).solve().factors;
+        let without: Vec<DVector<f64>> = totals.iter().map(factors_without).collect();
         let left = |fold: usize, joint: usize| parts.residual(fold, joint, &without[fold]) * weights[joint];
         let counts = &parts.counts;
         let all: usize = counts.iter().sum();
@@ -181,10 +166,10 @@ fn thinned(piece: &Trajectory) -> Option<Trajectory> {
     }
     let cutoff = default_cutoff(&piece.q, &piece.qd, step);
     let every = ((1.0 / (step * KEPT_PER_PERIOD * cutoff)) as usize).max(1);
-    let thin = |signal: &[f64]| low_pass(signal, step, cutoff).into_iter().step_by(every).collect::<Vec<f64>>();
-    let [q, qd, qdd, tau] = piece.signals().map(|(_, signal)| signal.map_joints(thin));
-    let time = piece.time.iter().copied().step_by(every).collect();
-    Trajectory::new(piece.name.clone(), Channels { time, q, qd, qdd, tau }).ok()
+    let smooth = |signal: &[f64]| low_pass(signal, step, cutoff);
+    let [q, qd, qdd, tau] = piece.signals().map(|(_, signal)| signal.map_joints(smooth));
+    let smooth = Trajectory::new(piece.name.clone(), Channels { time: piece.time.clone(), q, qd, qdd, tau }).ok()?;
+    Some(smooth.thinned(every))
 }
 
 /// The rigid body's torque as a linear function of its parameters.
@@ -210,7 +195,7 @@ impl Body {
         match slides[..] {
             [true] => Some(Body::Slide),
             _ if slides.contains(&true) || !(1..=MOST_JOINTS).contains(&joints) => None,
-            _ => Some(Body::Planar(recording.posture.unwrap_or_default())),
+            _ => Some(Body::Planar(recording.assumed_posture())),
         }
     }
 
@@ -292,21 +277,24 @@ impl Parts {
         if column < self.width { column } else { column + EVERYDAY * joint }
     }
 
-    /// The weighted sum over all joints and the folds for which `included` holds, in all columns.
-    fn total(&self, weights: &[f64], included: impl Fn(usize) -> bool) -> NormalEquations {
-        let mut sum = NormalEquations::empty(self.width + EVERYDAY * self.joints);
-        for fold in (0..FOLDS).filter(|&fold| included(fold)) {
-            for (joint, part) in self.equations[fold].iter().enumerate() {
-                let weight = weights[joint];
-                for i in 0..part.moment.len() {
-                    let row = self.place(joint, i);
-                    sum.moment[row] += weight * part.moment[i];
-                    for j in 0..part.moment.len() {
-                        sum.gram[(row, self.place(joint, j))] += weight * part.gram[(i, j)];
-                    }
+    /// How many columns there are: the body's, and the everyday ones of all joints.
+    fn columns(&self) -> usize {
+        self.width + EVERYDAY * self.joints
+    }
+
+    /// The weighted sum of one fold over all joints, in all columns.
+    fn total(&self, fold: usize, weights: &[f64]) -> NormalEquations {
+        let mut sum = NormalEquations::empty(self.columns());
+        for (joint, part) in self.equations[fold].iter().enumerate() {
+            let weight = weights[joint];
+            for i in 0..part.moment.len() {
+                let row = self.place(joint, i);
+                sum.moment[row] += weight * part.moment[i];
+                for j in 0..part.moment.len() {
+                    sum.gram[(row, self.place(joint, j))] += weight * part.gram[(i, j)];
                 }
-                sum.energy += weight * part.energy;
             }
+            sum.energy += weight * part.energy;
         }
         sum
     }

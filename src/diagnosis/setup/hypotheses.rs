@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::bench::{Bench, Fit};
 use crate::progress::{Monitor, Stopped};
-use crate::recording::check::FAR;
+use crate::recording::check::{FAR, Pick};
 use crate::recording::correction::{Correction, Counted, Part};
 use crate::recording::{JointKind, Recording};
 
@@ -166,13 +166,12 @@ pub(super) fn lag(bench: &Bench, seconds: f64) -> Option<Fit> {
 /// Shortest of the joints' periods \[s\], 2π rms(q − mean) / rms(q̇).
 fn period(thin: &Recording) -> f64 {
     let of_joint = |joint: usize| {
-        let spread = |values: &mut dyn Iterator<Item = f64>| {
-            let values: Vec<f64> = values.collect();
+        let spread = |signal: Pick| {
+            let values: Vec<f64> = thin.trajectories.iter().flat_map(|run| &signal(run)[joint]).copied().collect();
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             values.iter().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt()
         };
-        let q = spread(&mut thin.trajectories.iter().flat_map(|run| run.q[joint].iter().copied()));
-        TAU * q / spread(&mut thin.trajectories.iter().flat_map(|run| run.qd[joint].iter().copied()))
+        TAU * spread(|run| &run.q) / spread(|run| &run.qd)
     };
     (0..thin.joint_count()).map(of_joint).filter(|period| period.is_finite()).fold(f64::INFINITY, f64::min)
 }

@@ -98,16 +98,13 @@ fn cost(trial: &Trial) -> f64 {
         Correction::Zero { .. } => 2.0,
         Correction::Angles(_) => 1.0,
         Correction::Sign { joints, part } => {
-            let extent = 0.1 * joints.len() as f64;
             // A torque has the other sign more often than a motion, and that more often than both.
-            1.0 + extent
-                + if *part == Part::Torque {
-                    0.0
-                } else if *part == Part::Motion {
-                    0.01
-                } else {
-                    0.02
-                }
+            let rarer = match part {
+                Part::Torque => 0.0,
+                Part::Motion => 0.01,
+                _ => 0.02,
+            };
+            1.0 + 0.1 * joints.len() as f64 + rarer
         }
         Correction::Offset { joints, .. } => 1.1 + 0.1 * joints.len() as f64,
         Correction::Order { order, .. } => {

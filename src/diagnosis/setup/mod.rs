@@ -136,16 +136,12 @@ fn faults(corrections: &[Correction]) -> String {
 /// A share in per cent, with the digits that say something.
 fn percent(share: f64) -> String {
     let percent = 100.0 * share;
-    format!(
-        "{percent:.*} %",
-        if percent >= 10.0 {
-            0
-        } else if percent >= 0.1 {
-            1
-        } else {
-            3
-        }
-    )
+    let digits = match percent {
+        10.0.. => 0,
+        0.1.. => 1,
+        _ => 3,
+    };
+    format!("{percent:.digits$} %")
 }
 
 #[cfg(test)]

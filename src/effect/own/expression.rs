@@ -1,7 +1,8 @@
 //! Formulas as people write them, such as `exp(-(qd / v_s)^2) * sign(qd)`: read once, computed over all samples.
 //!
-//! They bind as in mathematics: −x² is −(x²), and powers stack from the right. (Of the crates for this, exmex, fasteval and
-//! mathexpr take −x² for (−x)², which turns Stribeck's law upside down, and none says in which column a mistake stands.)
+//! They bind as in mathematics: −x² is −(x²), and powers stack from the right. (Of the crates for this, exmex and
+//! mathexpr take −x² for (−x)², which turns Stribeck's law upside down, and do not say in which column a mistake stands;
+//! fasteval is unmaintained.)
 
 use std::borrow::Cow;
 
@@ -38,7 +39,7 @@ const OF_ONE: [(&str, OfOne); 15] = [
 const OF_TWO: [(&str, OfTwo); 4] = [("min", f64::min), ("max", f64::max), ("pow", power), ("atan2", f64::atan2)];
 
 /// A formula in named inputs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Expression {
     /// What is done with a stack of values, one after the other.
     steps: Vec<Step>,
@@ -70,18 +71,6 @@ enum Step {
     Input(usize),
     OfOne(OfOne),
     OfTwo(OfTwo),
-}
-
-impl PartialEq for Step {
-    fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Step::Number(own), Step::Number(other)) => own == other,
-            (Step::Input(own), Step::Input(other)) => own == other,
-            (Step::OfOne(own), Step::OfOne(other)) => std::ptr::fn_addr_eq(*own, *other),
-            (Step::OfTwo(own), Step::OfTwo(other)) => std::ptr::fn_addr_eq(*own, *other),
-            _ => false,
-        }
-    }
 }
 
 /// The names of all functions.

@@ -22,7 +22,7 @@ pub(super) struct Formulas {
 }
 
 /// A formula in the channels of a motion.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Formula {
     expression: Expression,
     /// What its names stand for.
@@ -175,10 +175,7 @@ impl Source {
                     Quantity::Load => &motion.load()?.torque[joint],
                 }))
             }
-            Source::Time => {
-                let start = run.time.first().copied().unwrap_or(0.0);
-                Input::Series(run.time.iter().map(|time| time - start).collect())
-            }
+            Source::Time => Input::Series(run.since_start().collect()),
             Source::Shape(place) => Input::Constant(shape[place]),
         })
     }

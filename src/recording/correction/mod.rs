@@ -153,18 +153,56 @@ impl Correction {
     /// [`CorrectionError`] if it does not fit; the recording is as it was then.
     pub fn apply(&self, recording: &mut Recording) -> Result<(), CorrectionError> {
         self.check(recording)?;
-        if let Correction::Zero { angle } = self {
-            let stated = recording.stated_arm.as_ref().map(|arm| arm.posture);
-            let mut posture = recording.posture.or(stated).unwrap_or_default();
-            posture.zero_angle = *angle;
-            recording.posture = Some(posture);
-            return Ok(());
+        let joints = recording.joint_count();
+        match self {
+            Correction::Zero { angle } => {
+                let mut posture = recording.assumed_posture();
+                posture.zero_angle = *angle;
+                recording.posture = Some(posture);
+            }
+            Correction::Offset { joints, angles } => {
+                for run in &mut recording.trajectories {
+                    let mut q = run.channels_mut().q;
+                    for (joint, angle) in joints.iter().zip(angles) {
+                        q[*joint].iter_mut().for_each(|q| *q += angle);
+                    }
+                }
+            }
+            Correction::Sign { part, joints } => {
+                recording.trajectories.iter_mut().for_each(|run| scale(*part, run, joints, |_| -1.0));
+            }
+            Correction::Factor { part, joints, factors } => {
+                recording.trajectories.iter_mut().for_each(|run| scale(*part, run, joints, |place| factors[place]));
+            }
+            Correction::Order { part, order } => {
+                if *part == Part::All {
+                    recording.joints = order.iter().map(|&joint| recording.joints[joint].clone()).collect();
+                }
+                for run in &mut recording.trajectories {
+                    let samples = run.len();
+                    for mut channel in part.of(run) {
+                        let before = Signals::from_fn(joints, samples, |joint, sample| channel[joint][sample]);
+                        for (joint, &from) in order.iter().enumerate() {
+                            channel[joint].copy_from_slice(&before[from]);
+                        }
+                    }
+                }
+            }
+            Correction::Angles(counted) => {
+                for run in &mut recording.trajectories {
+                    for mut channel in Part::Motion.of(run) {
+                        count_anew(&mut channel, joints, *counted);
+                    }
+                }
+            }
+            Correction::Delay { part, seconds } => {
+                let in_time = |run: &Trajectory| {
+                    let (correction, trajectory) = (self.to_string(), run.name.clone());
+                    advanced(run, *part, *seconds).ok_or(CorrectionError::TooShort { correction, trajectory })
+                };
+                recording.trajectories = recording.trajectories.iter().map(in_time).collect::<Result<_, _>>()?;
+            }
         }
-        if let Correction::Order { part: Part::All, order } = self {
-            recording.joints = order.iter().map(|&joint| recording.joints[joint].clone()).collect();
-        }
-        let corrected = recording.trajectories.iter().map(|trajectory| self.corrected(trajectory));
-        recording.trajectories = corrected.collect::<Result<_, _>>()?;
         Ok(())
     }
 
@@ -187,46 +225,6 @@ impl Correction {
             },
             Correction::Zero { .. } | Correction::Angles(_) | Correction::Delay { .. } => Ok(()),
         }
-    }
-
-    fn corrected(&self, trajectory: &Trajectory) -> Result<Trajectory, CorrectionError> {
-        let mut corrected = trajectory.clone();
-        match self {
-            Correction::Zero { .. } => {}
-            Correction::Offset { joints, angles } => {
-                let run = corrected.channels_mut();
-                let mut q = run.q;
-                for (joint, angle) in joints.iter().zip(angles) {
-                    q[*joint].iter_mut().for_each(|q| *q += angle);
-                }
-            }
-            Correction::Sign { part, joints } => scale(*part, &mut corrected, joints, |_| -1.0),
-            Correction::Factor { part, joints, factors } => {
-                scale(*part, &mut corrected, joints, |place| factors[place])
-            }
-            Correction::Order { part, order } => {
-                let joints = order.len();
-                for mut channel in part.of(&mut corrected) {
-                    let before = Signals::from_fn(joints, trajectory.len(), |joint, sample| channel[joint][sample]);
-                    for (joint, &from) in order.iter().enumerate() {
-                        channel[joint].copy_from_slice(&before[from]);
-                    }
-                }
-            }
-            Correction::Angles(counted) => {
-                for mut channel in Part::Motion.of(&mut corrected) {
-                    count_anew(&mut channel, trajectory.joint_count(), *counted);
-                }
-            }
-            Correction::Delay { part, seconds } => {
-                let early = |trajectory: &Trajectory| {
-                    let (correction, trajectory) = (self.to_string(), trajectory.name.clone());
-                    CorrectionError::TooShort { correction, trajectory }
-                };
-                return advanced(trajectory, *part, *seconds).ok_or_else(|| early(trajectory));
-            }
-        }
-        Ok(corrected)
     }
 }
 

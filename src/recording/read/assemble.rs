@@ -183,15 +183,17 @@ fn convert(
     let qd = mapping.qd.as_ref().map(|names| joints(Channel::Velocity, names)).transpose()?;
     let qdd = mapping.qdd.as_ref().map(|names| joints(Channel::Acceleration, names)).transpose()?;
     let stated = options.rate_hz.or(spec.rate_hz).map(f64::recip).or(table.step);
-    let time = match (&mapping.time, stated.or_else(|| step_of_motion(table, &q, qd.as_ref()?))) {
-        (Some(name), _) => column(Channel::Time, name)?,
-        (None, Some(step)) => {
+    let time = match &mapping.time {
+        Some(name) => column(Channel::Time, name)?,
+        None => {
+            let no_time = || ReadError::NoTime { file: file.to_owned(), columns: table.names().join(", ") };
+            let of_motion = || qd.as_ref().and_then(|qd| step_of_motion(table, &q, qd));
+            let step = stated.or_else(of_motion).ok_or_else(no_time)?;
             if stated.is_none() {
                 findings.push(rate_of_motion(step, file));
             }
             table.runs.iter().flat_map(|run| (0..run.len()).map(move |sample| sample as f64 * step)).collect()
         }
-        (None, None) => return Err(ReadError::NoTime { file: file.to_owned(), columns: table.names().join(", ") }),
     };
     if let (Some(name), Some(rate)) = (&mapping.time, options.rate_hz) {
         findings.push(Finding {

@@ -34,7 +34,7 @@ pub enum JoinError {
 }
 
 /// The files that a path such as `folder/angles.csv+folder/currents.csv` names; one if it names one.
-pub(super) fn parts(path: &Path) -> Vec<PathBuf> {
+pub(crate) fn parts(path: &Path) -> Vec<PathBuf> {
     path.to_string_lossy().split('+').filter(|part| !part.is_empty()).map(PathBuf::from).collect()
 }
 

@@ -22,6 +22,7 @@ pub use self::csv::CsvError;
 pub use super::npy::NpyError;
 pub use arrays::ArraysError;
 pub use join::JoinError;
+pub(crate) use join::parts;
 pub use mat::MatError;
 pub use npz::NpzError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};

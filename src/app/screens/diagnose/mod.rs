@@ -19,6 +19,7 @@ use crate::app::screens::{ladder, residuals};
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
+use crate::diagnosis::presence::LIKELY;
 use crate::diagnosis::{Alternative, Candidate, MissingEffect, Report, Verdict};
 use crate::effect::Scope;
 use crate::figure::Panel;
@@ -190,22 +191,16 @@ fn presence(ui: &mut Ui, report: &Report) {
         widgets::weak(ui, text);
         ui.add_space(4.0);
         for one in &report.presence {
-            let is_likely = one.probability >= crate::diagnosis::presence::LIKELY;
+            let is_likely = one.probability >= LIKELY;
             let color = if is_likely { palette.text } else { palette.weak };
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 let bar = if is_likely { palette.accent } else { palette.weak };
                 widgets::share_bar(ui, one.probability, 60.0, bar);
                 ui.label(RichText::new(format!("{:.0} %", 100.0 * one.probability)).color(color));
-                ui.add(egui::Label::new(RichText::new(one.place()).color(color)).truncate());
+                ui.label(RichText::new(format!("{}: {}", one.place(), one.effect.name)).color(color));
             })
             .response
-            .on_hover_text(format!(
-                "{}: it {}; {:.1} % of the torque as {}.",
-                one.place(),
-                one.likelihood(),
-                100.0 * one.share,
-                one.effect.name
-            ));
+            .on_hover_text(format!("It {}; {:.1} % of the torque.", one.likelihood(), 100.0 * one.share));
         }
     });
 }
@@ -245,12 +240,12 @@ fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
             ("nothing missing", palette.good, "Nothing is missing that these data could show.".to_owned())
         }
         Verdict::UnknownEffect => {
-            let stand_ins =
-                if named.is_empty() { String::new() } else { format!("; {} may stand in for it", named.join(" and ")) };
+            let also =
+                if named.is_empty() { String::new() } else { format!("; it also lacks {}", named.join(" and ")) };
             (
                 "unknown effect",
                 palette.warning,
-                format!("Something is missing that no known effect explains{stand_ins}."),
+                format!("The model lacks something that no known effect explains{also}."),
             )
         }
     };
