@@ -3,6 +3,8 @@
 //! The readings show it by themselves, sample by sample. Such samples, and what a filter smears around them, belong to no
 //! part of a [`super::split::Split`]: nothing is learned from them and no error is measured on them.
 
+mod noisy_limit;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -62,9 +64,13 @@ pub fn find(recording: &Recording) -> Vec<Fault> {
         }
         let (saturated, others): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| limits.are_hit_by(run.value));
         let stuck = stuck(recording, joint, &others);
+        let [stuck, mut saturated] =
+            [stuck, saturated].map(|runs| runs.iter().map(|run| run.place.clone()).collect::<Vec<_>>());
+        if saturated.is_empty() {
+            saturated = noisy_limit::find(recording, joint);
+        }
         for (kind, stretches) in [(FaultKind::Stuck, stuck), (FaultKind::Saturated, saturated)] {
             if !stretches.is_empty() {
-                let stretches = stretches.iter().map(|run| run.place.clone()).collect();
                 faults.push(Fault { kind, joint, stretches });
             }
         }
@@ -83,10 +89,11 @@ impl Fault {
     pub fn parameters(&self, recording: &Recording) -> Vec<f64> {
         match self.kind {
             FaultKind::Saturated => {
-                let reading = |stretch: &Segment| {
-                    recording.trajectories[stretch.trajectory].tau[self.joint][stretch.samples.start].abs()
+                let level = |stretch: &Segment| {
+                    let readings = &recording.trajectories[stretch.trajectory].tau[self.joint][stretch.samples.clone()];
+                    (readings.iter().sum::<f64>() / readings.len() as f64).abs()
                 };
-                vec![self.stretches.iter().map(reading).fold(0.0, f64::max)]
+                vec![self.stretches.iter().map(level).fold(0.0, f64::max)]
             }
             FaultKind::Stuck => {
                 let step = |trajectory: usize| recording.trajectories[trajectory].time_step();
@@ -224,6 +231,10 @@ fn stuck<'a>(recording: &Recording, joint: usize, runs: &[&'a Run]) -> Vec<&'a R
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
     use super::*;
     use crate::recording::{Channels, Joint, Provenance};
     use crate::signals::Signals;
@@ -300,6 +311,40 @@ mod tests {
         assert_eq!(found[0].parameters(&recording), [9.0]);
         let at_limit = recording.trajectories[0].tau[0].iter().filter(|tau| tau.abs() == 9.0).count();
         assert_eq!(found[0].sample_count(), at_limit);
+    }
+
+    /// Noise as of an amplifier behind the limit, of a tenth of a per cent to some per cent of the range.
+    #[test]
+    fn a_limit_is_found_beneath_noise_and_none_where_there_is_none() {
+        for deviation in [0.01, 0.1, 0.3] {
+            let mut random = ChaCha8Rng::seed_from_u64(3);
+            let mut noisy = |limit: f64| {
+                let mut recording = swinging(0.0);
+                recording.trajectories[0].channels_mut().tau[0].iter_mut().for_each(|tau| {
+                    let noise: f64 = StandardNormal.sample(&mut random);
+                    *tau = tau.clamp(-limit, limit) + deviation * noise;
+                });
+                recording
+            };
+            assert_eq!(find(&noisy(f64::INFINITY)), [], "noise of {deviation}");
+            let found = find(&noisy(8.0));
+            assert!(matches!(&found[..], [fault] if fault.kind == FaultKind::Saturated), "{deviation}: {found:?}");
+            assert!((found[0].parameters(&noisy(8.0))[0] - 8.0).abs() < 3.0 * deviation);
+        }
+    }
+
+    #[test]
+    fn a_steady_torque_at_rest_or_at_a_steady_speed_is_no_limit() {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let mut steady = swinging(0.0);
+        let mut run = steady.trajectories[0].channels_mut();
+        run.tau[0].fill(0.0);
+        for start in [200, 900, 1500] {
+            run.tau[0][start..start + 200].fill(5.0);
+            run.qd[0][start..start + 200].fill(0.7);
+        }
+        run.tau[0].iter_mut().for_each(|tau| *tau += 0.05 * Distribution::<f64>::sample(&StandardNormal, &mut random));
+        assert_eq!(find(&steady), []);
     }
 
     #[test]
