@@ -4,7 +4,7 @@ use serde::Serialize;
 use super::data::OwnEffects;
 use super::failure::OrUsage;
 use super::table::{number, table};
-use crate::effect::{Axis, Effect, ParameterSpec, Remedy, Role, Scope, Stage, registry};
+use crate::effect::{Axis, Effect, ParameterSpec, Remedy, Role, Scope, Stage, Starts, registry};
 use crate::recording::JointKind;
 
 /// List the physical effects that the program knows, or tell all about one.
@@ -128,7 +128,8 @@ impl Parameter {
     fn of(spec: &'static ParameterSpec) -> Self {
         let (role, start_values): (_, &[f64]) = match spec.role {
             Role::Linear => ("linear", &[]),
-            Role::Shape { grid, .. } => ("shape", grid),
+            Role::Shape { starts: Starts::Values(values), .. } => ("shape", values),
+            Role::Shape { starts: Starts::Places(shares), .. } => ("place", shares),
             Role::Reading => ("reading", &[]),
         };
         let bound = |value: f64| value.is_finite().then_some(value);

@@ -6,13 +6,12 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::report::NotKnown;
-use crate::effect::{Effect, NotApplicable, Scope};
+use crate::effect::{Effect, NotApplicable, Scope, Way};
 use crate::model::design::Design;
 use crate::model::equations::{Equations, PreparedColumn};
 use crate::model::terms::{Alteration, Found, OperatingPoint};
 use crate::model::{EffectTerm, Fitted, Model, ModelError, reversal};
 use crate::progress::Monitor;
-use crate::recording::Recording;
 use crate::signals::Signals;
 
 /// Share of a column's squared length that prices its factor where all candidates explain at once.
@@ -47,6 +46,8 @@ pub struct Group {
     pub shape: Vec<f64>,
     /// The least values of the shape parameters that the motion can show.
     pub least_shape: Vec<f64>,
+    /// The way of its joint.
+    pub way: Way,
     /// Its columns in the library.
     pub columns: Range<usize>,
 }
@@ -111,7 +112,6 @@ impl<'a> Library<'a> {
         columns.extend(reversal::companions(&design)?);
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;
-        let positions = sorted_positions(design.recording());
         let mut places: Vec<Group> = Vec::new();
         let mut effects = effects.to_vec();
         effects.sort_by_key(|effect| effect.id);
@@ -120,11 +120,12 @@ impl<'a> Library<'a> {
                 if is_covered(model, effect, joint) {
                     continue;
                 }
-                let least_shape =
-                    effect.least_shape(joint.and_then(|joint| positions.get(joint)).map_or(&[], Vec::as_slice));
+                let way = design.recording().way(joint.unwrap_or(0));
+                let least_shape = effect.least_shape(way);
                 let seen = |shape: &Vec<f64>| shape.iter().zip(&least_shape).all(|(value, least)| value >= least);
-                let shapes = start_shapes(effect).into_iter().filter(seen);
-                let group = |shape| Group { effect, joint, shape, least_shape: least_shape.clone(), columns: 0..0 };
+                let shapes = start_shapes(effect, way).into_iter().filter(seen);
+                let group =
+                    |shape| Group { effect, joint, shape, least_shape: least_shape.clone(), way, columns: 0..0 };
                 places.extend(shapes.map(group));
             }
         }
@@ -269,22 +270,12 @@ fn is_covered(model: &Model, effect: &Effect, joint: Option<usize>) -> bool {
     model.effects().any(|term| term.joint == joint && (term.effect == effect || term.effect.contains(effect)))
 }
 
-/// Every position of each joint, ascending.
-fn sorted_positions(recording: &Recording) -> Vec<Vec<f64>> {
-    let of_joint = |joint: usize| {
-        let all = recording.trajectories.iter().flat_map(|trajectory| &trajectory.q[joint]);
-        let mut positions: Vec<f64> = all.copied().collect();
-        positions.sort_unstable_by(f64::total_cmp);
-        positions
-    };
-    (0..recording.joint_count()).map(of_joint).collect()
-}
-
 /// All combinations of the start values of the shape parameters; one empty combination for effects without shape.
-fn start_shapes(effect: &Effect) -> Vec<Vec<f64>> {
-    effect.shapes().fold(vec![Vec::new()], |shapes, (_, grid)| {
+fn start_shapes(effect: &Effect, way: Way) -> Vec<Vec<f64>> {
+    effect.shapes().fold(vec![Vec::new()], |shapes, (_, starts)| {
+        let values = starts.values(way);
         let extended = shapes.iter().flat_map(|shape| {
-            grid.iter().map(move |&value| {
+            values.iter().map(move |&value| {
                 let mut longer = shape.clone();
                 longer.push(value);
                 longer

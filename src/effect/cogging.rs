@@ -31,9 +31,8 @@ pub static EFFECT: Effect = Effect {
 };
 
 /// Less than half a period of a wave over the position can't be told from a spring.
-pub(super) fn half_a_period(positions: &[f64]) -> f64 {
-    let range = positions.last().zip(positions.first()).map_or(0.0, |(last, first)| last - first);
-    std::f64::consts::PI / range.max(f64::MIN_POSITIVE)
+pub(super) fn half_a_period([low, high]: Way) -> f64 {
+    std::f64::consts::PI / (high - low).max(f64::MIN_POSITIVE)
 }
 
 struct Cogging;

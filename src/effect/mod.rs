@@ -38,7 +38,6 @@ mod coulomb_friction;
 mod dahl_hysteresis;
 mod dead_zone;
 mod derivative_delay;
-mod end_stop;
 mod friction_coupling;
 mod friction_drift;
 mod friction_warm_up;
@@ -47,6 +46,7 @@ mod inertia_coupling;
 mod joint_elasticity;
 mod joint_spring;
 mod load_friction;
+mod lower_stop;
 mod lugre_friction;
 mod maxwell_slip;
 mod offset_drift;
@@ -60,6 +60,7 @@ mod torque_coupling;
 mod torque_gain;
 mod torque_offset;
 mod torque_saturation;
+mod upper_stop;
 mod viscous_friction;
 
 use std::fmt;
@@ -74,7 +75,7 @@ pub use column::Column;
 pub use coulomb_friction::sign;
 pub use family::{Family, Group};
 pub use motion::{Lack, Load, Motion, NotApplicable};
-pub use parameter::{Dimension, ParameterError, ParameterSpec, Role};
+pub use parameter::{Dimension, ParameterError, ParameterSpec, Role, Starts, Way};
 pub use stage::{AddsTorque, ChangesReading, ChangesTorque, NotAddable, Remedy, SetsRight, Stage};
 
 /// A physical effect: its texts and parameters, what it does, and all that a rule needs to know of it.
@@ -268,18 +269,18 @@ impl Effect {
         self.parameters.iter().filter(|parameter| matches!(parameter.role, Role::Linear))
     }
 
-    /// The shape parameters with their start values.
-    pub fn shapes(&self) -> impl Iterator<Item = (&'static ParameterSpec, &'static [f64])> {
+    /// The shape parameters and where the search for them starts.
+    pub fn shapes(&self) -> impl Iterator<Item = (&'static ParameterSpec, Starts)> {
         self.parameters.iter().filter_map(|parameter| match parameter.role {
-            Role::Shape { grid, .. } => Some((parameter, grid)),
+            Role::Shape { starts, .. } => Some((parameter, starts)),
             Role::Linear | Role::Reading => None,
         })
     }
 
-    /// The least values of the shape parameters that a motion through these positions of the joint (ascending) can show.
-    pub fn least_shape(&self, positions: &[f64]) -> Vec<f64> {
+    /// The least values of the shape parameters that a motion along this way of the joint can show.
+    pub fn least_shape(&self, way: Way) -> Vec<f64> {
         let least = |parameter: &ParameterSpec| match parameter.role {
-            Role::Shape { least_shown, .. } => Some(parameter.min.max(least_shown(positions))),
+            Role::Shape { least_shown, .. } => Some(parameter.min.max(least_shown(way))),
             Role::Linear | Role::Reading => None,
         };
         self.parameters.iter().filter_map(least).collect()

@@ -26,14 +26,77 @@ pub enum Role {
     Linear,
     /// In the shape of the columns; these values are tried first, then the best is refined.
     Shape {
-        /// Start values, ascending.
-        grid: &'static [f64],
-        /// The least value that a motion through these positions of the joint (ascending) can show.
-        least_shown: fn(&[f64]) -> f64,
+        /// Where the search starts.
+        starts: Starts,
+        /// The least value that a motion along this way of the joint can show.
+        least_shown: fn(Way) -> f64,
     },
     /// As a measure of faulty readings, which is read off them.
     Reading,
 }
+
+/// The least and the greatest position of a joint.
+pub type Way = [f64; 2];
+
+/// Values of a shape parameter that are tried first, ascending.
+#[derive(Debug, Clone, Copy)]
+pub enum Starts {
+    /// Positive values, told apart by their ratios.
+    Values(&'static [f64]),
+    /// Places on the joint's way, as shares of it from its lower end.
+    Places(&'static [f64]),
+}
+
+impl Starts {
+    /// The values for a joint that goes this way.
+    pub fn values(self, [low, high]: Way) -> Vec<f64> {
+        match self {
+            Starts::Values(values) => values.to_vec(),
+            Starts::Places(shares) => shares.iter().map(|share| low + share * (high - low)).collect(),
+        }
+    }
+
+    /// Between which values a search goes on from one of the [`Self::values`]: its neighbours, or beyond the first and the last.
+    pub fn around(self, values: &[f64], value: f64) -> [f64; 2] {
+        let near = 1e-3 * self.unit(values, value);
+        let below = values.iter().copied().rfind(|&other| other < value - near);
+        let above = values.iter().copied().find(|&other| other > value + near);
+        match self {
+            Starts::Values(_) => [below.unwrap_or(value / BEYOND), above.unwrap_or(value * BEYOND)],
+            Starts::Places(_) => {
+                let step = self.unit(values, value) / values.len().max(2) as f64;
+                [below.unwrap_or(value - step), above.unwrap_or(value + step)]
+            }
+        }
+    }
+
+    /// By what a change of a value is measured: the value itself, or how far apart the start values are.
+    pub fn unit(self, values: &[f64], value: f64) -> f64 {
+        match self {
+            Starts::Values(_) => value,
+            Starts::Places(_) => values.last().zip(values.first()).map_or(1.0, |(last, first)| last - first),
+        }
+    }
+
+    /// Where a value is on the scale on which it is searched: logarithmic for those that are told apart by their ratios.
+    pub fn place(self, value: f64) -> f64 {
+        match self {
+            Starts::Values(_) => value.ln(),
+            Starts::Places(_) => value,
+        }
+    }
+
+    /// The value at a [`Self::place`].
+    pub fn value(self, place: f64) -> f64 {
+        match self {
+            Starts::Values(_) => place.exp(),
+            Starts::Places(_) => place,
+        }
+    }
+}
+
+/// So many times beyond the first and the last start value a search goes on.
+const BEYOND: f64 = 4.0;
 
 impl ParameterSpec {
     /// A factor of a column, of either sign unless bounds are added.
@@ -44,8 +107,15 @@ impl ParameterSpec {
 
     /// A positive shape parameter with the values that are tried first (ascending); any motion can show it.
     pub const fn shape(name: &'static str, symbol: &'static str, dimension: Dimension, grid: &'static [f64]) -> Self {
-        let role = Role::Shape { grid, least_shown: any_motion };
+        let role = Role::Shape { starts: Starts::Values(grid), least_shown: any_motion };
         ParameterSpec { name, symbol, dimension, min: 0.0, max: f64::INFINITY, role }
+    }
+
+    /// A position in the shape, with the shares of the joint's way that are tried first (ascending).
+    pub const fn place(name: &'static str, symbol: &'static str, shares: &'static [f64]) -> Self {
+        let role = Role::Shape { starts: Starts::Places(shares), least_shown: any_place };
+        let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
+        ParameterSpec { name, symbol, dimension: Dimension::Position, min, max, role }
     }
 
     /// A measure of faulty readings, not negative.
@@ -63,10 +133,10 @@ impl ParameterSpec {
         ParameterSpec { min, max, ..self }
     }
 
-    /// With the least value of a shape that a motion through given positions of the joint (ascending) can show.
-    pub const fn shown_from(self, least_shown: fn(&[f64]) -> f64) -> Self {
+    /// With the least value of a shape that a motion along a given way of the joint can show.
+    pub const fn shown_from(self, least_shown: fn(Way) -> f64) -> Self {
         let role = match self.role {
-            Role::Shape { grid, .. } => Role::Shape { grid, least_shown },
+            Role::Shape { starts, .. } => Role::Shape { starts, least_shown },
             other => other,
         };
         ParameterSpec { role, ..self }
@@ -78,8 +148,12 @@ impl ParameterSpec {
     }
 }
 
-fn any_motion(_positions: &[f64]) -> f64 {
+fn any_motion(_way: Way) -> f64 {
     0.0
+}
+
+fn any_place(_way: Way) -> f64 {
+    f64::NEG_INFINITY
 }
 
 /// Physical dimension of a parameter.
@@ -206,4 +280,35 @@ pub enum ParameterError {
         /// Largest that makes physical sense.
         max: f64,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positive_values_are_searched_by_their_ratios() {
+        let starts = Starts::Values(&[0.1, 0.2, 0.5]);
+        let values = starts.values([-9.0, 9.0]);
+        assert_eq!(values, [0.1, 0.2, 0.5]);
+        assert_eq!(starts.around(&values, 0.2), [0.1, 0.5]);
+        assert_eq!(starts.around(&values, 0.3), [0.2, 0.5]);
+        assert_eq!(starts.around(&values, 0.1), [0.025, 0.2]);
+        assert_eq!(starts.around(&values, 0.5), [0.2, 2.0]);
+        assert!((starts.value(starts.place(0.3)) - 0.3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn places_lie_on_the_way_of_the_joint_wherever_that_is() {
+        let starts = Starts::Places(&[0.5, 0.7, 0.9]);
+        let values = starts.values([-3.0, -1.0]);
+        for (value, expected) in values.iter().zip([-2.0, -1.6, -1.2]) {
+            assert!((value - expected).abs() < 1e-12, "{values:?}");
+        }
+        let [low, high] = starts.around(&values, values[1]);
+        assert_eq!([low, high], [values[0], values[2]]);
+        let [low, high] = starts.around(&values, values[2]);
+        assert!(low == values[1] && high > values[2] && high < -0.9, "{high}");
+        assert_eq!(starts.value(starts.place(-1.3)), -1.3);
+    }
 }

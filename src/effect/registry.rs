@@ -22,7 +22,8 @@ pub static ALL: &[&Effect] = &[
     &friction_coupling::EFFECT,
     &joint_spring::EFFECT,
     &hardening_spring::EFFECT,
-    &end_stop::EFFECT,
+    &upper_stop::EFFECT,
+    &lower_stop::EFFECT,
     &cogging::EFFECT,
     &tip_payload::EFFECT,
     &base_tilt::EFFECT,
@@ -89,7 +90,7 @@ mod tests {
 
     /// Start values in the middle of the shape grids.
     fn shape(effect: &Effect) -> Vec<f64> {
-        effect.shapes().map(|(_, grid)| grid[grid.len() / 2]).collect()
+        effect.shapes().map(|(_, starts)| starts.values([-1.0, 1.2])).map(|values| values[values.len() / 2]).collect()
     }
 
     #[test]
@@ -129,9 +130,10 @@ mod tests {
             for parameter in effect.parameters {
                 assert!(!parameter.name.is_empty() && !parameter.symbol.is_empty() && parameter.min < parameter.max);
             }
-            for (parameter, grid) in effect.shapes() {
-                assert!(!grid.is_empty() && grid.is_sorted(), "{}: grid of {}", effect.id, parameter.name);
-                assert!(grid.iter().all(|value| (parameter.min..=parameter.max).contains(value)));
+            for (parameter, starts) in effect.shapes() {
+                let values = starts.values([-1.0, 1.0]);
+                assert!(!values.is_empty() && values.is_sorted(), "{}: starts of {}", effect.id, parameter.name);
+                assert!(values.iter().all(|value| (parameter.min..=parameter.max).contains(value)));
             }
         }
     }

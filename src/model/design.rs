@@ -306,6 +306,17 @@ impl<'a> Design<'a> {
         (0..self.joint_count()).map(weight).collect()
     }
 
+    /// The share of a residual that is structure, from its ρ₁: what goes beyond the resemblance that the filter gives to white noise.
+    pub fn structure(&self, correlation: f64) -> f64 {
+        let counts = self.preparations.iter().zip(&self.recording.trajectories);
+        let counts = counts.map(|(preparation, run)| (preparation, run.len() as f64 / preparation.every as f64));
+        let (sum, count) = counts.fold((0.0, 0.0), |(sum, all), (preparation, count)| {
+            (sum + count * preparation.noise_correlation(), all + count)
+        });
+        let of_noise = if count > 0.0 { sum / count } else { 0.0 };
+        ((correlation - of_noise) / (1.0 - of_noise)).clamp(0.0, 1.0)
+    }
+
     /// RMS speed of each block relative to the mean of all, so that slow and fast blocks can be told apart.
     pub fn block_speeds(&self) -> Vec<f64> {
         let joints = self.recording.joint_count();

@@ -94,6 +94,23 @@ impl NormalEquations {
         }
     }
 
+    /// How far each factor moves, in the mean, for noise of deviation 1 in y: the roots of the diagonal of (XᵀX)⁻¹; 0 for what the
+    /// data can't show.
+    pub fn spreads(&self) -> Vec<f64> {
+        let identified = self.solve().identified;
+        let kept: Vec<usize> = (0..identified.len()).filter(|&column| identified[column]).collect();
+        let scale: Vec<f64> = kept.iter().map(|&column| self.gram[(column, column)].sqrt()).collect();
+        let scaled =
+            DMatrix::from_fn(kept.len(), kept.len(), |i, j| self.gram[(kept[i], kept[j])] / (scale[i] * scale[j]));
+        let mut spreads = vec![0.0; identified.len()];
+        if let Some(inverse) = scaled.cholesky().map(|cholesky| cholesky.inverse()) {
+            for (i, &column) in kept.iter().enumerate() {
+                spreads[column] = inverse[(i, i)].sqrt() / scale[i];
+            }
+        }
+        spreads
+    }
+
     /// Eliminates all columns, so that more of them can be tried beside these.
     pub fn eliminate(&self) -> Elimination {
         let mut elimination = Elimination { energy: self.energy, ..Elimination::default() };
@@ -184,6 +201,18 @@ mod tests {
 
     fn equations(x: &DMatrix<f64>, y: &DVector<f64>) -> NormalEquations {
         NormalEquations { gram: x.transpose() * x, moment: x.transpose() * y, energy: y.norm_squared() }
+    }
+
+    /// Of two columns with a known Gram matrix, and a third that is the sum of both.
+    #[test]
+    fn spreads_are_those_of_the_inverse() {
+        let gram = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 5.0, 1.0, 2.0, 3.0, 5.0, 3.0, 8.0]);
+        let equations = NormalEquations { gram, moment: DVector::from_element(3, 1.0), energy: 9.0 };
+        let spreads = equations.spreads();
+        assert!(
+            (spreads[0] - (2.0f64 / 7.0).sqrt()).abs() < 1e-12 && (spreads[1] - (4.0f64 / 7.0).sqrt()).abs() < 1e-12
+        );
+        assert_eq!(spreads[2], 0.0);
     }
 
     #[test]

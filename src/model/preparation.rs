@@ -16,6 +16,9 @@ const CUTOFF: f64 = 25.0;
 /// remainders from noise.
 const KEPT: f64 = 3.125;
 
+/// Periods of the cut-off after which the filter has forgotten a pulse.
+const REACH: f64 = 3.0;
+
 /// How signals of one trajectory are filtered and thinned out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preparation {
@@ -62,6 +65,17 @@ impl Preparation {
         }
     }
 
+    /// ρ₁ of white noise that was filtered and decimated so: neighbours of what is kept still resemble each other.
+    pub fn noise_correlation(&self) -> f64 {
+        let Some(cutoff) = self.cutoff else { return 0.0 };
+        let reach = (REACH / (cutoff * self.time_step)).ceil() as usize + self.every;
+        let mut pulse = vec![0.0; 2 * reach + 1];
+        pulse[reach] = 1.0;
+        let response = low_pass(&pulse, self.time_step, cutoff);
+        let product = |lag: usize| response.iter().zip(&response[lag..]).map(|(a, b)| a * b).sum::<f64>();
+        product(self.every) / product(0)
+    }
+
     /// Decimates without filtering.
     pub fn thin_out(&self, signal: &[f64]) -> Vec<f64> {
         signal.iter().copied().step_by(self.every).collect()
@@ -80,5 +94,26 @@ impl Preparation {
     /// Which of the kept samples lie in this range of the original ones.
     pub fn range(&self, samples: &std::ops::Range<usize>) -> std::ops::Range<usize> {
         samples.start.div_ceil(self.every)..samples.end.div_ceil(self.every)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+
+    #[test]
+    fn filtered_noise_resembles_its_neighbours_as_told() {
+        let preparation = Preparation::at(10.0, 0.001);
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let noise: Vec<f64> = (0..400_000).map(|_| StandardNormal.sample(&mut random)).collect();
+        let kept = preparation.apply(&noise);
+        let product = |lag: usize| kept.iter().zip(&kept[lag..]).map(|(a, b)| a * b).sum::<f64>();
+        let told = preparation.noise_correlation();
+        assert!((product(1) / product(0) - told).abs() < 0.03 && told > 0.2, "{told}");
+        assert_eq!(Preparation::at(10.0, 0.05).noise_correlation(), 0.0);
     }
 }

@@ -189,6 +189,11 @@ impl Recording {
         self.joints.len()
     }
 
+    /// The least and the greatest position of a joint; of a joint that is not there the least lies above.
+    pub fn way(&self, joint: usize) -> [f64; 2] {
+        Trajectory::way(&self.trajectories, joint)
+    }
+
     /// How many samples all trajectories have together.
     pub fn sample_count(&self) -> usize {
         self.trajectories.iter().map(Trajectory::len).sum()

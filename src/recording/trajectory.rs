@@ -131,6 +131,12 @@ impl Trajectory {
         self.time.iter().map(move |time| time - start)
     }
 
+    /// The least and the greatest position of a joint in all of these runs; of a joint that is not there the least lies above.
+    pub fn way<'a>(runs: impl IntoIterator<Item = &'a Trajectory>, joint: usize) -> [f64; 2] {
+        let positions = runs.into_iter().filter_map(|run| run.q.get(joint)).flatten();
+        positions.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [low.min(q), high.max(q)])
+    }
+
     /// The samples of `range` as a trajectory of their own.
     ///
     /// # Panics

@@ -197,7 +197,7 @@ impl Scenario {
             let hidden = Hidden { effect, joint: place, parameters };
             runs.iter().map(|run| hidden.torque(&self.arm, run)).collect()
         };
-        let parameters = Strength { effect, joint, share, runs, least_shape: &[] }.draw(random, torque)?;
+        let parameters = Strength { effect, joint, share, runs }.draw(random, torque)?;
         Ok(HiddenEffect { effect: effect.id.to_owned(), joint, parameters })
     }
 }
@@ -226,6 +226,7 @@ mod tests {
     #[test]
     fn every_effect_can_be_hidden_at_a_wanted_strength() {
         let scenario = Scenario { effects: Vec::new(), ..Scenario::embedded() };
+        let runs = scenario.exact_runs(&Monitor::new()).unwrap();
         for effect in registry::ALL {
             for hidden in scenario.hide_by_strength(effect.id, &[0, 2], 0.07).unwrap() {
                 assert_eq!(hidden.joint.is_none(), effect.scope == Scope::Arm);
@@ -234,8 +235,10 @@ mod tests {
                 let tolerance = if effect.fault().is_some() { 0.01 } else { 1e-9 };
                 assert!((ratio - 0.07).abs() < tolerance, "{}: {ratio}", effect.id);
                 for (parameter, value) in effect.parameters.iter().zip(&hidden.parameters) {
-                    if let Role::Shape { grid, .. } = parameter.role {
-                        assert!((grid[0]..=grid[grid.len() - 1]).contains(value), "{} {value}", parameter.name);
+                    if let Role::Shape { starts, .. } = parameter.role {
+                        let way = Trajectory::way(&runs, hidden.joint.unwrap_or(0));
+                        let values = starts.values(way);
+                        assert!((values[0]..=values[values.len() - 1]).contains(value), "{} {value}", parameter.name);
                     }
                     assert!(*value != 0.0, "{} is 0", parameter.name);
                 }

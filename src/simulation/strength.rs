@@ -3,7 +3,7 @@
 use rand::{Rng, RngExt};
 
 use super::SimulationError;
-use crate::effect::{Effect, ParameterSpec};
+use crate::effect::{Effect, ParameterSpec, Starts};
 use crate::recording::Trajectory;
 use crate::recording::fault::FaultKind;
 use crate::signals::Signals;
@@ -24,9 +24,6 @@ pub struct Strength<'a> {
     pub share: f64,
     /// The motion, with the torque that the strength is measured by.
     pub runs: &'a [Trajectory],
-    /// The least values of its shape parameters that the motion can show, as [`Effect::least_shape`] gives them; empty where that
-    /// does not matter.
-    pub least_shape: &'a [f64],
 }
 
 impl Strength<'_> {
@@ -55,9 +52,10 @@ impl Strength<'_> {
         torque: impl Fn(&[f64]) -> Result<Vec<Signals>, SimulationError>,
     ) -> Result<Vec<f64>, SimulationError> {
         let Strength { effect, runs, .. } = *self;
-        let least = |number: usize| self.least_shape.get(number).copied().unwrap_or(f64::NEG_INFINITY);
-        let shapes = effect.shapes().enumerate();
-        let shape: Vec<f64> = shapes.map(|(number, (_, grid))| draw_shape(grid, least(number), random)).collect();
+        let way = Trajectory::way(runs, self.joint.unwrap_or(0));
+        let shapes = effect.shapes().zip(effect.least_shape(way));
+        let shape: Vec<f64> =
+            shapes.map(|((_, starts), least)| draw_shape(starts, &starts.values(way), least, random)).collect();
         let with = |linear: Vec<f64>| -> Vec<f64> { linear.into_iter().chain(shape.iter().copied()).collect() };
         let norm_with = |linear| Ok::<f64, SimulationError>(norm(torque(&with(linear))?.iter().flatten().flatten()));
 
@@ -125,14 +123,14 @@ impl Strength<'_> {
     }
 }
 
-/// Between the values that a search would try first, not below what the motion can show; evenly in their logarithm where they
-/// are positive.
-fn draw_shape(grid: &[f64], least: f64, random: &mut impl Rng) -> f64 {
-    let (first, last) = (grid.first().copied().unwrap_or(1.0), grid.last().copied().unwrap_or(1.0));
+/// Between the values that a search would try first, not below what the motion can show; evenly on the scale of the search.
+fn draw_shape(starts: Starts, values: &[f64], least: f64, random: &mut impl Rng) -> f64 {
+    let (first, last) = (values.first().copied().unwrap_or(1.0), values.last().copied().unwrap_or(1.0));
     let first = first.max(least);
     let last = if first > last { BEYOND * first } else { last };
-    let place: f64 = random.random_range(0.0..=1.0);
-    if first > 0.0 { first * (last / first).powf(place) } else { first + (last - first) * place }
+    let share: f64 = random.random_range(0.0..=1.0);
+    let [first, last] = [first, last].map(|value| starts.place(value));
+    starts.value(first + (last - first) * share)
 }
 
 /// A third to the whole of a typical size, of either sign where the parameter may be negative.

@@ -26,6 +26,9 @@ const DRY: [&str; 11] = [
 /// Friction that grows with the speed.
 const SPEED: [&str; 3] = ["viscous-friction", "quadratic-drag", "concave-friction"];
 
+/// What pulls a joint back by where it is.
+const SPRINGS: [&str; 4] = ["joint-spring", "hardening-spring", "upper-stop", "lower-stop"];
+
 /// Names with their places; joints from 1.
 pub type Names = Vec<(String, Option<usize>)>;
 
@@ -75,9 +78,7 @@ impl Place<'_> {
                 [here(&DRY), also]
             }
             _ if SPEED.contains(&effect) => [here(&SPEED), Vec::new()],
-            "joint-spring" | "hardening-spring" | "end-stop" => {
-                [here(&["joint-spring", "hardening-spring", "end-stop"]), here(&["torque-offset"])]
-            }
+            _ if SPRINGS.contains(&effect) => [here(&SPRINGS), here(&["torque-offset"])],
             "torque-offset" => [here(&["offset-drift", "joint-spring"]), Vec::new()],
             "offset-drift" => [here(&["torque-offset"]), Vec::new()],
             // A body that is identified has no scale of its own: too much on one joint is too little on the other.

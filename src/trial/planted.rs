@@ -272,9 +272,7 @@ impl Log {
             if !welcome(effect, &self.in_words(&drawn)) {
                 continue;
             }
-            let least_shape = effect.least_shape(&self.positions(drawn.joint()));
-            let (runs, least_shape) = (self.recording.trajectories.as_slice(), least_shape.as_slice());
-            let wanted = Strength { effect, joint: place, share: strength, runs, least_shape };
+            let wanted = Strength { effect, joint: place, share: strength, runs: &self.recording.trajectories };
             let Ok(parameters) = wanted.draw(random, |parameters| self.change(effect, place, parameters)) else {
                 continue;
             };
@@ -284,14 +282,6 @@ impl Log {
             }
         }
         Err(TrialError::NotPlantable { log: self.recording.name.clone(), tries: TRIES, percent: 100.0 * strength })
-    }
-
-    /// All positions of a joint, ascending.
-    fn positions(&self, joint: usize) -> Vec<f64> {
-        let runs = self.recording.trajectories.iter();
-        let mut positions: Vec<f64> = runs.filter_map(|run| run.q.get(joint)).flatten().copied().collect();
-        positions.sort_by(f64::total_cmp);
-        positions
     }
 
     /// What an effect with these parameters makes of the torque of each run, by its formula.

@@ -32,7 +32,7 @@ pairs! {
     slip_and_offset: "maxwell-slip" @ 2, "torque-offset" @ 2;
     coupled_friction_and_coulomb: "friction-coupling" @ 2, "coulomb-friction" @ 1;
     hardening_spring_and_coulomb: "hardening-spring" @ 2, "coulomb-friction" @ 2;
-    stop_and_viscous: "end-stop" @ 1, "viscous-friction" @ 1;
+    stop_and_viscous: "upper-stop" @ 1, "viscous-friction" @ 1;
     cogging_and_coulomb: "cogging" @ 1, "coulomb-friction" @ 1;
     tilt_and_coulomb: "base-tilt" @ 1, "coulomb-friction" @ 2;
     coupled_inertia_and_viscous: "inertia-coupling" @ 3, "viscous-friction" @ 1;

@@ -74,19 +74,18 @@ impl Search<'_> {
         let mut least = start;
         // Several shape parameters influence each other.
         let rounds = if steps == COARSE { 1 } else { candidate.shape.len().min(SHAPE_ROUNDS) };
-        for (number, (parameter, grid)) in (0..rounds).flat_map(|_| candidate.effect.shapes().enumerate()) {
+        for (number, (parameter, starts)) in (0..rounds).flat_map(|_| candidate.effect.shapes().enumerate()) {
             let value = shape[number];
-            let below = grid.iter().copied().rfind(|&other| other < 0.999 * value);
-            let above = grid.iter().copied().find(|&other| other > 1.001 * value);
-            let below = below.unwrap_or(value / 4.0).max(candidate.least_shape[number]);
-            let above = above.unwrap_or(parameter.max.min(value * 4.0));
+            let [below, above] = starts.around(&starts.values(candidate.way), value);
+            let below = below.max(candidate.least_shape[number]);
+            let above = above.min(parameter.max);
             let mut trial = shape.clone();
-            let (best, found) = minimum(below.ln(), above.ln(), steps, |place| {
-                trial[number] = place.exp();
+            let (best, found) = minimum(starts.place(below), starts.place(above), steps, |place| {
+                trial[number] = starts.value(place);
                 cost(&trial)
             })?;
             if found < least {
-                (shape[number], least) = (best.exp(), found);
+                (shape[number], least) = (starts.value(best), found);
             }
         }
         Ok((least < start).then_some(shape))

@@ -119,7 +119,7 @@ pub fn texts(effects: impl IntoIterator<Item = &'static Effect>) -> Vec<String> 
 mod tests {
     use super::*;
     use crate::effect::testing::Sample;
-    use crate::effect::{Axis, Dimension, Lack, Motion, Role, Scope};
+    use crate::effect::{Axis, Dimension, Lack, Motion, Role, Scope, Starts};
 
     const STRIBECK: &str = include_str!("../../../examples/own_stribeck.toml");
 
@@ -151,8 +151,10 @@ mod tests {
         assert_eq!((own.parameters[0].min, own.parameters[2].max), (0.0, 10.0));
         assert_eq!(own.parameters[0].dimension, Dimension::Torque);
         assert_eq!(own.parameters[2].dimension, Dimension::Velocity);
-        let Role::Shape { grid, .. } = own.parameters[2].role else { panic!("it is a shape") };
-        assert_eq!(grid.len(), 6);
+        let Role::Shape { starts: Starts::Values(values), .. } = own.parameters[2].role else {
+            panic!("it is a shape")
+        };
+        assert_eq!(values.len(), 6);
         assert!(own.formula.starts_with("tau = coulomb_torque * direction + "), "{}", own.formula);
     }
 

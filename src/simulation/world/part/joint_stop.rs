@@ -43,12 +43,13 @@ impl JointStop {
 
 impl Install for JointStop {
     fn install(&self, plan: &mut Plan) {
-        let parameters = match (self.low, self.high) {
-            (Some(low), Some(high)) if low == -high => vec![self.stiffness, high],
-            _ => Vec::new(),
-        };
-        let slot = plan.hide("end-stop", Some(self.joint), parameters);
-        plan.act(slot, self.clone());
+        let sides = [("upper-stop", None, self.high), ("lower-stop", self.low, None)];
+        for (effect, low, high) in sides {
+            if let Some(place) = low.or(high) {
+                let slot = plan.hide(effect, Some(self.joint), vec![self.stiffness, place]);
+                plan.act(slot, JointStop { low, high, ..self.clone() });
+            }
+        }
     }
 
     fn scale(&mut self, factor: f64) {
