@@ -3,7 +3,7 @@
 use super::evidence;
 use super::naming::Named;
 use super::report::MissingEffect;
-use crate::effect::{ParameterSpec, registry};
+use crate::effect::{Effect, ParameterSpec, Scope, registry};
 use crate::model::design::Design;
 use crate::model::{Evaluation, Fitted, Model, ModelError, Parameter, Term, fit};
 use crate::progress::Monitor;
@@ -28,13 +28,13 @@ pub struct Steps {
 
 /// Adds the named effects one after the other and measures the held-out error of each step.
 ///
-/// An effect whose parameters lie outside their bounds when all are fitted does not exist: it is left out, and the others are measured
-/// anew. One that raises the held-out error of all its joints is not what to add first.
+/// What lies outside its bounds on a joint when all are fitted does not exist there, and what may as well be zero is not shown: it is
+/// left out, and the others are measured anew. One that raises the held-out error of all its joints is not what to add first.
 ///
 /// # Errors
 /// [`ModelError`] if a model can't be fitted, or the work was stopped.
 pub fn measure(
-    mut named: Vec<Named>,
+    named: Vec<Named>,
     fitted: &Fitted,
     start: &Evaluation,
     recording: &Recording,
@@ -42,19 +42,10 @@ pub fn measure(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
+    let mut named = only_shown(named, fitted, recording, design, monitor)?;
     let mut may_reorder = true;
     loop {
         let ladder = climb(&named, fitted, start, recording, split, design, monitor)?;
-        let is_possible = |effect: &Named| {
-            let of_effect = ladder.parameters_of(effect);
-            of_effect.iter().all(|parameter| parameter.physical)
-        };
-        let possible: Vec<bool> = named.iter().map(is_possible).collect();
-        if possible.contains(&false) {
-            let mut possible = possible.iter();
-            named.retain(|_| *possible.next().unwrap_or(&true));
-            continue;
-        }
         let rises = |(effect, (before, after)): (&Named, &(Vec<f64>, Vec<f64>))| {
             effect.joints.iter().all(|&joint| after[joint] > before[joint])
         };
@@ -70,6 +61,59 @@ pub fn measure(
         }
         return Ok(ladder.told(&named, recording, split));
     }
+}
+
+/// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says.
+fn only_shown(
+    mut named: Vec<Named>,
+    fitted: &Fitted,
+    recording: &Recording,
+    design: &Design,
+    monitor: &Monitor,
+) -> Result<Vec<Named>, ModelError> {
+    loop {
+        let mut model = fitted.model.clone();
+        if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), &recording.stated_arm) {
+            model = model.pinned_to(arm);
+        }
+        for effect in &named {
+            model = model.with_effect(effect.effect, &effect.joints)?;
+        }
+        let whole = fit::fit_design(&model, design, monitor)?;
+        let places = named.iter().enumerate().flat_map(|(number, effect)| {
+            let parameters = parameters_of(&whole, effect.effect);
+            let shown = |&joint: &usize| (shown(effect.effect, &parameters, joint), number, joint);
+            effect.joints.iter().map(shown).collect::<Vec<_>>()
+        });
+        let Some((shown, number, joint)) = places.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(named) };
+        if shown > 1.0 {
+            return Ok(named);
+        }
+        let is_of_arm = named[number].effect.scope == Scope::Arm;
+        named[number].joints.retain(|&other| other != joint && !is_of_arm);
+        named.retain(|effect| !effect.joints.is_empty());
+    }
+}
+
+/// How far what was fitted for an effect on a joint is from nothing, in half-widths of its interval; 0 if it is impossible.
+fn shown(effect: &Effect, parameters: &[Parameter], joint: usize) -> f64 {
+    let here = || parameters.iter().filter(|parameter| parameter.joint.is_none_or(|own| own == joint));
+    if here().any(|parameter| !parameter.physical) {
+        return 0.0;
+    }
+    let is_linear = |parameter: &&Parameter| effect.linear().any(|linear| linear.name == parameter.name);
+    let distance = |parameter: &Parameter| match parameter.interval {
+        _ if !parameter.identified => 0.0,
+        Some([low, high]) => (low + high).abs() / (high - low),
+        None => f64::INFINITY,
+    };
+    here().filter(is_linear).map(distance).fold(0.0, f64::max)
+}
+
+/// What was fitted for an effect.
+fn parameters_of(fitted: &Fitted, effect: &Effect) -> Vec<Parameter> {
+    let is_it = |term: usize| matches!(&fitted.model.terms[term], Term::Effect(term) if term.effect == effect);
+    fitted.parameters.iter().filter(|parameter| is_it(parameter.term)).cloned().collect()
 }
 
 /// The model after all steps, and the held-out errors before and after each.
@@ -110,19 +154,13 @@ fn climb(
 }
 
 impl Ladder {
-    fn parameters_of(&self, named: &Named) -> Vec<Parameter> {
-        let of_effect =
-            |term: usize| matches!(&self.fitted.model.terms[term], Term::Effect(term) if term.effect == named.effect);
-        self.fitted.parameters.iter().filter(|parameter| of_effect(parameter.term)).cloned().collect()
-    }
-
     fn told(self, named: &[Named], recording: &Recording, split: &Split) -> Steps {
         let told = |(effect, (nmse_before, nmse_after)): (&Named, &(Vec<f64>, Vec<f64>))| MissingEffect {
             effect: effect.effect,
             joints: effect.joints.clone(),
             presence: effect.presence,
             form: effect.form,
-            parameters: self.parameters_of(effect),
+            parameters: parameters_of(&self.fitted, effect.effect),
             nmse_before: nmse_before.clone(),
             nmse_after: nmse_after.clone(),
             alternatives: effect.alternatives.clone(),

@@ -25,8 +25,8 @@ use crate::simulation::simulate;
 
 /// The strongest effect in a twin, as a share of the torque.
 const STRONGEST: f64 = 0.2;
-/// Of complete answers so many may be said to be incomplete.
-const FALSE_FLAGS: f64 = 0.08;
+/// Of complete answers so many may be said to be incomplete by their remainder; those whose remainder has a law come on top.
+const FALSE_FLAGS: f64 = 0.06;
 
 /// A recording with what the data say of every family, and whether it is there.
 #[derive(Debug, Clone, Serialize)]

@@ -159,7 +159,12 @@ impl Foreign {
     pub fn new(path: PathBuf, truth: &str) -> Result<Foreign, TrialError> {
         let wrong = |problem| TrialError::Truth { file: path.with_extension("json").display().to_string(), problem };
         let standing: Standing = serde_json::from_str(truth).map_err(wrong)?;
-        let truth = serde_json::from_str(truth).map_err(wrong)?;
+        let mut truth: Truth = serde_json::from_str(truth).map_err(wrong)?;
+        for (planted, Sided { side }) in truth.planted.iter_mut().zip(standing.sides) {
+            if let (Some(lag), Some(COMMAND_READ)) = (planted.parameters.get_mut("lag"), side.as_deref()) {
+                *lag = -*lag;
+            }
+        }
         Ok(Foreign { zero: standing.zero.posture(), truth, path })
     }
 
@@ -180,11 +185,23 @@ impl Foreign {
     }
 }
 
-/// What the file beside a recording says of the arm's posture.
+/// What the file beside a recording says of the arm's posture, and of where each effect acts.
 #[derive(Deserialize)]
 struct Standing {
     zero: Zero,
+    #[serde(rename = "truth")]
+    sides: Vec<Sided>,
 }
+
+/// On which side of the drive an effect acts.
+#[derive(Deserialize)]
+struct Sided {
+    #[serde(default)]
+    side: Option<String>,
+}
+
+/// The log holds what the drive was asked for, and it lags: the log is early against the torque, so that its lag is negative.
+const COMMAND_READ: &str = "command read";
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -386,6 +403,20 @@ mod tests {
         assert!(elsewhere.intervals.is_empty());
         let told = Foreign::new(path, "{}").unwrap_err().to_string();
         assert!(told.contains("000.json does not say what is hidden") && told.contains("missing field"), "{told}");
+    }
+
+    /// Of a drive that lags behind a logged command the catalogue says that the log is early.
+    #[test]
+    fn a_lag_behind_a_logged_command_is_negative() {
+        let lag = |side: &str| {
+            let truth = format!(
+                r#"{{"kind": "single", "zero": "up", "with_speed": true, "truth": [{{"effect": "actuator-lag", "joint": 2,
+                "side": "{side}", "strong": true, "equal": [], "also": [], "unknown": false, "absorbed": false,
+                "parameters": {{"lag": 0.02}}}}]}}"#
+            );
+            Foreign::new(PathBuf::from("000.npz"), &truth).unwrap().truth.planted[0].parameters["lag"]
+        };
+        assert_eq!((lag("command read"), lag("torque filtered")), (-0.02, 0.02));
     }
 
     fn answered(kind: &str, names: &[(f64, Verdict)], wanted: &[Option<Verdict>]) -> Answered {

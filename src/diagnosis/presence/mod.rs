@@ -22,6 +22,7 @@ use super::flexible;
 use super::search::{MARGIN, Search, gates};
 use crate::effect::{Effect, Family};
 use crate::model::ModelError;
+use crate::model::fit::{ALONG_A_COLUMN, unseen};
 use crate::model::least_squares::NormalEquations;
 
 /// From this presence on a family is named. On the draws and worlds that the map was learned on, exact answers are
@@ -90,7 +91,7 @@ pub struct Rest {
     pub share: Vec<f64>,
     /// The same without any effect that was found.
     pub before: Vec<f64>,
-    /// 1 − ρ₁ of the residual, by joint: 1 for white noise, near 0 for what moves as slowly as the arm.
+    /// 1 for noise that was white before it was filtered, near 0 for what moves as slowly as the arm, from ρ₁ of the residual, by joint.
     pub whiteness: Vec<f64>,
     /// Share of the residual that a flexible basis predicts on left-out blocks, by joint.
     pub predicted: Vec<f64>,
@@ -106,7 +107,7 @@ impl Rest {
         Ok(Rest {
             share: joints.clone().map(|joint| left(joint, &factors)).collect(),
             before: joints.clone().map(|joint| left(joint, &before)).collect(),
-            whiteness: joints.map(|joint| (1.0 - search.first_correlation(joint, &factors)).clamp(0.0, 1.0)).collect(),
+            whiteness: joints.map(|joint| 1.0 - search.structure(joint, &factors)).collect(),
             predicted: flexible::predicted(search)?,
         })
     }
@@ -124,7 +125,8 @@ pub(super) fn look(search: &Search) -> Result<(Vec<Sighting>, Rest), ModelError>
     places.sort_unstable();
     places.dedup();
     let energies = Energies::new(search);
-    let sight = |(family, joint)| sighting(search, &rest, &energies, family, joint);
+    let beside = energies.beside(search, &rest);
+    let sight = |(family, joint)| sighting(search, &rest, &energies, beside, family, joint);
     let sightings = places.into_par_iter().filter_map(sight).collect();
     Ok((sightings, rest))
 }
@@ -150,6 +152,15 @@ impl Energies {
         equations.residual_energy(&here) / equations.energy.max(f64::MIN_POSITIVE)
     }
 
+    /// Weighted energy of what is not noise beside the effects found: what is left and not white, and what may act unseen.
+    fn beside(&self, search: &Search, rest: &Rest) -> f64 {
+        let of_joint = |joint: usize| {
+            let left = rest.share[joint].powi(2) * self.joints[joint].1.energy;
+            search.weights[joint] * (left * (1.0 - rest.whiteness[joint]) + unseen(self.joints[joint].1.energy))
+        };
+        (0..self.joints.len()).map(of_joint).sum()
+    }
+
     /// Share of the joint's energy that these columns carry.
     fn carried(&self, joint: usize, columns: &[usize], factors: &DVector<f64>) -> f64 {
         let (acting, equations) = &self.joints[joint];
@@ -163,6 +174,7 @@ fn sighting(
     search: &Search,
     rest: &Rest,
     energies: &Energies,
+    beside: f64,
     family: Family,
     place: Option<usize>,
 ) -> Option<Sighting> {
@@ -183,7 +195,7 @@ fn sighting(
     let gain = search.cost(&others) - search.cost(&with);
     let count: usize = mine.iter().map(|&group| groups[group].parameter_count()).sum();
     let price: f64 = mine.iter().map(|&group| search.price_of(group)).sum();
-    let wald = (gain / count as f64).min(robust_wald(search, &with, &columns)?).max(0.0);
+    let wald = (gain / count as f64).min(robust_wald(search, &with, &columns, beside)?).max(0.0);
     let unique = (energies.left(on, &before) - energies.left(on, &after)).max(0.0).sqrt().max(LEAST_SHARE);
     let own_rest = energies.left(on, &after).sqrt().max(LEAST_SHARE);
     let worst = rest.share.iter().copied().fold(LEAST_SHARE, f64::max);
@@ -221,8 +233,9 @@ fn sighting(
     })
 }
 
-/// θᵀV⁻¹θ for each of these columns beside all of the set, V from the sums of scores over blocks; `None` if the data can't show them.
-fn robust_wald(search: &Search, set: &[usize], columns: &[usize]) -> Option<f64> {
+/// θᵀV⁻¹θ for each of these columns beside all of the set; `None` if the data can't show them. V is from the sums of scores over
+/// blocks, and from the energy of what acts `beside` them, which may lie along the columns in every block alike.
+fn robust_wald(search: &Search, set: &[usize], columns: &[usize], beside: f64) -> Option<f64> {
     let all = search.columns(set);
     let solution = search.solve(set);
     let kept: Vec<usize> = (0..all.len()).filter(|&place| solution.identified[place]).collect();
@@ -244,6 +257,8 @@ fn robust_wald(search: &Search, set: &[usize], columns: &[usize]) -> Option<f64>
         spread += &step * step.transpose();
     }
     spread *= blocks as f64 / (blocks as f64 - 1.0 - count as f64).max(1.0);
+    let along = ALONG_A_COLUMN.powi(2) * beside;
+    spread += along * DMatrix::from_fn(count, count, |i, j| inverse[(own[i], own[j])] * scale[own[i]] * scale[own[j]]);
     let ridge = 1e-9 * spread.trace() / count as f64 + f64::MIN_POSITIVE;
     for i in 0..count {
         spread[(i, i)] += ridge;

@@ -1,7 +1,5 @@
 //! What a candidate must pass before it is named. Each gate answers with what it measured where it refuses.
 
-use rayon::prelude::*;
-
 use super::state::{MARGIN, Search};
 use crate::diagnosis::report::Refusal;
 use crate::effect::Effect;
@@ -34,7 +32,7 @@ pub struct Now {
 impl Now {
     /// Of the set found so far.
     pub fn of(search: &Search) -> Self {
-        Now { cost: search.cost(&search.active), left_out: left_out_errors(search, &search.active) }
+        Now { cost: search.cost(&search.active), left_out: search.left_out_errors(&search.active) }
     }
 }
 
@@ -61,7 +59,7 @@ pub fn check(search: &Search, now: &Now, group: usize) -> Result<(), Refusal> {
     if let Some(effect) = leaves_it(search, &after, group) {
         return Err(Refusal::LeftBy { effect });
     }
-    let gains = BlockGains::between(&now.left_out, &left_out_errors(search, &after));
+    let gains = BlockGains::between(&now.left_out, &search.left_out_errors(&after));
     let confirmed = gains.total() / gain;
     if confirmed < CONFIRMED {
         return Err(Refusal::NotConfirmed { confirmed });
@@ -148,7 +146,7 @@ pub struct BlockGains {
 impl BlockGains {
     /// Of the step from `before` to `after`, each fitted on the other blocks.
     pub fn of(search: &Search, before: &[usize], after: &[usize]) -> Self {
-        BlockGains::between(&left_out_errors(search, before), &left_out_errors(search, after))
+        BlockGains::between(&search.left_out_errors(before), &search.left_out_errors(after))
     }
 
     /// From these errors of the blocks to those.
@@ -180,14 +178,6 @@ impl BlockGains {
     /// anything; whoever names something by them must say so ([`FEWEST_BLOCKS`]).
     fn confirm(&self, least_t: f64, price: f64) -> bool {
         self.count() < FEWEST_BLOCKS || self.t() >= least_t || is_unopposed(&self.gains, price)
-    }
-}
-
-/// The error of each block with these groups, fitted on the other blocks; of a single block, fitted on itself.
-fn left_out_errors(search: &Search, groups: &[usize]) -> Vec<f64> {
-    match search.library.equations.block_count() {
-        0 | 1 => vec![search.cost(groups)],
-        blocks => (0..blocks).into_par_iter().map(|block| search.error_when(groups, block).1).collect(),
     }
 }
 

@@ -8,6 +8,7 @@
 mod backward;
 mod forward;
 pub(super) mod gates;
+mod left_out;
 mod shape;
 mod state;
 mod swap;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
+use super::left_out::LeftOut;
 use crate::diagnosis::candidates::{Group, Library};
 use crate::model::ModelError;
 use crate::model::least_squares::{Elimination, NormalEquations, Solution};
@@ -28,6 +29,7 @@ pub struct Search<'a> {
     pub active: Vec<usize>,
     /// ln of the number of samples: the price of one parameter.
     pub price: f64,
+    pub(super) left_out: LeftOut,
     blocks: Vec<NormalEquations>,
     whole: NormalEquations,
 }
@@ -42,6 +44,7 @@ impl<'a> Search<'a> {
             weights: (0..joints).map(|joint| 1.0 / library.design.energy(joint).max(f64::MIN_POSITIVE)).collect(),
             price: (samples.max(2) as f64).ln(),
             active: Vec::new(),
+            left_out: LeftOut::default(),
             blocks: Vec::new(),
             whole: empty,
             library,
@@ -53,14 +56,18 @@ impl<'a> Search<'a> {
 
     /// Recomputes the weighted sums after the weights changed.
     fn update(&mut self) {
+        self.left_out.forget();
         let equations = &self.library.equations;
         self.blocks =
             (0..equations.block_count()).map(|block| equations.total(&self.weights, |other| other == block)).collect();
-        self.whole = sum(&self.blocks, |_| true);
+        let mut whole = NormalEquations::empty(self.blocks.first().map_or(0, |block| block.moment.len()));
+        self.blocks.iter().for_each(|block| whole.add(block, 1.0));
+        self.whole = whole;
     }
 
     /// Recomputes the rows and columns of the weighted sums that belong to replaced columns.
     fn update_columns(&mut self, changed: Range<usize>) {
+        self.left_out.forget_those_with(&changed);
         let all: Vec<usize> = (0..self.whole.moment.len()).collect();
         for number in changed {
             let (mut products, mut moment) = (DVector::zeros(all.len()), 0.0);
@@ -104,10 +111,11 @@ impl<'a> Search<'a> {
         self.blocks[block].select(columns)
     }
 
-    /// ρ₁ of what these factors of all columns leave of a joint; 0 if nothing is left.
-    pub fn first_correlation(&self, joint: usize, factors: &DVector<f64>) -> f64 {
-        let Library { equations, columns, torque, .. } = &self.library;
-        equations.correlations(columns, factors, torque, joint, 1).first().copied().unwrap_or(0.0)
+    /// The share that is structure, not noise, of what these factors of all columns leave of a joint; 0 if nothing is left.
+    pub fn structure(&self, joint: usize, factors: &DVector<f64>) -> f64 {
+        let Library { equations, columns, torque, design, .. } = &self.library;
+        let correlations = equations.correlations(columns, factors, torque, joint, 1);
+        correlations.first().map_or(0.0, |&correlation| design.structure(correlation))
     }
 
     /// Of these groups the one that leaves the least beside the set `others`, its price counted; a physical one if there is any.
@@ -137,8 +145,17 @@ impl<'a> Search<'a> {
         groups.iter().map(|&group| self.price_of(group)).sum()
     }
 
-    /// Error of each block with these groups, fitted on the blocks for which `trains(block, left_out)` holds, by left-out
-    /// block.
+    /// The product of two columns over all blocks but this one.
+    pub(super) fn product_without(&self, block: usize, one: usize, other: usize) -> f64 {
+        self.whole.gram[(one, other)] - self.blocks[block].gram[(one, other)]
+    }
+
+    /// The product of a column with the torque over all blocks but this one.
+    pub(super) fn moment_without(&self, block: usize, column: usize) -> f64 {
+        self.whole.moment[column] - self.blocks[block].moment[column]
+    }
+
+    /// Factors of these groups, fitted on all blocks but this one, and its error with them.
     pub fn error_when(&self, groups: &[usize], left_out: usize) -> (DVector<f64>, f64) {
         let columns = self.columns(groups);
         let block = self.blocks[left_out].select(&columns);
@@ -150,8 +167,12 @@ impl<'a> Search<'a> {
     /// Error on the blocks of `test` with these groups, fitted on the blocks of `train`.
     pub fn transfer_error(&self, groups: &[usize], train: &[usize], test: &[usize]) -> f64 {
         let columns = self.columns(groups);
-        let factors = sum(&self.blocks, |block| train.contains(&block)).select(&columns).solve().factors;
-        sum(&self.blocks, |block| test.contains(&block)).select(&columns).residual_energy(&factors)
+        let of = |blocks: &[usize]| {
+            let mut sum = NormalEquations::empty(columns.len());
+            blocks.iter().for_each(|&block| sum.add(&self.block_equations(block, &columns), 1.0));
+            sum
+        };
+        of(test).residual_energy(&of(train).solve().factors)
     }
 
     /// Whether the model's own columns leave nothing of this group to see, beside `others`.
@@ -311,13 +332,4 @@ fn replace(equations: &mut NormalEquations, number: usize, products: &DVector<f6
     equations.gram.set_column(number, products);
     equations.gram.set_row(number, &products.transpose());
     equations.moment[number] = moment;
-}
-
-/// Sum of the equations of the blocks for which `included` holds.
-fn sum(blocks: &[NormalEquations], included: impl Fn(usize) -> bool) -> NormalEquations {
-    let mut sum = NormalEquations::empty(blocks.first().map_or(0, |block| block.moment.len()));
-    for (_, block) in blocks.iter().enumerate().filter(|(index, _)| included(*index)) {
-        sum.add(block, 1.0);
-    }
-    sum
 }
