@@ -85,11 +85,12 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
         let what = format!("it has more than {} MB, which nothing of its kind has; name another file", most >> 20);
         Err(io::Error::other(what))
     };
-    if size(path)? > most {
+    let size = size(path)?;
+    if size > most {
         return too_large();
     }
-    // It may grow while it is read.
-    let mut bytes = Vec::new();
+    // It may grow while it is read; if not, it takes no more memory than its size.
+    let mut bytes = Vec::with_capacity(size as usize + 1);
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most { too_large() } else { Ok(bytes) }
 }
@@ -117,6 +118,47 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// As [`write()`].
 pub fn write_keeping_old(path: &Path, bytes: &[u8]) -> io::Result<()> {
     put(path, bytes, true)
+}
+
+/// Makes a file that is not there yet, whole. Of several who do so at once one gets it.
+///
+/// # Errors
+/// [`io::ErrorKind::AlreadyExists`] if it is there, or what the system says.
+pub fn create(path: &Path, bytes: &[u8]) -> io::Result<File> {
+    let draft = Draft::new(path);
+    let mut file = File::create(&draft.0)?;
+    file.write_all(bytes)?;
+    match fs::hard_link(&draft.0, path) {
+        Ok(()) => Ok(file),
+        Err(problem) if problem.kind() == io::ErrorKind::AlreadyExists => Err(problem),
+        // Not every file system has second names; without them, others may see it before it is whole.
+        Err(_) => {
+            let mut file = fs::OpenOptions::new().write(true).create_new(true).open(path)?;
+            file.write_all(bytes)?;
+            Ok(file)
+        }
+    }
+}
+
+/// The time by the clock that stamps the files of a folder; that of another machine, if the folder is there.
+///
+/// # Errors
+/// What the system says.
+pub fn clock(folder: &Path) -> io::Result<SystemTime> {
+    let draft = Draft::new(&folder.join("clock"));
+    File::create(&draft.0)?.metadata()?.modified()
+}
+
+/// Removes what was begun in a folder, and not written on since: who began it is gone.
+pub fn remove_drafts(folder: &Path, since: SystemTime) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let is_draft = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(NEW));
+    for path in entries.filter(is_draft) {
+        if written(&path).is_some_and(|time| time < since) {
+            // What can't be removed is in nobody's way.
+            let _ = fs::remove_file(path);
+        }
+    }
 }
 
 /// The same file with something behind its name.
@@ -247,6 +289,16 @@ mod tests {
         let old = beside(&path, OLD);
         assert_eq!((fs::read(&path).unwrap(), fs::read(&old).unwrap()), (b"four".to_vec(), b"three".to_vec()));
         assert_eq!(names(folder.path()), ["a.txt", "a.txt.bak"]);
+    }
+
+    #[test]
+    fn a_file_is_made_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        create(&path, b"one").unwrap();
+        assert_eq!(create(&path, b"two").unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        assert!(clock(folder.path()).unwrap() >= written(&path).unwrap());
+        assert_eq!((fs::read(&path).unwrap(), names(folder.path())), (b"one".to_vec(), vec!["a.txt".to_owned()]));
     }
 
     #[test]

@@ -151,6 +151,8 @@ fn standing(store: &Store, cell: &Cell) -> Result<Standing, ExperimentError> {
     let mut seen: Vec<_> = tests.map(|file| (is_there(&file), file)).collect();
     // Cells of before had no such record.
     seen.push((training_record(store, cell).map(|_| true), TRAINING.to_owned()));
+    let models = (0..cell.inputs.members).map(|number| (member(cell, store, number).map(|_| true), model_file(number)));
+    seen.extend(models);
     let mut standing = Standing { is_done: true, damaged: Vec::new() };
     for (is_whole, file) in seen {
         match is_whole {
@@ -297,12 +299,14 @@ pub(super) fn trained_members(cell: &Cell, store: &Store) -> Result<Option<Vec<F
     if !store.has(&cell.key, TRAINING) {
         return Ok(None);
     }
-    let member = |number: u64| {
-        let file = model_file(number);
-        let Some(bytes) = store.bytes(&cell.key, &file)? else { return Ok(None) };
-        training::fit::from_bytes(&bytes).map(Some).map_err(|problem| store.damaged(&cell.key, &file, &problem))
-    };
-    (0..cell.inputs.members).map(member).collect()
+    (0..cell.inputs.members).map(|number| member(cell, store, number)).collect()
+}
+
+/// A model of a cell, if it is there.
+fn member(cell: &Cell, store: &Store, number: u64) -> Result<Option<Fitted>, ExperimentError> {
+    let file = model_file(number);
+    let Some(bytes) = store.bytes(&cell.key, &file)? else { return Ok(None) };
+    training::fit::from_bytes(&bytes).map(Some).map_err(|problem| store.damaged(&cell.key, &file, &problem))
 }
 
 fn train_members(

@@ -9,14 +9,14 @@
 //!           claim-1, …       who works on it
 //! ```
 //!
-//! Whoever works on a cell owns the claim of
-//! the highest number. A claim is made by creating its file, which only one process can do; an abandoned one is not removed but
-//! outnumbered, so that two who find it abandoned can't both win.
+//! Whoever works on a cell owns the claim of the highest number. A claim is made by creating its file, which only one process can
+//! do; an abandoned one is not removed but outnumbered, so that two who find it abandoned can't both win. Signs of life are told by
+//! the clock of the folder alone, since those of the machines may differ.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{ErrorKind, Write};
+use std::fs::{self, File};
+use std::io::{ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -26,6 +26,8 @@ use crate::file;
 
 /// A claim that shows no sign of life for so long is abandoned.
 const ABANDONED: Duration = Duration::from_secs(600);
+/// A claim that says nothing of its owner is being written, or is none: after so long it is none.
+const UNFINISHED: Duration = Duration::from_secs(10);
 /// How often a claim shows a sign of life.
 const BEAT: Duration = Duration::from_secs(10);
 
@@ -42,6 +44,10 @@ pub struct Owner {
     pub host: String,
     /// Number of the process there.
     pub process: u32,
+    /// Where that number counts, if the system tells: containers that share the name of a machine count their processes apart, and
+    /// a machine that was started anew counts from the beginning.
+    #[serde(default)]
+    pub counted: Option<String>,
 }
 
 /// The right to work on a cell; given back when dropped.
@@ -49,21 +55,28 @@ pub struct Owner {
 pub struct Claim {
     path: PathBuf,
     file: File,
-    last_beat: std::sync::Mutex<SystemTime>,
+    owner: Vec<u8>,
+    last_beat: std::sync::Mutex<Instant>,
 }
 
 impl Owner {
     /// This process.
     pub fn this() -> Owner {
-        Owner { host: gethostname::gethostname().to_string_lossy().into_owned(), process: std::process::id() }
+        let start = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok();
+        let container = fs::read_link("/proc/self/ns/pid").ok();
+        let counted =
+            start.zip(container).map(|(start, container)| format!("{} {}", start.trim(), container.display()));
+        let host = gethostname::gethostname().to_string_lossy().into_owned();
+        Owner { host, process: std::process::id(), counted }
     }
 
-    /// Whether it is known to be gone: only of processes on this machine, and only where the system tells.
+    /// Whether it is known to be gone: only of processes that are counted where this one is, and only where the system tells.
     pub fn is_gone(&self) -> bool {
-        let processes = Path::new("/proc");
-        self.host == Owner::this().host
-            && processes.join("self").exists()
-            && !processes.join(self.process.to_string()).exists()
+        let this = Owner::this();
+        self.host == this.host
+            && self.counted.is_some()
+            && self.counted == this.counted
+            && !Path::new("/proc").join(self.process.to_string()).exists()
     }
 }
 
@@ -150,23 +163,25 @@ impl Store {
         };
         fs::create_dir_all(&folder).map_err(failed(&folder))?;
         let newest = self.newest_claim(key)?;
+        let now = file::clock(&folder).map_err(failed(&folder))?;
         let number = match &newest {
-            Some((_, path)) if is_held(path) => return Ok(None),
+            Some((_, path)) if is_held(path, now) => return Ok(None),
             Some((number, _)) => number + 1,
             None => 1,
         };
         let path = folder.join(format!("claim-{number}"));
-        let mut file = match OpenOptions::new().write(true).create_new(true).open(&path) {
+        let owner = serde_json::to_vec(&Owner::this()).unwrap_or_default();
+        let file = match file::create(&path, &owner) {
             Err(problem) if problem.kind() == ErrorKind::AlreadyExists => return Ok(None),
             other => other.map_err(failed(&path))?,
         };
-        let owner = serde_json::to_vec(&Owner::this()).unwrap_or_default();
-        file.write_all(&owner).map_err(failed(&path))?;
         if let Some((_, abandoned)) = newest {
             // Somebody else may have removed it by now.
             let _ = fs::remove_file(abandoned);
         }
-        Ok(Some(Claim { path, file, last_beat: std::sync::Mutex::new(SystemTime::now()) }))
+        // Whoever was killed while it wrote left them.
+        file::remove_drafts(&folder, now - ABANDONED);
+        Ok(Some(Claim { path, file, owner, last_beat: std::sync::Mutex::new(Instant::now()) }))
     }
 
     /// Who works on a cell.
@@ -174,7 +189,7 @@ impl Store {
     /// # Errors
     /// [`ExperimentError::Store`] if the folder can't be read.
     pub fn owner(&self, key: &str) -> Result<Option<Owner>, ExperimentError> {
-        let newest = self.newest_claim(key)?.filter(|(_, path)| is_held(path));
+        let newest = self.newest_claim(key)?.filter(|(_, path)| is_held(path, SystemTime::now()));
         Ok(newest.and_then(|(_, path)| owner_in(&path)))
     }
 
@@ -195,25 +210,28 @@ fn owner_in(claim: &Path) -> Option<Owner> {
 }
 
 /// Whether the owner of a claim still works.
-fn is_held(claim: &Path) -> bool {
+fn is_held(claim: &Path, now: SystemTime) -> bool {
     // A claim that vanished was given back.
     let Ok(about) = fs::metadata(claim) else { return false };
-    if owner_in(claim).is_some_and(|owner| owner.is_gone()) {
-        return false;
-    }
-    // A clock that is behind that of the folder makes no claim old.
-    about.modified().ok().and_then(|beat| beat.elapsed().ok()).is_none_or(|silent| silent < ABANDONED)
+    let longest = match owner_in(claim) {
+        Some(owner) if owner.is_gone() => return false,
+        Some(_) => ABANDONED,
+        None => UNFINISHED,
+    };
+    let Ok(beat) = about.modified() else { return true };
+    // A sign of life that is far ahead was given before the clock was set back: it would never grow old.
+    now.duration_since(beat).unwrap_or_else(|ahead| ahead.duration()) < longest
 }
 
 impl Claim {
     /// Shows that its owner still works; cheap enough to be called often.
     pub fn beat(&self) {
         let Ok(mut last) = self.last_beat.lock() else { return };
-        let now = SystemTime::now();
-        if now.duration_since(*last).is_ok_and(|silent| silent >= BEAT) {
-            // If this fails once, the next beat is in time.
-            let _ = self.file.set_modified(now);
-            *last = now;
+        if last.elapsed() >= BEAT {
+            // The same once more, so that the folder's own clock says when. If this fails once, the next beat is in time.
+            let mut file = &self.file;
+            let _ = file.rewind().and_then(|()| file.write_all(&self.owner));
+            *last = Instant::now();
         }
     }
 }
@@ -269,13 +287,78 @@ mod tests {
     fn silence_makes_a_claim_of_another_machine_abandoned() {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::new(folder.path());
-        let far = Owner { host: "another machine".into(), process: 1 };
+        let far = Owner { host: "another machine".into(), process: 1, counted: None };
         fs::create_dir_all(folder.path().join("cells/a")).unwrap();
         let path = folder.path().join("cells/a/claim-1");
         fs::write(&path, serde_json::to_vec(&far).unwrap()).unwrap();
         assert!(store.claim("a").unwrap().is_none());
         File::options().write(true).open(&path).unwrap().set_modified(SystemTime::now() - 2 * ABANDONED).unwrap();
         assert!(store.claim("a").unwrap().is_some());
+    }
+
+    #[test]
+    fn a_claim_that_names_nobody_or_is_of_the_future_blocks_no_cell() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::new(folder.path());
+        let far = Owner { host: "another machine".into(), process: 1, counted: None };
+        let whole = serde_json::to_vec(&far).unwrap();
+        let cell = folder.path().join("cells/a");
+        fs::create_dir_all(&cell).unwrap();
+        let claim_at = |number: u64, content: &[u8], time: SystemTime| {
+            let path = cell.join(format!("claim-{number}"));
+            fs::write(&path, content).unwrap();
+            File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
+        };
+        let now = SystemTime::now();
+        for (number, content) in [(1, &b""[..]), (3, &whole[..whole.len() / 2]), (5, b"somebody else's notes")] {
+            claim_at(number, content, now);
+            assert!(store.claim("a").unwrap().is_none(), "it may be being written");
+            claim_at(number, content, now - 2 * UNFINISHED);
+            assert!(store.claim("a").unwrap().is_some(), "{}", String::from_utf8_lossy(content));
+        }
+        claim_at(7, &whole, now + 2 * ABANDONED);
+        assert!(store.claim("a").unwrap().is_some(), "its clock was ahead");
+    }
+
+    #[test]
+    fn processes_of_another_container_are_not_known_to_be_gone() {
+        let gone = Owner { process: u32::MAX, ..Owner::this() };
+        let elsewhere = Owner { counted: Some("another container".into()), ..gone.clone() };
+        let of_before = Owner { counted: None, ..gone.clone() };
+        assert_eq!(
+            (gone.is_gone(), elsewhere.is_gone(), of_before.is_gone()),
+            (Path::new("/proc/self").exists(), false, false)
+        );
+        assert!(!Owner::this().is_gone());
+        let read: Owner = serde_json::from_str(r#"{"host": "a", "process": 1}"#).unwrap();
+        assert_eq!(read.counted, None);
+    }
+
+    #[test]
+    fn a_sign_of_life_is_told_by_the_clock_of_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let claim = Store::new(folder.path()).claim("a").unwrap().unwrap();
+        claim.file.set_modified(SystemTime::now() - 2 * ABANDONED).unwrap();
+        *claim.last_beat.lock().unwrap() = Instant::now().checked_sub(2 * BEAT).unwrap();
+        claim.beat();
+        assert!(is_held(&claim.path, SystemTime::now()));
+        assert_eq!(owner_in(&claim.path), Some(Owner::this()));
+    }
+
+    #[test]
+    fn drafts_of_the_killed_are_removed_and_those_of_others_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let cell = folder.path().join("cells/a");
+        fs::create_dir_all(&cell).unwrap();
+        for (name, age) in [("model-1.17-0.new", 2 * ABANDONED), ("x.json.18-3.new", BEAT), ("x.json", 2 * ABANDONED)] {
+            fs::write(cell.join(name), b"half").unwrap();
+            File::options().write(true).open(cell.join(name)).unwrap().set_modified(SystemTime::now() - age).unwrap();
+        }
+        let claim = Store::new(folder.path()).claim("a").unwrap();
+        let mut names: Vec<_> = fs::read_dir(&cell).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, ["claim-1", "x.json", "x.json.18-3.new"]);
+        drop(claim);
     }
 
     #[test]
