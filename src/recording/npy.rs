@@ -2,7 +2,14 @@
 //!
 //! Read by hand, because a header may lie: every size is checked before anything is allocated, and nothing is evaluated.
 
+use std::io::Read;
+
 use ndarray::{ArrayD, IxDyn, ShapeBuilder};
+
+/// No header is longer \[bytes\]; those that numpy writes for numbers have some hundred.
+const MOST_HEADER: u32 = 1 << 16;
+/// So many bytes of elements are read at once: whole elements of every size.
+const CHUNK: usize = 1 << 13;
 
 /// The array can't be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -18,11 +25,14 @@ pub enum NpyError {
     Damaged(String),
 }
 
-/// How the elements are stored.
-struct Header<'a> {
-    element: &'a str,
+/// How the elements of an array are stored, and how many there are.
+pub struct Header {
+    element: Element,
     fortran_order: bool,
     shape: Vec<usize>,
+    count: usize,
+    /// What the header takes \[bytes\].
+    length: u64,
 }
 
 /// Decodes a whole NPY file of at most `most` elements, to an array in C order.
@@ -30,51 +40,110 @@ struct Header<'a> {
 /// # Errors
 /// [`NpyError`] if it is damaged, too large, or does not hold numbers.
 pub fn decode(bytes: &[u8], most: usize) -> Result<ArrayD<f64>, NpyError> {
-    let (header, data) = header(bytes)?;
-    let element = Element::parse(header.element)?;
-    let overflow = || NpyError::Damaged(format!("its header claims the shape {:?}", header.shape));
-    let count =
-        header.shape.iter().try_fold(1usize, |product, size| product.checked_mul(*size)).ok_or_else(overflow)?;
-    let needed = count.checked_mul(element.size).ok_or_else(overflow)?;
-    if needed != data.len() {
-        return Err(NpyError::Damaged(format!(
-            "its header claims the shape {:?}, which takes {needed} bytes, but {} follow",
-            header.shape,
-            data.len()
-        )));
-    }
-    if count > most {
-        return Err(NpyError::TooLarge);
-    }
-    let values: Vec<f64> = data.chunks_exact(element.size).map(|chunk| element.value(chunk)).collect();
-    let stored = IxDyn(&header.shape).set_f(header.fortran_order);
-    let array = ArrayD::from_shape_vec(stored, values).map_err(|error| NpyError::Damaged(error.to_string()))?;
-    Ok(array.as_standard_layout().into_owned())
+    let mut rest = bytes;
+    let header = Header::read(&mut rest)?;
+    header.check_size(bytes.len() as u64)?;
+    if header.count > most { Err(NpyError::TooLarge) } else { header.values(&mut rest) }
 }
 
-fn header(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), NpyError> {
-    let damaged = |problem: &str| NpyError::Damaged(problem.to_owned());
-    let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(|| damaged("it does not begin like an NPY array"))?;
-    let (length, rest) = match rest {
-        [1, _, a, b, rest @ ..] => (u32::from(u16::from_le_bytes([*a, *b])), rest),
-        [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]), rest),
-        _ => return Err(damaged("its NPY version is unknown, or it ends too early")),
-    };
-    let (text, data) = rest.split_at_checked(length as usize).ok_or_else(|| damaged("it ends within its header"))?;
-    let text = std::str::from_utf8(text).map_err(|_| damaged("its header is not text"))?;
-    let missing = || damaged("its header lacks the element type, the order or the shape");
+impl Header {
+    /// Reads it from the beginning of an NPY file, and leaves the elements.
+    ///
+    /// # Errors
+    /// [`NpyError::NotNumbers`] if the elements are something else, [`NpyError::Damaged`] if it is no header.
+    pub fn read(source: &mut dyn Read) -> Result<Header, NpyError> {
+        let damaged = |problem: &str| NpyError::Damaged(problem.to_owned());
+        let (mut start, mut long) = ([0; 10], [0; 2]);
+        source.read_exact(&mut start).map_err(|_| damaged("it does not begin like an NPY array"))?;
+        let [b'\x93', b'N', b'U', b'M', b'P', b'Y', version, _, first, second] = start else {
+            return Err(damaged("it does not begin like an NPY array"));
+        };
+        let early = |_| damaged("it ends within its header");
+        let (start, length) = match version {
+            1 => (10, u32::from(u16::from_le_bytes([first, second]))),
+            2 | 3 => {
+                source.read_exact(&mut long).map_err(early)?;
+                (12, u32::from_le_bytes([first, second, long[0], long[1]]))
+            }
+            _ => return Err(damaged("its NPY version is unknown")),
+        };
+        if length > MOST_HEADER {
+            return Err(damaged("its header is longer than any"));
+        }
+        let mut text = vec![0; length as usize];
+        source.read_exact(&mut text).map_err(early)?;
+        let text = std::str::from_utf8(&text).map_err(|_| damaged("its header is not text"))?;
+        let missing = || damaged("its header lacks the element type, the order or the shape");
 
-    let element = field(text, "descr").ok_or_else(missing)?;
-    let quote = element.chars().next().filter(|c| matches!(c, '\'' | '"'));
-    let Some(element) = quote.and_then(|quote| element[1..].split(quote).next()) else {
-        return Err(NpyError::NotNumbers("it is a structured array; save each of its fields as an array".to_owned()));
-    };
-    let order = field(text, "fortran_order").ok_or_else(missing)?;
-    let shape = field(text, "shape").and_then(|rest| rest.strip_prefix('(')?.split(')').next()).ok_or_else(missing)?;
-    let sizes = shape.split(',').map(|size| size.trim().trim_end_matches('L')).filter(|size| !size.is_empty());
-    let shape =
-        sizes.map(str::parse).collect::<Result<Vec<usize>, _>>().map_err(|_| damaged("its shape is no shape"))?;
-    Ok((Header { element, fortran_order: order.starts_with("True"), shape }, data))
+        let element = field(text, "descr").ok_or_else(missing)?;
+        let quote = element.chars().next().filter(|c| matches!(c, '\'' | '"'));
+        let Some(element) = quote.and_then(|quote| element[1..].split(quote).next()) else {
+            return Err(NpyError::NotNumbers(
+                "it is a structured array; save each of its fields as an array".to_owned(),
+            ));
+        };
+        let order = field(text, "fortran_order").ok_or_else(missing)?;
+        let shape =
+            field(text, "shape").and_then(|rest| rest.strip_prefix('(')?.split(')').next()).ok_or_else(missing)?;
+        let sizes = shape.split(',').map(|size| size.trim().trim_end_matches('L')).filter(|size| !size.is_empty());
+        let shape =
+            sizes.map(str::parse).collect::<Result<Vec<usize>, _>>().map_err(|_| damaged("its shape is no shape"))?;
+        let element = Element::parse(element)?;
+        let count = shape.iter().try_fold(1usize, |product, size| product.checked_mul(*size));
+        let count = count.filter(|count| count.checked_mul(element.size).is_some());
+        let count = count.ok_or_else(|| NpyError::Damaged(format!("its header claims the shape {shape:?}")))?;
+        let length = start + u64::from(length);
+        Ok(Header { element, fortran_order: order.starts_with("True"), shape, count, length })
+    }
+
+    /// Its sizes, the slowest first.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+
+    /// How many elements there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Whether a file of so many bytes holds these elements, and nothing else.
+    ///
+    /// # Errors
+    /// [`NpyError::Damaged`] if not.
+    pub fn check_size(&self, bytes: u64) -> Result<(), NpyError> {
+        let needed = (self.count * self.element.size) as u64;
+        let found = bytes.saturating_sub(self.length);
+        if needed == found {
+            return Ok(());
+        }
+        Err(NpyError::Damaged(format!(
+            "its header claims the shape {:?}, which takes {needed} bytes, but {found} follow",
+            self.shape
+        )))
+    }
+
+    /// Reads the elements that follow the header, to an array in C order. They take 8 bytes each, and so little beside that a
+    /// file that is unpacked on the way is never in memory as a whole.
+    ///
+    /// # Errors
+    /// [`NpyError::Damaged`] if they can't be read to their end.
+    pub fn values(&self, source: &mut dyn Read) -> Result<ArrayD<f64>, NpyError> {
+        let unreadable = |problem: std::io::Error| NpyError::Damaged(problem.to_string());
+        let mut values = Vec::with_capacity(self.count);
+        let mut chunk = [0; CHUNK];
+        while values.len() < self.count {
+            let bytes = &mut chunk[..CHUNK.min((self.count - values.len()) * self.element.size)];
+            source.read_exact(bytes).map_err(unreadable)?;
+            values.extend(bytes.chunks_exact(self.element.size).map(|bytes| self.element.value(bytes)));
+        }
+        // Only at its end a source knows whether its checksum is right.
+        if source.read(&mut chunk[..1]).map_err(unreadable)? != 0 {
+            return Err(NpyError::Damaged(format!("more follows than its shape {:?} takes", self.shape)));
+        }
+        let stored = IxDyn(&self.shape).set_f(self.fortran_order);
+        let array = ArrayD::from_shape_vec(stored, values).map_err(|error| NpyError::Damaged(error.to_string()))?;
+        Ok(if array.is_standard_layout() { array } else { array.as_standard_layout().into_owned() })
+    }
 }
 
 /// The text after `'key':`.

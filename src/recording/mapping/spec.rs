@@ -173,6 +173,12 @@ impl fmt::Display for MappingSpec {
 }
 
 impl Mapping {
+    /// The names of all columns that are used, those that are used twice twice.
+    pub fn used(&self) -> impl Iterator<Item = &String> {
+        let derivatives = [&self.qd, &self.qdd].into_iter().flatten().flatten();
+        self.time.iter().chain(&self.q).chain(&self.tau).chain(derivatives)
+    }
+
     /// The same as what a user would say: a template for the next file of this kind.
     pub fn to_spec(&self) -> MappingSpec {
         let leave_out = || vec![LEAVE_OUT.to_owned()];

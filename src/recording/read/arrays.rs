@@ -2,10 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use std::io::{self, Read};
+
 use ndarray::{ArrayD, Axis};
 
-use super::table::{Column, Table};
-use crate::recording::npy::{self, NpyError};
+use super::budget::{Budget, TooMuch};
+use super::table::{Column, MOST_COLUMNS, Table, listed};
+use crate::progress::{Monitor, Stopped};
+use crate::recording::npy::{Header, NpyError};
 
 /// The arrays make no table.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -21,16 +25,19 @@ pub enum ArraysError {
         /// What is wrong.
         problem: NpyError,
     },
+    /// More columns than any log has.
+    #[error("its arrays have more than {MOST_COLUMNS} columns; a log has one column a channel, one row a sample")]
+    TooWide,
     /// It would take too much memory.
-    #[error("unpacked it takes more than {limit} MB; cut the log into several files, or raise the limit")]
-    TooLarge {
-        /// What is allowed \[MB\].
-        limit: u64,
-    },
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 fn also(passed_over: &[String]) -> String {
-    if passed_over.is_empty() { String::new() } else { format!(" (passed over: {})", passed_over.join("; ")) }
+    if passed_over.is_empty() { String::new() } else { format!(" (passed over: {})", listed(passed_over)) }
 }
 
 /// What a number takes.
@@ -38,47 +45,92 @@ pub(super) const BYTES: u64 = 8;
 /// Arrays with at most so many numbers are constants that a mapping may name, such as gear ratios.
 const LARGEST_CONSTANT: usize = 64;
 
-/// NPY arrays on their way into a table, with the memory that they may still take.
+/// NPY files that belong together: the entries of an archive, the files of a folder.
+pub(super) trait Source {
+    /// One of them from its beginning, and its size \[bytes\].
+    fn open(&mut self, index: usize) -> io::Result<(Box<dyn Read + '_>, u64)>;
+}
+
+/// Arrays on their way into a table.
 #[derive(Default)]
 pub(super) struct Gathered {
     pub arrays: Vec<(String, ArrayD<f64>)>,
     pub passed_over: Vec<String>,
-    left: u64,
-    limit: u64,
 }
 
 impl Gathered {
-    /// Nothing yet; all arrays together may take `limit` bytes.
-    pub fn within(limit: u64) -> Self {
-        Gathered { left: limit, limit, ..Gathered::default() }
-    }
-
-    /// Whether so many bytes more may be taken.
-    pub fn check(&self, size: u64) -> Result<(), ArraysError> {
-        if size > self.left { Err(ArraysError::TooLarge { limit: self.limit >> 20 }) } else { Ok(()) }
-    }
-
-    /// Takes an array from the bytes of an NPY file; what holds no numbers is passed over.
-    pub fn take(&mut self, array: String, bytes: &[u8]) -> Result<(), ArraysError> {
-        match npy::decode(bytes, (self.left / BYTES) as usize) {
-            Ok(values) => {
-                self.left = self.left.saturating_sub(values.len() as u64 * BYTES);
-                self.arrays.push((array, values));
-                Ok(())
+    /// Takes arrays, given as their places in the source and their names: those that fit most of the others, or `all`. The headers
+    /// decide, so that what is passed over is never in memory; it is still read to its end, where damage shows.
+    pub fn take(
+        &mut self,
+        source: &mut dyn Source,
+        names: Vec<(usize, String)>,
+        all: bool,
+        budget: &mut Budget,
+        monitor: &Monitor,
+    ) -> Result<(), ArraysError> {
+        let mut found = Vec::new();
+        for (index, array) in names {
+            monitor.check()?;
+            budget.text(&array)?;
+            match header(source, index) {
+                Ok(header) => found.push((index, array, header)),
+                Err(NpyError::NotNumbers(reason)) => {
+                    skim(source, index, &array, budget)?;
+                    self.passed_over.push(format!("`{array}` ({reason})"));
+                }
+                Err(problem) => return Err(ArraysError::Array { array, problem }),
             }
-            Err(NpyError::TooLarge) => Err(ArraysError::TooLarge { limit: self.limit >> 20 }),
-            Err(NpyError::NotNumbers(reason)) => {
-                self.passed_over.push(format!("`{array}` ({reason})"));
-                Ok(())
-            }
-            Err(problem) => Err(ArraysError::Array { array, problem }),
         }
+        let usual = usual_extent(found.iter().map(|(_, _, header)| header.shape()));
+        for (index, array, header) in found {
+            monitor.check()?;
+            if !all && !is_of_use(header.shape(), header.count(), usual) {
+                skim(source, index, &array, budget)?;
+                self.passed_over.push(misfit(&array, header.shape()));
+                continue;
+            }
+            budget.unpack((header.count() as u64).saturating_mul(BYTES))?;
+            match values(source, index) {
+                Ok(values) => self.arrays.push((array, values)),
+                Err(problem) => return Err(ArraysError::Array { array, problem }),
+            }
+        }
+        Ok(())
     }
 
     /// The columns of the arrays.
-    pub fn table(self) -> Result<Table, ArraysError> {
-        table(self.arrays, self.passed_over, self.limit)
+    pub fn table(self, budget: &mut Budget) -> Result<Table, ArraysError> {
+        table(self.arrays, self.passed_over, budget)
     }
+}
+
+fn header(source: &mut dyn Source, index: usize) -> Result<Header, NpyError> {
+    let (mut file, size) = source.open(index).map_err(unreadable)?;
+    let header = Header::read(&mut *file)?;
+    header.check_size(size)?;
+    Ok(header)
+}
+
+fn values(source: &mut dyn Source, index: usize) -> Result<ArrayD<f64>, NpyError> {
+    let (mut file, _) = source.open(index).map_err(unreadable)?;
+    Header::read(&mut *file)?.values(&mut *file)
+}
+
+/// Reads a file without keeping it.
+fn skim(source: &mut dyn Source, index: usize, array: &str, budget: &mut Budget) -> Result<(), ArraysError> {
+    let most = budget.left_to_unpack().saturating_add(1);
+    let read = source.open(index).and_then(|(file, _)| io::copy(&mut file.take(most), &mut io::sink()));
+    let wrong = |problem| ArraysError::Array { array: array.to_owned(), problem: unreadable(problem) };
+    Ok(budget.unpack(read.map_err(wrong)?)?)
+}
+
+fn unreadable(problem: io::Error) -> NpyError {
+    NpyError::Damaged(problem.to_string())
+}
+
+fn misfit(array: &str, shape: &[usize]) -> String {
+    format!("`{array}` (its shape is {shape:?})")
 }
 
 /// How many runs, and how many samples in each.
@@ -93,45 +145,64 @@ fn extent(shape: &[usize]) -> Option<Extent> {
     }
 }
 
+/// The extent that most arrays have; an array without elements may claim any, and constants do not outvote signals, however many
+/// there are.
+fn usual_extent<'a>(shapes: impl Iterator<Item = &'a [usize]> + Clone) -> Option<Extent> {
+    let count = |shape: &[usize]| shape.iter().fold(1usize, |product, size| product.saturating_mul(*size));
+    let full = shapes.filter(|shape| count(shape) > 1);
+    let signals = full.clone().any(|shape| count(shape) > LARGEST_CONSTANT);
+    let full = full.filter(|shape| !signals || count(shape) > LARGEST_CONSTANT);
+    let mut votes: BTreeMap<Extent, usize> = BTreeMap::new();
+    for extent in full.filter_map(extent) {
+        *votes.entry(extent).or_default() += 1;
+    }
+    let winner = votes.into_iter().max_by_key(|&((runs, samples), votes)| (votes, runs.saturating_mul(samples)));
+    winner.map(|(extent, _)| extent)
+}
+
+/// Whether an array becomes columns, a constant or a time step, where most have this extent.
+fn is_of_use(shape: &[usize], count: usize, usual: Option<Extent>) -> bool {
+    let fits = |(runs, samples): Extent| match *shape {
+        [own] if own == samples => true,
+        [first, second] if runs > 1 && (first, second) == (runs, samples) => true,
+        _ => extent(shape) == Some((runs, samples)),
+    };
+    count <= LARGEST_CONSTANT || usual.is_some_and(fits)
+}
+
 /// Columns of the arrays that share the extent which most of them have; the others are passed over.
 pub(super) fn table(
     arrays: Vec<(String, ArrayD<f64>)>,
     mut passed_over: Vec<String>,
-    limit: u64,
+    budget: &mut Budget,
 ) -> Result<Table, ArraysError> {
     let step = arrays.iter().find_map(|(name, array)| stated_step(name, array));
-    let mut votes: BTreeMap<Extent, usize> = BTreeMap::new();
-    // An array without elements may claim any extent.
-    let full = arrays.iter().filter(|(_, array)| array.len() > 1);
-    // Constants do not outvote signals, however many there are.
-    let signals = full.clone().any(|(_, array)| array.len() > LARGEST_CONSTANT);
-    let full = full.filter(|(_, array)| !signals || array.len() > LARGEST_CONSTANT);
-    for extent in full.filter_map(|(_, array)| extent(array.shape())) {
-        *votes.entry(extent).or_default() += 1;
-    }
-    let winner = votes.into_iter().max_by_key(|&((runs, samples), votes)| (votes, runs.saturating_mul(samples)));
-    let Some(((runs, samples), _)) = winner else {
+    let Some((runs, samples)) = usual_extent(arrays.iter().map(|(_, array)| array.shape())) else {
         return Err(ArraysError::None(passed_over));
     };
     let rows = runs * samples;
     let mut table =
         Table { runs: (0..runs).map(|run| run * samples..(run + 1) * samples).collect(), step, ..Table::default() };
     for (name, array) in arrays {
-        // One clock for many runs takes its memory once for each.
-        if (table.columns.len() as u64 + 1).saturating_mul(rows as u64).saturating_mul(BYTES) > limit {
-            return Err(ArraysError::TooLarge { limit: limit >> 20 });
-        }
+        budget.name(&name)?;
         let column = |name, values| Column { name, values, text: None };
         match *array.shape() {
             [own] if own == samples => {
-                // One clock for all runs.
-                let repeated = array.iter().copied().cycle().take(rows).collect();
+                // One clock for many runs takes its memory once for each.
+                budget.unpack((rows - samples) as u64 * BYTES)?;
+                let repeated = match runs {
+                    1 => array.into_iter().collect(),
+                    _ => array.iter().copied().cycle().take(rows).collect(),
+                };
                 table.columns.push(column(name, repeated));
             }
             [first, second] if runs > 1 && (first, second) == (runs, samples) => {
                 table.columns.push(column(name, array.into_iter().collect()))
             }
             [.., width] if array.ndim() > 1 && extent(array.shape()) == Some((runs, samples)) => {
+                if table.columns.len().saturating_add(width) > MOST_COLUMNS {
+                    return Err(ArraysError::TooWide);
+                }
                 for joint in 0..width {
                     let values = array.index_axis(Axis(array.ndim() - 1), joint).iter().copied().collect();
                     table.columns.push(column(format!("{name}[{joint}]"), values));
@@ -141,7 +212,10 @@ pub(super) fn table(
             _ if array.len() <= LARGEST_CONSTANT => {
                 table.constants.insert(name, array);
             }
-            _ => passed_over.push(format!("`{name}` (its shape is {:?})", array.shape())),
+            _ => passed_over.push(misfit(&name, array.shape())),
+        }
+        if table.columns.len() > MOST_COLUMNS {
+            return Err(ArraysError::TooWide);
         }
     }
     table.passed_over = passed_over;

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::table::Table;
+use super::table::{Table, listed};
 use super::{ReadError, ReadOptions};
 use crate::progress::Monitor;
 use crate::recording::check::{Finding, FindingKind, GAP_STEPS, Place, Severity};
@@ -42,7 +42,7 @@ struct Converted {
 
 /// `file` is the name for messages, `stem` the one for trajectories.
 pub(super) fn assemble(
-    table: &Table,
+    mut table: Table,
     mapping: &Mapping,
     file: &str,
     stem: &str,
@@ -50,11 +50,11 @@ pub(super) fn assemble(
     monitor: &Monitor,
 ) -> Result<Assembled, ReadError> {
     let spec = options.mapping.clone().unwrap_or_default();
-    let mut findings = passed_over(table, &spec, file);
+    let mut findings = passed_over(&table, &spec, file);
     findings.extend(table.broken_off.map(|line| broken_off(line, file)));
-    findings.extend(shortened(table, file));
-    let channels = convert(table, mapping, &spec, file, options, &mut findings)?;
-    check_clock(table, &channels.time, file)?;
+    findings.extend(shortened(&table, file));
+    let mut channels = convert(&mut table, mapping, &spec, file, options, &mut findings)?;
+    check_clock(&table, &channels.time, file)?;
 
     let usable = usable_rows(&channels);
     let left_out = usable.iter().filter(|usable| !**usable).count();
@@ -74,7 +74,7 @@ pub(super) fn assemble(
             set_right: Vec::new(),
         });
     }
-    let stretches = stretches(table, &channels.time, &usable, file, &mut findings);
+    let stretches = stretches(&table, &channels.time, &usable, file, &mut findings);
     if stretches.is_empty() {
         return Err(ReadError::NothingLeft { file: file.to_owned(), run: SHORTEST_RUN, piece: SHORTEST_STRETCH });
     }
@@ -85,7 +85,7 @@ pub(super) fn assemble(
     for (index, rows) in stretches.iter().enumerate() {
         monitor.check()?;
         let name = if several { format!("{stem}#{}", index + 1) } else { stem.to_owned() };
-        let (trajectory, cutoff) = derive(&channels, rows.clone(), name, options).map_err(RecordingError::from)?;
+        let (trajectory, cutoff) = derive(&mut channels, rows.clone(), name, options).map_err(RecordingError::from)?;
         trajectories.push(trajectory);
         cutoffs.push(cutoff);
     }
@@ -109,7 +109,7 @@ fn passed_over(table: &Table, spec: &MappingSpec, file: &str) -> Vec<Finding> {
     vec![Finding {
         severity: Severity::Info,
         kind: FindingKind::PassedOver,
-        what: format!("passed over: {}.", parts.join("; ")),
+        what: format!("passed over: {}.", listed(&parts)),
         place: Place::file(file),
         remedy: String::new(),
         set_right: Vec::new(),
@@ -143,8 +143,9 @@ fn shortened(table: &Table, file: &str) -> Option<Finding> {
     })
 }
 
+/// Takes the columns that the mapping names out of the table; the others are let go, so that the numbers are there once.
 fn convert(
-    table: &Table,
+    table: &mut Table,
     mapping: &Mapping,
     spec: &MappingSpec,
     file: &str,
@@ -152,10 +153,16 @@ fn convert(
     findings: &mut Vec<Finding>,
 ) -> Result<Converted, ReadError> {
     let mut converted = Vec::new();
-    let mut column = |channel: Channel, name: &String| -> Result<Vec<f64>, ReadError> {
+    let used: Vec<&String> = mapping.used().collect();
+    for column in &mut table.columns {
+        if !used.contains(&&column.name) {
+            column.values = Vec::new();
+        }
+    }
+    let mut column = |table: &mut Table, channel: Channel, name: &String| -> Result<Vec<f64>, ReadError> {
         let file = || file.to_owned();
         let found =
-            table.column(name).ok_or_else(|| ReadError::MissingColumn { file: file(), column: name.clone() })?;
+            table.column_mut(name).ok_or_else(|| ReadError::MissingColumn { file: file(), column: name.clone() })?;
         if let Some(text) = &found.text {
             let (line, column, cell) = (text.line, name.clone(), text.cell.chars().take(40).collect());
             return Err(ReadError::Text { file: file(), line, column, cell });
@@ -163,16 +170,16 @@ fn convert(
         if !found.values.iter().any(|value| value.is_finite()) {
             return Err(ReadError::NoValues { file: file(), column: name.clone() });
         }
-        match split_unit(name).1.filter(|unit| unit.factor != 1.0 && unit.channels.contains(&channel)) {
-            Some(unit) => {
-                converted.push(format!("`{name}` from {}", unit.text));
-                Ok(found.values.iter().map(|value| value * unit.factor).collect())
-            }
-            None => Ok(found.values.clone()),
+        let is_used_once = used.iter().filter(|other| **other == name).count() == 1;
+        let mut values = if is_used_once { std::mem::take(&mut found.values) } else { found.values.clone() };
+        if let Some(unit) = split_unit(name).1.filter(|unit| unit.factor != 1.0 && unit.channels.contains(&channel)) {
+            converted.push(format!("`{name}` from {}", unit.text));
+            values.iter_mut().for_each(|value| *value *= unit.factor);
         }
+        Ok(values)
     };
     let mut joints = |channel, names: &Vec<String>| {
-        let numbers = names.iter().map(|name| column(channel, name)).collect::<Result<Vec<_>, _>>()?;
+        let numbers = names.iter().map(|name| column(table, channel, name)).collect::<Result<Vec<_>, _>>()?;
         let numbers = Signals::from_joints(numbers).map_err(RecordingError::from)?;
         let Some(transform) = spec.transforms.get(&channel) else { return Ok(numbers) };
         let wrong = |problem| ReadError::Transform { file: file.to_owned(), channel, problem };
@@ -184,7 +191,7 @@ fn convert(
     let qdd = mapping.qdd.as_ref().map(|names| joints(Channel::Acceleration, names)).transpose()?;
     let stated = options.rate_hz.or(spec.rate_hz).map(f64::recip).or(table.step);
     let time = match &mapping.time {
-        Some(name) => column(Channel::Time, name)?,
+        Some(name) => column(table, Channel::Time, name)?,
         None => {
             let no_time = || ReadError::NoTime { file: file.to_owned(), columns: table.names().join(", ") };
             let of_motion = || qd.as_ref().and_then(|qd| step_of_motion(table, &q, qd));
@@ -351,17 +358,19 @@ fn stretches(
     stretches
 }
 
-/// One trajectory, and the cut-off of its filter \[Hz\].
+/// One trajectory, and the cut-off of its filter \[Hz\]. A stretch that is the whole log takes the channels as they are.
 fn derive(
-    channels: &Converted,
+    channels: &mut Converted,
     rows: Range<usize>,
     name: String,
     options: &ReadOptions,
 ) -> Result<(Trajectory, f64), ShapeError> {
-    let cut = |signal: &Signals| signal.cut(rows.clone());
+    let is_whole = rows == (0..channels.time.len());
+    let cut = |signal: &mut Signals| if is_whole { std::mem::take(signal) } else { signal.cut(rows.clone()) };
+    let is_derived = channels.qd.is_none() || channels.qdd.is_none();
     let time = channels.time[rows.clone()].to_vec();
-    let q = cut(&channels.q);
-    let measured = channels.qd.as_ref().map(cut);
+    let q = cut(&mut channels.q);
+    let measured = channels.qd.as_mut().map(cut);
     let stated = options.low_pass_hz.or(options.mapping.as_ref().and_then(|mapping| mapping.low_pass_hz));
     let cutoff = stated.unwrap_or_else(|| match &measured {
         Some(qd) => default_cutoff(&q, qd, median_step(&time)),
@@ -369,9 +378,15 @@ fn derive(
     });
     let slope = |signal: &Signals| signal.map_joints(|joint| derivative(joint, &time, cutoff));
     let qd = measured.unwrap_or_else(|| slope(&q));
-    let qdd = channels.qdd.as_ref().map_or_else(|| slope(&qd), cut);
-    let whole = Trajectory::new(name, Channels { tau: cut(&channels.tau), q, qd, qdd, time })?;
-    let is_derived = channels.qd.is_none() || channels.qdd.is_none();
-    let trusted = if is_derived { trusted_range(whole.len(), whole.time_step(), cutoff) } else { 0..whole.len() };
-    Ok((whole.slice(trusted), cutoff))
+    let qdd = match &mut channels.qdd {
+        Some(qdd) => cut(qdd),
+        None => slope(&qd),
+    };
+    let tau = cut(&mut channels.tau);
+    let trusted = if is_derived { trusted_range(time.len(), median_step(&time), cutoff) } else { 0..time.len() };
+    // One after the other, so that no more than one of them is there twice.
+    let trim = |signal: Signals| if trusted.len() == time.len() { signal } else { signal.cut(trusted.clone()) };
+    let (q, qd, qdd, tau) = (trim(q), trim(qd), trim(qdd), trim(tau));
+    let time = time[trusted.clone()].to_vec();
+    Ok((Trajectory::new(name, Channels { time, q, qd, qdd, tau })?, cutoff))
 }

@@ -1,13 +1,22 @@
 //! ROS 2 bags in SQLite (`.db3`): the joint states in it, as columns.
 //!
 //! A bag is a database with a table of topics and one of messages, each a `sensor_msgs/JointState` in CDR, the wire format
-//! of DDS. SQLite reads the database from memory; nothing in it can run.
-//! Sources: rosbag2_storage_sqlite3; OMG, DDSI-RTPS 2.3, §10 (CDR encapsulation).
+//! of DDS. SQLite reads the database from memory.
+//!
+//! A database may hold programs: views, triggers, computed columns, tables of other modules. A bag holds none of them, so one that
+//! does is refused before its tables are asked anything; what is left is rows, which are read in the order of the file. Damaged
+//! pages may lead round in circles: the steps of SQLite are counted, and so are the bytes of the messages.
+//! Sources: rosbag2_storage_sqlite3; OMG, DDSI-RTPS 2.3, §10 (CDR encapsulation); SQLite, Defense Against The Dark Arts.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
+use std::rc::Rc;
 
-use rusqlite::{Connection, MAIN_DB};
+use rusqlite::config::DbConfig;
+use rusqlite::limits::Limit;
+use rusqlite::{Connection, ErrorCode, MAIN_DB};
 
+use super::budget::{Budget, TooMuch};
 use super::table::{Column, Table};
 use crate::progress::{Monitor, Stopped};
 
@@ -33,12 +42,12 @@ pub enum BagError {
         /// What is wrong.
         problem: &'static str,
     },
+    /// Something in it is computed, which could go on for ever.
+    #[error("it is a database that computes (it holds {0}), which no bag does; export the log as CSV or NPZ")]
+    Computes(String),
     /// It would take too much memory.
-    #[error("its joint states take more than {limit} MB; cut the bag into several, or raise the limit")]
-    TooLarge {
-        /// What is allowed \[MB\].
-        limit: u64,
-    },
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
@@ -50,10 +59,18 @@ fn also(topics: &[String]) -> String {
 
 const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 
-/// Reads a bag; its joint states may take `limit` bytes.
-pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Table, BagError> {
-    let database = open(bytes)?;
-    let (topics, passed_over) = topics(&database)?;
+/// Reads a bag.
+pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, BagError> {
+    let database = open(bytes, monitor)?;
+    let table = joint_states(&database, bytes.len() as u64, budget, monitor);
+    // SQLite only says that it was interrupted.
+    monitor.check()?;
+    table
+}
+
+fn joint_states(database: &Connection, size: u64, budget: &mut Budget, monitor: &Monitor) -> Result<Table, BagError> {
+    refuse_programs(database)?;
+    let (topics, passed_over) = topics(database, budget)?;
     // One topic is read; a bag of a single arm has no other.
     let Some((topic, name)) = topics.first() else {
         return Err(BagError::NoJointStates(passed_over));
@@ -62,32 +79,74 @@ pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Table,
     let others = topics.iter().skip(1).map(|(_, name)| format!("topic `{name}` (joint states again)"));
     passed_over.extend(others);
 
-    let states = states(&database, *topic, name, limit, monitor)?;
+    let states = states(database, *topic, name, size, budget, monitor)?;
     Ok(table(states, passed_over))
 }
 
+const ENDLESS: &str = "its pages lead round in circles";
+
 fn damaged(error: rusqlite::Error) -> BagError {
-    BagError::Damaged(error.to_string())
+    match error.sqlite_error_code() {
+        Some(ErrorCode::OperationInterrupted) => BagError::Damaged(ENDLESS.to_owned()),
+        _ => BagError::Damaged(error.to_string()),
+    }
 }
 
-fn open(bytes: &[u8]) -> Result<Connection, BagError> {
+fn open(bytes: &[u8], monitor: &Monitor) -> Result<Connection, BagError> {
     let needed = claimed_size(bytes);
     if (bytes.len() as u64) < needed {
         return Err(BagError::Damaged(format!("it ends after {} of {needed} bytes", bytes.len())));
     }
-    let mut bytes = bytes.to_vec();
     // A bag that was written with a journal beside it says so here, and would ask for that file; it is complete without.
-    const WRITE_VERSION: usize = 18;
-    const READ_VERSION: usize = 19;
-    for at in [WRITE_VERSION, READ_VERSION] {
-        if let Some(version) = bytes.get_mut(at) {
-            *version = (*version).min(1);
+    const VERSIONS: std::ops::Range<usize> = 18..20;
+    let cut_short = || BagError::Damaged("it ends within its header".to_owned());
+    let versions: Vec<u8> =
+        bytes.get(VERSIONS).ok_or_else(cut_short)?.iter().map(|version| (*version).min(1)).collect();
+    let whole = bytes[..VERSIONS.start].chain(versions.as_slice()).chain(&bytes[VERSIONS.end..]);
+    let mut database = Connection::open_in_memory().map_err(damaged)?;
+    guard(&database, bytes.len(), monitor).map_err(damaged)?;
+    database.deserialize_read_exact(MAIN_DB, whole, bytes.len(), true).map_err(damaged)?;
+    database.execute_batch("PRAGMA cell_size_check = ON; PRAGMA query_only = ON").map_err(damaged)?;
+    Ok(database)
+}
+
+/// Sets bounds to what a database of so many bytes can ask for.
+fn guard(database: &Connection, size: usize, monitor: &Monitor) -> rusqlite::Result<()> {
+    /// After so many steps of SQLite somebody may ask it to stop.
+    const LOOK: i32 = 1000;
+    /// What every bag may take, and what it may for each of its bytes: a row is longer than the steps that it takes.
+    const LEAST_STEPS: u64 = 10_000_000;
+    const STEPS: u64 = 4;
+    database.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
+    database.set_db_config(DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true)?;
+    // No row of a database is longer than it is itself.
+    database.set_limit(Limit::SQLITE_LIMIT_LENGTH, i32::try_from(size).unwrap_or(i32::MAX))?;
+    database.set_limit(Limit::SQLITE_LIMIT_EXPR_DEPTH, 50)?;
+    database.set_limit(Limit::SQLITE_LIMIT_ATTACHED, 0)?;
+    let mut looks = (LEAST_STEPS + STEPS * size as u64) / LOOK as u64;
+    let monitor = monitor.clone();
+    let is_enough = move || {
+        looks = looks.saturating_sub(1);
+        looks == 0 || monitor.check().is_err()
+    };
+    database.progress_handler(LOOK, Some(is_enough));
+    Ok(())
+}
+
+/// A bag has tables and indices. SQLite stores each as the text that made it; what the other columns of its list say may be a lie.
+fn refuse_programs(database: &Connection) -> Result<(), BagError> {
+    let others = "SELECT sql FROM sqlite_master WHERE sql IS NOT NULL AND sql NOT LIKE 'CREATE TABLE %' \
+                  AND sql NOT LIKE 'CREATE INDEX %' AND sql NOT LIKE 'CREATE UNIQUE INDEX %'";
+    let computed = "SELECT 'the computed column ' || name FROM pragma_table_xinfo(?1) WHERE hidden <> 0";
+    for (query, of) in [(others, None), (computed, Some("topics")), (computed, Some("messages"))] {
+        let mut query = database.prepare(query).map_err(damaged)?;
+        let mut found = query.query(rusqlite::params_from_iter(of)).map_err(damaged)?;
+        if let Some(row) = found.next().map_err(damaged)? {
+            let what: String = row.get(0).map_err(damaged)?;
+            return Err(BagError::Computes(format!("`{}`", what.chars().take(60).collect::<String>())));
         }
     }
-    let mut database = Connection::open_in_memory().map_err(damaged)?;
-    let size = bytes.len();
-    database.deserialize_read_exact(MAIN_DB, bytes.as_slice(), size, true).map_err(damaged)?;
-    Ok(database)
+    Ok(())
 }
 
 /// How long the database says it is; SQLite itself reads a cut one as far as it goes.
@@ -106,71 +165,92 @@ fn claimed_size(bytes: &[u8]) -> u64 {
 type Topic = (i64, String);
 
 /// The topics with joint states, and descriptions of the others.
-fn topics(database: &Connection) -> Result<(Vec<Topic>, Vec<String>), BagError> {
+fn topics(database: &Connection, budget: &mut Budget) -> Result<(Vec<Topic>, Vec<String>), BagError> {
     let not_a_bag = |error: rusqlite::Error| match error.sqlite_error_code() {
-        Some(rusqlite::ErrorCode::Unknown) => BagError::NoBag(error.to_string()),
+        Some(ErrorCode::Unknown) => BagError::NoBag(error.to_string()),
         _ => damaged(error),
     };
     let mut query =
-        database.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id").map_err(not_a_bag)?;
+        database.prepare("SELECT id, name, type, serialization_format FROM topics NOT INDEXED").map_err(not_a_bag)?;
     let mut rows = query.query([]).map_err(damaged)?;
     let (mut topics, mut others) = (Vec::new(), Vec::new());
     while let Some(row) = rows.next().map_err(damaged)? {
         let text = |index| row.get::<_, String>(index).map_err(damaged);
         let (name, kind, format) = (text(1)?, text(2)?, text(3)?);
+        for text in [&name, &kind, &format] {
+            budget.text(text)?;
+        }
         if kind == JOINT_STATE && format == "cdr" {
             topics.push((row.get(0).map_err(damaged)?, name));
         } else {
             others.push(format!("`{name}` ({kind}, {format})"));
         }
     }
+    topics.sort();
     Ok((topics, others))
 }
 
 /// One message.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, PartialEq)]
 struct State {
     /// When the bag received it \[ns\].
     received: i64,
     /// When it was measured \[ns\].
     stamp: i64,
-    joints: Vec<String>,
+    /// Their names; messages of the same joints share them.
+    joints: Rc<[String]>,
     /// Position, velocity, effort: one value a joint, or none.
     channels: [Vec<f64>; 3],
 }
 
+/// The messages of a topic, in the order in which the bag of `size` bytes received them.
 fn states(
     database: &Connection,
     topic: i64,
     name: &str,
-    limit: u64,
+    size: u64,
+    budget: &mut Budget,
     monitor: &Monitor,
 ) -> Result<Vec<State>, BagError> {
-    let mut query = database
-        .prepare("SELECT timestamp, data FROM messages WHERE topic_id = ?1 ORDER BY timestamp, id")
-        .map_err(damaged)?;
+    // SQLite would sort by writing all messages to another file.
+    let mut query =
+        database.prepare("SELECT timestamp, data FROM messages NOT INDEXED WHERE topic_id = ?1").map_err(damaged)?;
     let mut rows = query.query([topic]).map_err(damaged)?;
     let mut states = Vec::new();
+    let mut known: BTreeSet<Rc<[String]>> = BTreeSet::new();
     let mut taken = 0;
     while let Some(row) = rows.next().map_err(damaged)? {
         monitor.check()?;
         let data = row.get_ref(1).map_err(damaged)?;
         let data = data.as_blob().map_err(|error| BagError::Damaged(error.to_string()))?;
-        taken += 2 * data.len() as u64;
-        if taken > limit {
-            return Err(BagError::TooLarge { limit: limit >> 20 });
+        taken += data.len() as u64;
+        if taken > size {
+            return Err(BagError::Damaged(ENDLESS.to_owned()));
         }
         let number = states.len() + 1;
-        let state = joint_state(data);
-        let mut state = state.map_err(|problem| BagError::Message { number, topic: name.to_owned(), problem })?;
-        state.received = row.get(0).map_err(damaged)?;
-        states.push(state);
+        let (stamp, joints, channels) =
+            joint_state(data).map_err(|problem| BagError::Message { number, topic: name.to_owned(), problem })?;
+        budget.hold(size_of::<State>() as u64)?;
+        let joints = match known.get(joints.as_slice()) {
+            Some(known) => known.clone(),
+            None => {
+                joints.iter().try_for_each(|joint| budget.text(joint))?;
+                let joints: Rc<[String]> = joints.into();
+                known.insert(joints.clone());
+                joints
+            }
+        };
+        states.push(State { received: row.get(0).map_err(damaged)?, stamp, joints, channels });
     }
+    states.sort_by_key(|state| state.received);
     Ok(states)
 }
 
+/// What a message says: its stamp \[ns\], joints and channels.
+type Message = (i64, Vec<String>, [Vec<f64>; 3]);
+
 /// Decodes one `sensor_msgs/JointState`.
-fn joint_state(message: &[u8]) -> Result<State, &'static str> {
+fn joint_state(message: &[u8]) -> Result<Message, &'static str> {
     let mut cdr = Cdr::new(message)?;
     let seconds = i64::from(cdr.u32()? as i32);
     let stamp = seconds * 1_000_000_000 + i64::from(cdr.u32()?);
@@ -184,19 +264,19 @@ fn joint_state(message: &[u8]) -> Result<State, &'static str> {
             return Err("it has another number of values than of joints");
         }
     }
-    Ok(State { received: 0, stamp, joints, channels })
+    Ok((stamp, joints, channels))
 }
 
 /// Columns of the messages with the joints that most of them have.
 fn table(states: Vec<State>, mut passed_over: Vec<String>) -> Table {
     let all = states.len();
-    let mut values: BTreeMap<&Vec<String>, usize> = BTreeMap::new();
+    let mut values: BTreeMap<&[String], usize> = BTreeMap::new();
     for state in &states {
-        *values.entry(&state.joints).or_default() += state.joints.len();
+        *values.entry(&*state.joints).or_default() += state.joints.len();
     }
     let joints =
-        values.into_iter().max_by_key(|(_, values)| *values).map_or_else(Vec::new, |(joints, _)| joints.clone());
-    let states: Vec<State> = states.into_iter().filter(|state| state.joints == joints).collect();
+        values.into_iter().max_by_key(|(_, values)| *values).map_or_else(Vec::new, |(joints, _)| joints.to_vec());
+    let states: Vec<State> = states.into_iter().filter(|state| *state.joints == *joints).collect();
     if states.len() < all {
         passed_over.push(format!("{} messages of other joints than {}", all - states.len(), joints.join(", ")));
     }
@@ -340,7 +420,7 @@ mod tests {
     }
 
     fn parse(bytes: &[u8]) -> Result<Table, BagError> {
-        read(bytes, 1 << 20, &Monitor::new())
+        read(bytes, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
     }
 
     #[test]
@@ -389,5 +469,75 @@ mod tests {
             damaged[at] ^= 0xff;
             let _ = parse(&damaged); // an error or other numbers, but no panic
         }
+    }
+
+    fn database(statements: &str) -> Vec<u8> {
+        let database = Connection::open_in_memory().unwrap();
+        database.execute_batch(statements).unwrap();
+        database.serialize(MAIN_DB).unwrap().to_vec()
+    }
+
+    const TOPICS: &str = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+         INSERT INTO topics VALUES (1, '/joint_states', 'sensor_msgs/msg/JointState', 'cdr');";
+
+    /// Asked for their rows, each would go on for ever, or take all memory there is.
+    #[test]
+    fn a_bag_that_computes_is_refused_before_it_is_asked() {
+        let endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n)";
+        let view = format!(
+            "CREATE VIEW messages AS {endless} SELECT i AS id, 1 AS topic_id, i AS timestamp, x'00' AS data FROM n;"
+        );
+        let module = "CREATE VIRTUAL TABLE messages USING fts5(topic_id, timestamp, data);";
+        let column = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, \
+                      data BLOB GENERATED ALWAYS AS (zeroblob(900000000)));
+                      INSERT INTO messages(topic_id, timestamp) VALUES (1, 1);";
+        let topics = format!(
+            "CREATE VIEW topics AS {endless} SELECT i AS id, 'a' AS name, 'b' AS type, 'c' AS serialization_format FROM n;"
+        );
+        for messages in [view.as_str(), module, column] {
+            let error = parse(&database(&format!("{TOPICS}{messages}"))).unwrap_err();
+            assert!(matches!(error, BagError::Computes(_)), "{messages}: {error}");
+        }
+        assert!(parse(&database(&topics)).unwrap_err().to_string().contains("CREATE VIEW topics"));
+    }
+
+    /// The list of a database may call a view a table.
+    #[test]
+    fn a_view_that_is_listed_as_a_table_is_refused() {
+        let lie = "CREATE VIEW messages AS SELECT 1 AS topic_id, 2 AS timestamp, x'00' AS data;
+                   PRAGMA writable_schema = ON;
+                   UPDATE sqlite_master SET type = 'table', rootpage = 2 WHERE name = 'messages';";
+        let error = parse(&database(&format!("{TOPICS}{lie}"))).unwrap_err();
+        assert!(matches!(error, BagError::Computes(_) | BagError::Damaged(_)), "{error}");
+    }
+
+    /// An inner page leads to another one many times, and that to one leaf: more rows than the file has room for.
+    #[test]
+    fn pages_that_lead_round_in_circles_end() {
+        const INNER: u8 = 5;
+        let mut bytes = bag(JOINT_STATE, &(0..40).flat_map(|_| messages()).collect::<Vec<_>>());
+        let size = usize::from(u16::from_be_bytes([bytes[16], bytes[17]]));
+        let root = (1..bytes.len() / size).find(|page| bytes[page * size] == INNER).unwrap() * size;
+        let number = |bytes: &[u8], at: usize| usize::from(u16::from_be_bytes([bytes[at], bytes[at + 1]]));
+        let cells = number(&bytes, root + 3);
+        assert!(cells > 10, "{cells}");
+        // Where the numbers of the next pages stand: one for each cell, and the last in the head of the page.
+        let places: Vec<usize> = (0..cells).map(|cell| number(&bytes, root + 12 + 2 * cell)).chain([8]).collect();
+        let next = |bytes: &[u8], place: usize| bytes[root + place..][..4].to_vec();
+        let (leaf, other) = (next(&bytes, places[0]), next(&bytes, places[1]));
+        let other_page = (u32::from_be_bytes([other[0], other[1], other[2], other[3]]) as usize - 1) * size;
+        places.iter().for_each(|place| bytes[root + place..][..4].copy_from_slice(&leaf));
+        bytes.copy_within(root..root + size, other_page);
+        places.iter().for_each(|place| bytes[root + place..][..4].copy_from_slice(&other));
+        let error = parse(&bytes).unwrap_err().to_string();
+        assert!(error.contains(ENDLESS), "{error}");
+    }
+
+    #[test]
+    fn a_stop_is_heard() {
+        let (whole, monitor) = (bag(JOINT_STATE, &messages()), Monitor::new());
+        monitor.stop("enough");
+        let stopped = read(&whole, &mut Budget::of(whole.len() as u64, 1 << 30), &monitor);
+        assert!(matches!(stopped, Err(BagError::Stopped(_))));
     }
 }

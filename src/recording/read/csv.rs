@@ -3,7 +3,8 @@
 
 use std::borrow::Cow;
 
-use super::table::{Column, Table, TextCell};
+use super::budget::{Budget, TooMuch};
+use super::table::{Column, Lines, MOST_COLUMNS, Table, TextCell};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::mapping::unit_named;
 
@@ -49,13 +50,13 @@ pub enum CsvError {
     /// A quote is not closed, or the like.
     #[error("the text is broken: {0}")]
     Syntax(String),
+    /// It would take too much memory.
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
-
-/// More columns are not believed: each takes memory before a single number is read.
-const MOST_COLUMNS: usize = 10_000;
 
 /// One line of cells, with its number in the file.
 #[derive(Clone)]
@@ -72,9 +73,12 @@ enum Delimiter {
 }
 
 /// Reads a text. Columns without a header are named `c1`, `c2`, …
-pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
+pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, CsvError> {
     let bytes = &*with_line_feeds(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
     let delimiter = sniff_delimiter(bytes);
+    if let Delimiter::Byte(byte) = delimiter {
+        refuse_wide_lines(bytes, byte)?;
+    }
     let decimal_comma = delimiter != Delimiter::Byte(b',');
     let number = |cell: &str| parse(cell, decimal_comma);
 
@@ -82,14 +86,18 @@ pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
     let first = rows.next()?.ok_or(CsvError::Empty)?;
     let width = first.cells.len();
     let is_header = first.cells.iter().any(|cell| number(cell).is_none());
-    let mut table = Table { lines: Some(Vec::new()), ..Table::default() };
+    let mut table = Table::default();
     let (names, mut next) = if is_header {
         (first.cells.clone(), rows.next()?)
     } else {
         let names = commented_header(bytes, delimiter, width);
         (names.unwrap_or_else(|| (1..=width).map(|number| format!("c{number}")).collect()), Some(first.clone()))
     };
-    let column = |name: String| Column { name, values: Vec::new(), text: None };
+    names.iter().try_for_each(|name| budget.name(name))?;
+    // Room that is found out bit by bit would be taken three times; no cell is shorter than its number and what ends it.
+    let most = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;
+    let room = most.min(bytes.len() / (2 * width) + 1);
+    let column = |name: String| Column { name, values: Vec::with_capacity(room), text: None };
     table.columns = names.into_iter().map(column).collect();
     if is_header && let Some(units) = next.as_ref().filter(|row| is_row_of_units(row, width)) {
         for (column, unit) in table.columns.iter_mut().zip(&units.cells) {
@@ -100,13 +108,13 @@ pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
         next = rows.next()?;
     }
 
-    let mut lines = Vec::new();
+    let mut lines = Lines::default();
     while let Some(mut row) = next {
         // A delimiter at the end of each row, but not of the header, is common and harmless.
         if row.cells.len() == width + 1 && row.cells.last().is_some_and(String::is_empty) {
             row.cells.pop();
         }
-        if lines.is_empty() && row.cells.iter().all(|cell| number(cell).is_none()) {
+        if lines.len() == 0 && row.cells.iter().all(|cell| number(cell).is_none()) {
             return Err(CsvError::NoNumbers { line: row.line });
         }
         if row.cells.len() != width {
@@ -125,11 +133,11 @@ pub(super) fn read(bytes: &[u8], monitor: &Monitor) -> Result<Table, CsvError> {
         }
         next = rows.next()?;
     }
-    if lines.is_empty() {
+    if lines.len() == 0 {
         return Err(CsvError::HeaderOnly { line: first.line });
     }
     table.runs = std::iter::once(0..lines.len()).collect();
-    table.broken_off = lines.last().copied().filter(|_| !bytes.ends_with(b"\n"));
+    table.broken_off = Some(lines.at(lines.len() - 1)).filter(|_| !bytes.ends_with(b"\n"));
     table.lines = Some(lines);
     Ok(table)
 }
@@ -142,6 +150,14 @@ fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
         return Cow::Borrowed(bytes);
     }
     Cow::Owned((0..bytes.len()).map(|at| if is_alone(at) { b'\n' } else { bytes[at] }).collect())
+}
+
+/// The cells of a line take memory before they can be counted, so that one line can't hold the whole file.
+fn refuse_wide_lines(bytes: &[u8], delimiter: u8) -> Result<(), CsvError> {
+    let long = bytes.split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| line.len() >= MOST_COLUMNS);
+    let cells = |line: &[u8]| line.iter().filter(|byte| **byte == delimiter).count() + 1;
+    let wide = long.filter(|(_, line)| !line.starts_with(b"#")).find(|(_, line)| cells(line) > MOST_COLUMNS);
+    wide.map_or(Ok(()), |(index, _)| Err(CsvError::TooWide { line: index as u64 + 1 }))
 }
 
 /// A cell as a number; an empty one, or one that says that there is no value, is NaN. `None` if it is text.
@@ -176,12 +192,12 @@ fn commented_header(bytes: &[u8], delimiter: Delimiter, width: usize) -> Option<
     let last = comments.filter(|line| line.starts_with(b"#")).last()?;
     let text = String::from_utf8_lossy(last);
     let text = text.trim_start_matches('#').trim();
-    let names: Vec<String> = match delimiter {
-        Delimiter::Byte(byte) => text.split(char::from(byte)).map(|name| name.trim().to_owned()).collect(),
-        Delimiter::Blanks => text.split_whitespace().map(str::to_owned).collect(),
+    let names: Vec<&str> = match delimiter {
+        Delimiter::Byte(byte) => text.split(char::from(byte)).map(str::trim).take(width + 1).collect(),
+        Delimiter::Blanks => text.split_whitespace().take(width + 1).collect(),
     };
     let all_names = names.iter().all(|name| !name.is_empty() && name.parse::<f64>().is_err());
-    (names.len() == width && all_names).then_some(names)
+    (names.len() == width && all_names).then(|| names.into_iter().map(str::to_owned).collect())
 }
 
 /// The delimiter by which most of the first lines have the same number of cells, at least two.
@@ -250,6 +266,10 @@ impl<'a> Rows<'a> {
                     if !more {
                         return Ok(None);
                     }
+                    if record.iter().all(<[u8]>::is_empty) {
+                        // Where it stands is not asked: that would look through all the blank lines below, for each of them.
+                        continue;
+                    }
                     let line = record.position().map_or(0, |start| first_line(bytes, start));
                     if record.len() > MOST_COLUMNS {
                         return Err(CsvError::TooWide { line });
@@ -288,11 +308,11 @@ mod tests {
     use super::*;
 
     fn table(text: &str) -> Table {
-        read(text.as_bytes(), &Monitor::new()).unwrap()
+        read(text.as_bytes(), &mut Budget::of(text.len() as u64, 1 << 30), &Monitor::new()).unwrap()
     }
 
     fn problem(text: &str) -> CsvError {
-        read(text.as_bytes(), &Monitor::new()).unwrap_err()
+        read(text.as_bytes(), &mut Budget::of(text.len() as u64, 1 << 30), &Monitor::new()).unwrap_err()
     }
 
     /// Looking for the end of a line in all the rest of the text, for each line, would take minutes here.
@@ -303,6 +323,21 @@ mod tests {
         let table = table(&text);
         assert_eq!(table.runs, std::iter::once(0..rows + 1).collect::<Vec<_>>());
         assert_eq!(table.columns[1].text.as_ref().map(|cell| cell.line), Some(rows as u64 + 2));
+    }
+
+    /// Looking through all blank lines below, for each of them, would take minutes here.
+    #[test]
+    fn lines_of_blanks_are_passed_over_in_linear_time() {
+        let text = "t,q1\n".to_owned() + &" \n".repeat(1_000_000) + "0.5,-1.25\n";
+        let table = table(&text);
+        assert_eq!(table.place(0), "line 1000002");
+    }
+
+    /// Cells that are counted only when the whole line is there would take many times the size of the file.
+    #[test]
+    fn a_file_of_one_line_is_refused() {
+        assert_eq!(problem(&"1,".repeat(1 << 20)), CsvError::TooWide { line: 1 });
+        assert!(matches!(problem(&format!("{},b\n1,2\n", "x".repeat(2 << 20))), CsvError::TooMuch(_)));
     }
 
     #[test]
@@ -376,6 +411,6 @@ mod tests {
         let monitor = Monitor::new();
         monitor.stop("enough");
         let long = "1,2\n".repeat(5000);
-        assert!(matches!(read(long.as_bytes(), &monitor), Err(CsvError::Stopped(_))));
+        assert!(matches!(read(long.as_bytes(), &mut Budget::of(20_000, 1 << 30), &monitor), Err(CsvError::Stopped(_))));
     }
 }

@@ -10,6 +10,7 @@ use flate2::read::ZlibDecoder;
 use ndarray::{Array1, Array2, ArrayD, ShapeBuilder};
 
 use super::arrays::{self, ArraysError, BYTES};
+use super::budget::{Budget, TooMuch};
 use super::table::Table;
 use crate::progress::{Monitor, Stopped};
 
@@ -32,8 +33,8 @@ pub enum MatError {
     Stopped(#[from] Stopped),
 }
 
-/// Reads a file; unpacked it may take `limit` bytes.
-pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Table, MatError> {
+/// Reads a file.
+pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, MatError> {
     let damaged = |at: usize, problem| MatError::Damaged { place: format!("byte {at}"), problem };
     let header = bytes.get(..HEADER).ok_or_else(|| damaged(bytes.len(), "it ends within its header"))?;
     let big_endian = match &header[126..] {
@@ -43,7 +44,7 @@ pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Table,
     };
     // Where the workspace of objects stands, if there are any: bytes that mean nothing outside MATLAB.
     let workspace = Cursor { bytes: &header[116..124], big_endian }.number(8) as usize;
-    let mut found = Found { arrays: Vec::new(), passed_over: Vec::new(), left: limit, limit };
+    let mut found = Found { arrays: Vec::new(), passed_over: Vec::new(), budget };
     let mut file = Cursor { bytes: &bytes[HEADER..], big_endian };
     while !file.bytes.is_empty() {
         monitor.check()?;
@@ -52,10 +53,7 @@ pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Table,
         let unpacked;
         let content = match element.kind {
             COMPRESSED => {
-                unpacked = inflate(element.bytes, found.left, limit).map_err(|error| match error {
-                    Inflate::Damaged => damaged(at, "it can't be unpacked"),
-                    Inflate::TooLarge(error) => error.into(),
-                })?;
+                unpacked = inflate(element.bytes, found.budget).map_err(|problem| problem.at(at))?;
                 let mut inner = Cursor { bytes: &unpacked, big_endian };
                 inner.element().map_err(|problem| damaged(at, problem))?
             }
@@ -68,12 +66,9 @@ pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Table,
             continue;
         }
         let variable = Cursor { bytes: content.bytes, big_endian };
-        matrix(variable, None, 0, &mut found).map_err(|error| match error {
-            Problem::Damaged(problem) => damaged(at, problem),
-            Problem::TooLarge(error) => error.into(),
-        })?;
+        matrix(variable, None, 0, &mut found).map_err(|problem| problem.at(at))?;
     }
-    Ok(arrays::table(found.arrays, found.passed_over, limit)?)
+    Ok(arrays::table(found.arrays, found.passed_over, found.budget)?)
 }
 
 const HEADER: usize = 128;
@@ -84,17 +79,25 @@ const COMPRESSED: u32 = 15;
 const DEEPEST: usize = 32;
 
 /// What was found so far.
-struct Found {
+struct Found<'a> {
     arrays: Vec<(String, ArrayD<f64>)>,
     passed_over: Vec<String>,
-    /// Bytes that may still be taken, of all that may.
-    left: u64,
-    limit: u64,
+    budget: &'a mut Budget,
 }
 
 enum Problem {
     Damaged(&'static str),
-    TooLarge(ArraysError),
+    TooMuch(TooMuch),
+}
+
+impl Problem {
+    /// The error of a variable that begins at this byte.
+    fn at(self, at: usize) -> MatError {
+        match self {
+            Problem::Damaged(problem) => MatError::Damaged { place: format!("byte {at}"), problem },
+            Problem::TooMuch(problem) => ArraysError::from(problem).into(),
+        }
+    }
 }
 
 impl From<&'static str> for Problem {
@@ -103,17 +106,17 @@ impl From<&'static str> for Problem {
     }
 }
 
-enum Inflate {
-    Damaged,
-    TooLarge(ArraysError),
+impl From<TooMuch> for Problem {
+    fn from(problem: TooMuch) -> Self {
+        Problem::TooMuch(problem)
+    }
 }
 
-fn inflate(bytes: &[u8], left: u64, limit: u64) -> Result<Vec<u8>, Inflate> {
+fn inflate(bytes: &[u8], budget: &mut Budget) -> Result<Vec<u8>, Problem> {
     let mut unpacked = Vec::new();
-    ZlibDecoder::new(bytes).take(left.saturating_add(1)).read_to_end(&mut unpacked).map_err(|_| Inflate::Damaged)?;
-    if unpacked.len() as u64 > left {
-        return Err(Inflate::TooLarge(ArraysError::TooLarge { limit: limit >> 20 }));
-    }
+    let most = budget.left_to_unpack().saturating_add(1);
+    ZlibDecoder::new(bytes).take(most).read_to_end(&mut unpacked).map_err(|_| "it can't be unpacked")?;
+    budget.unpack(unpacked.len() as u64)?;
     Ok(unpacked)
 }
 
@@ -222,6 +225,7 @@ fn matrix(mut cursor: Cursor, path: Option<String>, depth: usize, found: &mut Fo
     let count = count.ok_or("its size is no size")?;
     let own_name = cursor.element()?;
     let path = path.unwrap_or_else(|| text(&own_name));
+    found.budget.text(&path)?;
     // Every element of a struct or cell takes bytes, so a false size can't claim more than there are.
     let claims_too_much = |pieces: usize, cursor: &Cursor| count.saturating_mul(pieces) > cursor.bytes.len() / 8;
     match flags & 0xff {
@@ -231,6 +235,7 @@ fn matrix(mut cursor: Cursor, path: Option<String>, depth: usize, found: &mut Fo
             }
             for index in 0..count {
                 let inner = cursor.element()?;
+                found.budget.text(&path)?;
                 let place = format!("{path}{{{}}}", index + 1);
                 matrix(Cursor { bytes: inner.bytes, ..cursor }, Some(place), depth + 1, found)?;
             }
@@ -250,13 +255,16 @@ fn matrix(mut cursor: Cursor, path: Option<String>, depth: usize, found: &mut Fo
                 let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
                 String::from_utf8_lossy(&bytes[..end]).into_owned()
             };
+            found.budget.hold(names.bytes.len() as u64 + (names.bytes.len() / length * size_of::<String>()) as u64)?;
             let names: Vec<String> = names.bytes.chunks_exact(length).map(name).collect();
             if claims_too_much(names.len().max(1), &cursor) && !names.is_empty() {
                 return Err("it claims more fields than there are".into());
             }
             for index in 0..if names.is_empty() { 0 } else { count } {
+                found.budget.text(&path)?;
                 let place = if count > 1 { format!("{path}({})", index + 1) } else { path.clone() };
                 for name in &names {
+                    found.budget.hold((place.len() + name.len()) as u64)?;
                     let inner = cursor.element()?;
                     matrix(Cursor { bytes: inner.bytes, ..cursor }, Some(format!("{place}.{name}")), depth + 1, found)?;
                 }
@@ -270,10 +278,8 @@ fn matrix(mut cursor: Cursor, path: Option<String>, depth: usize, found: &mut Fo
                 return pass_over(path, "complex numbers", found);
             }
             let element = cursor.element()?;
-            let taken = count as u64 * BYTES;
-            if taken > found.left {
-                return Err(Problem::TooLarge(ArraysError::TooLarge { limit: found.limit >> 20 }));
-            }
+            // They were unpacked already, and perhaps with fewer bytes each.
+            found.budget.unpack((count as u64).saturating_mul(BYTES).saturating_sub(element.bytes.len() as u64))?;
             let values = cursor.numbers(&element)?;
             if values.len() != count {
                 return Err("a variable has another number of elements than it claims".into());
@@ -281,7 +287,6 @@ fn matrix(mut cursor: Cursor, path: Option<String>, depth: usize, found: &mut Fo
             if count == 0 || path.is_empty() {
                 return Ok(());
             }
-            found.left -= taken;
             match time_first(&sizes, values) {
                 Some(array) => found.arrays.push((path, array)),
                 None => pass_over(path, "it has more than two dimensions", found)?,
@@ -393,7 +398,7 @@ mod tests {
     }
 
     fn parse(bytes: &[u8]) -> Result<Table, MatError> {
-        read(bytes, 1 << 20, &Monitor::new())
+        read(bytes, &mut Budget::of(bytes.len() as u64, 1 << 20), &Monitor::new())
     }
 
     #[test]
@@ -444,5 +449,16 @@ mod tests {
             nested = structure("", &[("a", nested)]);
         }
         assert!(parse(&file(&[nested], false)).unwrap_err().to_string().contains("deeply"));
+    }
+
+    /// A long name stands in the path of each of its fields: 400 MB here, of a file of 20 KB.
+    #[test]
+    fn names_are_on_the_account_too() {
+        let text = || element(MATRIX, &[start(4, [1, 1], "", false), element(4, b"h\0", false)].concat(), false);
+        let fields: Vec<(&str, Vec<u8>)> = (0..2000).map(|_| ("field", text())).collect();
+        let bomb = file(&[compressed(&structure(&"x".repeat(200_000), &fields))], false);
+        assert!(bomb.len() < 20_000, "{}", bomb.len());
+        let error = read(&bomb, &mut Budget::of(bomb.len() as u64, 1 << 30), &Monitor::new()).unwrap_err();
+        assert!(error.to_string().contains("beside its samples"), "{error}");
     }
 }

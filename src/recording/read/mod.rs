@@ -6,6 +6,7 @@
 mod arrays;
 mod assemble;
 mod bag;
+mod budget;
 mod csv;
 mod join;
 mod mat;
@@ -13,6 +14,8 @@ mod npz;
 mod sniff;
 mod table;
 
+use std::fs::File;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -21,15 +24,17 @@ pub use self::bag::BagError;
 pub use self::csv::CsvError;
 pub use super::npy::NpyError;
 pub use arrays::ArraysError;
+pub use budget::TooMuch;
 pub use join::JoinError;
 pub(crate) use join::parts;
 pub use mat::MatError;
 pub use npz::NpzError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
 
-use self::arrays::Gathered;
+use self::arrays::{Gathered, Source};
+use self::budget::Budget;
 use self::npz::Content;
-use self::table::Table;
+use self::table::{Table, listed};
 use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::correction::{Correction, CorrectionError};
 use super::differentiate::description;
@@ -71,6 +76,27 @@ impl Default for ReadOptions {
             set_right: Vec::new(),
             largest: file::LARGEST,
         }
+    }
+}
+
+impl ReadOptions {
+    /// Whether its numbers can be.
+    ///
+    /// # Errors
+    /// [`ReadError::Option`]
+    pub fn check(&self) -> Result<(), ReadError> {
+        let stated = self.mapping.as_ref();
+        for (option, value) in [
+            ("the sampling rate", self.rate_hz),
+            ("the sampling rate of the mapping", stated.and_then(|mapping| mapping.rate_hz)),
+            ("the cut-off of the mapping", stated.and_then(|mapping| mapping.low_pass_hz)),
+            ("the cut-off", self.low_pass_hz),
+        ] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(ReadError::Option { option, value });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -298,7 +324,7 @@ fn and_constants(names: &[String]) -> String {
 }
 
 fn and_passed_over(parts: &[String]) -> String {
-    if parts.is_empty() { String::new() } else { format!("; passed over: {}", parts.join("; ")) }
+    if parts.is_empty() { String::new() } else { format!("; passed over: {}", listed(parts)) }
 }
 
 /// Reads one recording; several files become trajectories of one arm, all mapped like the first. A path such as
@@ -308,17 +334,7 @@ fn and_passed_over(parts: &[String]) -> String {
 /// # Errors
 /// [`ReadError`] says which file, where in it, what is wrong and what to do. Nothing is returned then.
 pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Result<Import, ReadError> {
-    let stated = options.mapping.as_ref();
-    for (option, value) in [
-        ("the sampling rate", options.rate_hz),
-        ("the sampling rate of the mapping", stated.and_then(|mapping| mapping.rate_hz)),
-        ("the cut-off of the mapping", stated.and_then(|mapping| mapping.low_pass_hz)),
-        ("the cut-off", options.low_pass_hz),
-    ] {
-        if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-            return Err(ReadError::Option { option, value });
-        }
-    }
+    options.check()?;
     let mut merge: Option<Merge> = None;
     for (index, path) in paths.iter().enumerate() {
         let file = file_name(path);
@@ -331,7 +347,7 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Resu
                     Some(merge) => merge,
                     None => merge.insert(Merge::start(&table, &file, options)?),
                 };
-                merge.add(&table, &file, &stem(path), options, monitor)?;
+                merge.add(table, &file, &stem(path), options, monitor)?;
             }
         }
     }
@@ -386,20 +402,25 @@ fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Con
     decode(&bytes(path, options)?, &file_name(path), &ending(path), options.largest, monitor)
 }
 
-/// The bytes of a plain file that is not too large.
-fn bytes(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, ReadError> {
+/// The size of a plain file that is not too large \[bytes\].
+fn size(path: &Path, options: &ReadOptions) -> Result<u64, ReadError> {
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
     let (size, limit) = (file::size(path).map_err(unreadable)?, options.largest);
     if size > limit {
         return Err(ReadError::TooLarge { file: file_name(path), size: size >> 20, limit: limit >> 20 });
     }
-    file::read(path, limit).map_err(unreadable)
+    Ok(size)
+}
+
+/// The bytes of a plain file that is not too large.
+fn bytes(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, ReadError> {
+    size(path, options)?;
+    file::read(path, options.largest).map_err(|problem| ReadError::File { path: path.to_owned(), problem })
 }
 
 /// The arrays of a folder of NPY files, each named by its file.
 fn folder(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
-    let wrong = |problem| ReadError::Npy { file: file_name(path), problem };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(path).map_err(unreadable)? {
         files.push(entry.map_err(unreadable)?.path());
@@ -410,44 +431,71 @@ fn folder(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Conte
         return Err(unreadable(std::io::Error::other(what)));
     }
     files.sort();
-    let mut gathered = Gathered::within(options.largest);
-    for file in files {
-        monitor.check()?;
-        let bytes = bytes(&file, options)?;
-        gathered.check(bytes.len() as u64).map_err(wrong)?;
-        gathered.take(stem(&file), &bytes).map_err(wrong)?;
+    let mut sum = 0;
+    for file in &files {
+        sum += size(file, options)?;
     }
-    Ok(Content::Table(gathered.table().map_err(wrong)?))
+    let mut budget = Budget::of(sum, options.largest);
+    let names = files.iter().map(|file| stem(file)).enumerate().collect();
+    let mut gathered = Gathered::default();
+    let taken = gathered.take(&mut Files(files), names, false, &mut budget, monitor);
+    monitor.check()?;
+    let table = taken.and_then(|()| gathered.table(&mut budget));
+    table.map(Content::Table).map_err(|problem| ReadError::Npy { file: file_name(path), problem })
+}
+
+/// NPY files of a folder, for [`Gathered`].
+struct Files(Vec<PathBuf>);
+
+impl Source for Files {
+    fn open(&mut self, index: usize) -> std::io::Result<(Box<dyn Read + '_>, u64)> {
+        let file = File::open(&self.0[index])?;
+        let size = file.metadata()?.len();
+        Ok((Box::new(BufReader::new(file)), size))
+    }
+}
+
+/// One NPY file in memory, for [`Gathered`].
+struct One<'a>(&'a [u8]);
+
+impl Source for One<'_> {
+    fn open(&mut self, _: usize) -> std::io::Result<(Box<dyn Read + '_>, u64)> {
+        Ok((Box::new(self.0), self.0.len() as u64))
+    }
 }
 
 fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor) -> Result<Content, ReadError> {
-    let file = || file.to_owned();
-    match sniff(bytes, ending).map_err(|problem| ReadError::Format { file: file(), problem })? {
-        Format::Csv => match csv::read(bytes, monitor) {
-            Ok(table) => Ok(Content::Table(table)),
-            Err(CsvError::Stopped(stopped)) => Err(stopped.into()),
-            Err(problem) => Err(ReadError::Csv { file: file(), problem }),
-        },
-        Format::Npz => npz::read(bytes, limit, monitor).map_err(|problem| match problem {
-            NpzError::Stopped(stopped) => stopped.into(),
-            problem => ReadError::Npz { file: file(), problem: Box::new(problem) },
-        }),
-        Format::Npy => {
-            let mut gathered = Gathered::within(limit);
-            let table = gathered.take(stem(Path::new(&file())), bytes).and_then(|()| gathered.table());
-            table.map(Content::Table).map_err(|problem| ReadError::Npy { file: file(), problem })
+    let format = sniff(bytes, ending).map_err(|problem| ReadError::Format { file: file.to_owned(), problem })?;
+    let budget = &mut Budget::of(bytes.len() as u64, limit);
+    let content = content(bytes, format, file.to_owned(), budget, monitor);
+    // Who was stopped says so in the words of its format.
+    monitor.check()?;
+    content
+}
+
+fn content(
+    bytes: &[u8],
+    format: Format,
+    file: String,
+    budget: &mut Budget,
+    monitor: &Monitor,
+) -> Result<Content, ReadError> {
+    let table = match format {
+        Format::Csv => csv::read(bytes, budget, monitor).map_err(|problem| ReadError::Csv { file, problem })?,
+        Format::Mat => mat::read(bytes, budget, monitor).map_err(|problem| ReadError::Mat { file, problem })?,
+        Format::Bag => bag::read(bytes, budget, monitor).map_err(|problem| ReadError::Bag { file, problem })?,
+        Format::Npz => {
+            let wrong = |problem| ReadError::Npz { file, problem: Box::new(problem) };
+            return npz::read(bytes, budget, monitor).map_err(wrong);
         }
-        Format::Mat => match mat::read(bytes, limit, monitor) {
-            Ok(table) => Ok(Content::Table(table)),
-            Err(MatError::Stopped(stopped)) => Err(stopped.into()),
-            Err(problem) => Err(ReadError::Mat { file: file(), problem }),
-        },
-        Format::Bag => match bag::read(bytes, limit, monitor) {
-            Ok(table) => Ok(Content::Table(table)),
-            Err(BagError::Stopped(stopped)) => Err(stopped.into()),
-            Err(problem) => Err(ReadError::Bag { file: file(), problem }),
-        },
-    }
+        Format::Npy => {
+            let (mut gathered, names) = (Gathered::default(), vec![(0, stem(Path::new(&file)))]);
+            let taken = gathered.take(&mut One(bytes), names, false, budget, monitor);
+            let table = taken.and_then(|()| gathered.table(budget));
+            table.map_err(|problem| ReadError::Npy { file, problem })?
+        }
+    };
+    Ok(Content::Table(table))
 }
 
 fn file_name(path: &Path) -> String {
@@ -540,7 +588,7 @@ impl Merge {
 
     fn add(
         &mut self,
-        table: &Table,
+        table: Table,
         file: &str,
         stem: &str,
         options: &ReadOptions,

@@ -1,13 +1,14 @@
 //! NPZ: a ZIP archive of numpy arrays, anybody's or in our own [`crate::recording::layout`].
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
+use std::io::{self, Cursor, Read};
 
 use ndarray::{ArrayD, Ix2, s};
 use zip::ZipArchive;
 
-use super::arrays::{ArraysError, Gathered};
-use super::table::Table;
+use super::arrays::{ArraysError, Gathered, Source};
+use super::budget::Budget;
+use super::table::{MOST_COLUMNS, Table};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION, Version};
 use crate::recording::seal::Seal;
@@ -27,6 +28,14 @@ pub enum NpzError {
         entry: String,
         /// What went wrong.
         problem: String,
+    },
+    /// More entries than any log has.
+    #[error(
+        "the archive lists {count} entries, more than the {MOST_ENTRIES} that a log may have; write one array a channel"
+    )]
+    TooMany {
+        /// How many there are.
+        count: usize,
     },
     /// Its arrays make no table.
     #[error(transparent)]
@@ -61,49 +70,62 @@ pub(super) enum Content {
     Recording(Box<Recording>),
 }
 
-/// Reads an archive; unpacked it may take `limit` bytes.
-pub(super) fn read(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Content, NpzError> {
-    let Unpacked { gathered, manifest, truth } = unpack(bytes, limit, monitor)?;
+/// Reads an archive.
+pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Content, NpzError> {
+    let count = bytes.windows(LISTED.len()).filter(|part| *part == LISTED).count();
+    if count > MOST_ENTRIES {
+        return Err(NpzError::TooMany { count });
+    }
+    let mut archive = Archive(ZipArchive::new(Cursor::new(bytes))?);
+    let (mut gathered, mut names) = (Gathered::default(), Vec::new());
+    let (mut manifest, mut truth) = (None, None);
+    for index in 0..archive.0.len() {
+        monitor.check()?;
+        let name = String::from_utf8_lossy(archive.0.by_index(index)?.name_raw()).into_owned();
+        budget.text(&name).map_err(ArraysError::from)?;
+        match name.strip_suffix(".npy") {
+            Some(array) => names.push((index, array.to_owned())),
+            None if name == MANIFEST => manifest = Some(archive.part(index, &name, budget)?),
+            None if name == TRUTH => truth = Some(archive.part(index, &name, budget)?),
+            None => gathered.passed_over.push(format!("`{name}` (no array)")),
+        }
+    }
+    gathered.take(&mut archive, names, manifest.is_some(), budget, monitor)?;
     match manifest {
         Some(manifest) => Ok(Content::Recording(Box::new(recording(gathered.arrays, &manifest, truth)?))),
-        None => Ok(Content::Table(gathered.table()?)),
+        None => Ok(Content::Table(gathered.table(budget)?)),
     }
 }
 
-struct Unpacked {
-    gathered: Gathered,
-    manifest: Option<Vec<u8>>,
-    truth: Option<Vec<u8>>,
+/// With these bytes begins what the list of an archive says of an entry.
+const LISTED: &[u8] = b"PK\x01\x02";
+/// More entries are not believed: each takes memory before its name is known, and many may share the same bytes.
+const MOST_ENTRIES: usize = MOST_COLUMNS;
+
+struct Archive<'a>(ZipArchive<Cursor<&'a [u8]>>);
+
+impl Source for Archive<'_> {
+    fn open(&mut self, index: usize) -> io::Result<(Box<dyn Read + '_>, u64)> {
+        let entry = self.0.by_index(index)?;
+        let size = entry.size();
+        Ok((Box::new(entry), size))
+    }
 }
 
-fn unpack(bytes: &[u8], limit: u64, monitor: &Monitor) -> Result<Unpacked, NpzError> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes))?;
-    let mut unpacked = Unpacked { gathered: Gathered::within(limit), manifest: None, truth: None };
-    for index in 0..archive.len() {
-        monitor.check()?;
-        let entry = archive.by_index(index)?;
-        let name = String::from_utf8_lossy(entry.name_raw()).into_owned();
-        let array = name.strip_suffix(".npy").map(str::to_owned);
-        if array.is_none() && name != MANIFEST && name != TRUTH {
-            unpacked.gathered.passed_over.push(format!("`{name}` (no array)"));
-            continue;
-        }
-        unpacked.gathered.check(entry.size())?;
-        let damaged = |problem: String| NpzError::Entry { entry: name.clone(), problem };
+impl Archive<'_> {
+    /// All bytes of an entry that is no array.
+    fn part(&mut self, index: usize, name: &str, budget: &mut Budget) -> Result<Vec<u8>, NpzError> {
+        let damaged = |problem: String| NpzError::Entry { entry: name.to_owned(), problem };
+        let (entry, claimed) = self.open(index).map_err(|error| damaged(error.to_string()))?;
+        budget.hold(claimed).map_err(ArraysError::from)?;
         // What the archive claims is checked as it is unpacked, so that a false claim does not take memory either.
-        let claimed = entry.size();
         let mut content = Vec::new();
         entry.take(claimed + 1).read_to_end(&mut content).map_err(|error| damaged(error.to_string()))?;
-        if content.len() as u64 != claimed {
-            return Err(damaged(format!("{} bytes instead of {claimed}", content.len())));
-        }
-        match array {
-            Some(array) => unpacked.gathered.take(array, &content)?,
-            None if name == TRUTH => unpacked.truth = Some(content),
-            None => unpacked.manifest = Some(content),
+        match content.len() as u64 == claimed {
+            true => Ok(content),
+            false => Err(damaged(format!("{} bytes instead of {claimed}", content.len()))),
         }
     }
-    Ok(unpacked)
 }
 
 /// Our own layout.
@@ -164,4 +186,65 @@ fn recording(
     let recording = Recording { name, joints, trajectories, provenance, posture, stated_arm, chain, seal };
     recording.verify()?;
     Ok(recording)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use zip::ZipWriter;
+    use zip::write::SimpleFileOptions;
+
+    use super::*;
+    use crate::recording::npy;
+
+    fn archive(parts: &[(&str, &str, &[usize])]) -> Vec<u8> {
+        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, element, shape) in parts {
+            archive.start_file(*name, SimpleFileOptions::default()).unwrap();
+            let size = shape.iter().product::<usize>() * 8;
+            archive.write_all(&npy::encode(element, shape, std::iter::repeat_n(0, size))).unwrap();
+        }
+        archive.finish().unwrap().into_inner()
+    }
+
+    fn parse(bytes: &[u8], limit: u64) -> Result<Content, NpzError> {
+        read(bytes, &mut Budget::of(bytes.len() as u64, limit), &Monitor::new())
+    }
+
+    const LOG: [(&str, &str, &[usize]); 2] = [("q.npy", "<f8", &[1000, 2]), ("tau.npy", "<f8", &[1000, 2])];
+
+    #[test]
+    fn what_is_passed_over_is_on_the_account_too() {
+        let objects: [(&str, &str, &[usize]); 3] =
+            [("a.npy", "|O", &[50_000]), ("b.npy", "|O", &[50_000]), ("c.npy", "<f8", &[50, 10, 10, 10])];
+        let bytes = archive(&[&LOG[..], &objects].concat());
+        assert!(bytes.len() < 20_000);
+        let error = parse(&bytes, 1 << 20).unwrap_err().to_string();
+        assert!(error.contains("more than 1 MB"), "{error}");
+        let Content::Table(table) = parse(&bytes, 1 << 21).unwrap() else { panic!("a recording") };
+        assert_eq!((table.columns.len(), table.passed_over.len()), (4, 3));
+    }
+
+    #[test]
+    fn what_no_log_packs_so_tightly_is_refused() {
+        let bytes = archive(&[("q.npy", "<f8", &[9 << 20, 1])]);
+        assert!(bytes.len() < 1 << 20);
+        let error = parse(&bytes, 1 << 30).unwrap_err().to_string();
+        assert!(error.contains("64 MB, over 32 times its size"), "{error}");
+    }
+
+    #[test]
+    fn damage_of_what_is_passed_over_is_told() {
+        let mut bytes = archive(&[&LOG[..], &[("c.npy", "<f8", &[50, 10, 10, 10])]].concat());
+        let at = bytes.windows(5).rposition(|part| part == b"c.npy").unwrap() - 30;
+        bytes[at] ^= 1; // in its checksum, which the list keeps 30 bytes before the name
+        assert!(parse(&bytes, 1 << 30).is_err());
+    }
+
+    #[test]
+    fn a_list_without_end_is_refused() {
+        let bytes = [b"PK\x03\x04".to_vec(), LISTED.repeat(MOST_ENTRIES + 1)].concat();
+        assert!(matches!(parse(&bytes, 1 << 30), Err(NpzError::TooMany { .. })));
+    }
 }

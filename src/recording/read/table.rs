@@ -5,6 +5,9 @@ use std::ops::Range;
 
 use ndarray::ArrayD;
 
+/// More columns are not believed: each takes memory, and its name is compared with others.
+pub(super) const MOST_COLUMNS: usize = 10_000;
+
 /// Columns of equal length, one row a sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Table {
@@ -12,7 +15,7 @@ pub(super) struct Table {
     /// Rows of each run; most files hold one.
     pub runs: Vec<Range<usize>>,
     /// Line of the file that each row stands on, for text files.
-    pub lines: Option<Vec<u64>>,
+    pub lines: Option<Lines>,
     /// Line of the last row, where the text ends without ending that line.
     pub broken_off: Option<u64>,
     /// Time between rows \[s\], where the file states it apart from a time column.
@@ -42,6 +45,43 @@ pub(super) struct TextCell {
     pub cell: String,
 }
 
+/// On which line of a file each row stands. Nearly always that is the one below the row before, so only the others are kept.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Lines {
+    /// Rows that stand elsewhere, with their lines.
+    elsewhere: Vec<(usize, u64)>,
+    rows: usize,
+}
+
+impl Lines {
+    /// The next row, which stands on this line.
+    pub fn push(&mut self, line: u64) {
+        if self.rows == 0 || self.at(self.rows) != line {
+            self.elsewhere.push((self.rows, line));
+        }
+        self.rows += 1;
+    }
+
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.rows
+    }
+
+    /// The line of a row, and of the rows behind the last one as if they followed it.
+    pub fn at(&self, row: usize) -> u64 {
+        let before = self.elsewhere.partition_point(|(start, _)| *start <= row);
+        let (start, line) = before.checked_sub(1).map_or((0, 0), |index| self.elsewhere[index]);
+        line + (row - start) as u64
+    }
+}
+
+/// Parts of a file for a message; a long list is cut, and says so.
+pub(super) fn listed(parts: &[String]) -> String {
+    const MOST: usize = 30;
+    let shown = parts.iter().take(MOST).map(String::as_str).collect::<Vec<_>>().join("; ");
+    if parts.len() > MOST { format!("{shown} and {} more", parts.len() - MOST) } else { shown }
+}
+
 impl Table {
     pub fn names(&self) -> Vec<String> {
         self.columns.iter().map(|column| column.name.clone()).collect()
@@ -51,25 +91,46 @@ impl Table {
         self.columns.iter().find(|column| column.name == name)
     }
 
+    pub fn column_mut(&mut self, name: &str) -> Option<&mut Column> {
+        self.columns.iter_mut().find(|column| column.name == name)
+    }
+
     /// Leaves out the last row of a table of one run; false if it has several.
     pub fn drop_last_row(&mut self) -> bool {
         let [run] = self.runs.as_mut_slice() else { return false };
         run.end -= 1;
         self.columns.iter_mut().for_each(|column| column.values.truncate(run.end));
-        if let Some(lines) = &mut self.lines {
-            lines.truncate(run.end);
-        }
         true
     }
 
     /// Where a row stands, in words.
     pub fn place(&self, row: usize) -> String {
-        if let Some(line) = self.lines.as_ref().and_then(|lines| lines.get(row)) {
-            return format!("line {line}");
+        if let Some(lines) = &self.lines {
+            return format!("line {}", lines.at(row));
         }
         match self.runs.iter().position(|run| run.contains(&row)) {
             Some(run) if self.runs.len() > 1 => format!("sample {} of run {}", row - self.runs[run].start, run + 1),
             _ => format!("sample {row}"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_rows_are_known_though_few_are_kept() {
+        let mut lines = Lines::default();
+        let all = [2, 3, 4, 7, 8, 20, 22];
+        all.iter().for_each(|line| lines.push(*line));
+        assert_eq!((0..all.len()).map(|row| lines.at(row)).collect::<Vec<_>>(), all);
+        assert_eq!((lines.len(), lines.elsewhere.len()), (7, 4));
+    }
+
+    #[test]
+    fn a_long_list_is_cut() {
+        assert_eq!(listed(&["a".to_owned(), "b".to_owned()]), "a; b");
+        assert!(listed(&vec!["a".to_owned(); 100]).ends_with("a and 70 more"));
     }
 }
