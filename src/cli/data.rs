@@ -22,7 +22,7 @@ use crate::progress::Monitor;
 use crate::recording::catalogue;
 use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
-use crate::recording::read::{READABLE, ReadOptions, parts};
+use crate::recording::read::{READABLE, ReadOptions, endings, parts};
 use crate::session::{Command, Session, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
@@ -532,6 +532,12 @@ pub fn read_arm(path: &Path) -> anyhow::Result<Arm> {
     read().or_usage()
 }
 
+/// Trajectories are named without the ending of their file.
+fn is_named_like_a_log(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    ending.is_some_and(|ending| endings().any(|known| known == ending))
+}
+
 fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command> {
     let zero = reading.zero.map(|zero| match zero {
         Zero::Down => Posture::DOWN,
@@ -548,6 +554,7 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         set_right: reading.set_right.clone(),
         ..ReadOptions::default()
     };
+    options.check().or_usage()?;
     let mut paths = files.to_vec();
     let mut held_out = Vec::new();
     for path in &reading.held_out {
@@ -557,6 +564,8 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
             if !paths.contains(path) {
                 paths.push(path.clone());
             }
+        } else if is_named_like_a_log(path) {
+            return Err(anyhow!("--held-out: there is no file {}", path.display())).or_usage();
         } else {
             held_out.push(path.to_string_lossy().into_owned());
         }

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::{Args, Subcommand};
 use serde_json::json;
 
@@ -158,6 +158,9 @@ impl Which {
 
     fn cells(&self) -> anyhow::Result<(Experiment, Vec<Cell>, Store)> {
         let experiment = self.experiment()?;
+        if let Some(folder) = self.data.as_deref().filter(|folder| !folder.is_dir()) {
+            return Err(anyhow!("--data: there is no folder {}", folder.display())).or_usage();
+        }
         let cells = plan(&experiment, self.data.as_deref())?;
         Ok((experiment, cells, Store::new(&self.out)))
     }

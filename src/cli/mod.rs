@@ -3,6 +3,9 @@
 //! Results go to standard output, as text or with `--json` as JSON; progress and remarks go to standard error. Exit codes: 0
 //! done, 1 failed, 2 wrong usage. With `--json` a failure is an object with its `reason` and `code`.
 
+#[macro_use]
+mod terminal;
+
 mod bench;
 mod choice;
 mod completions;

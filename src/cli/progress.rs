@@ -7,6 +7,7 @@ use std::time::Duration;
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::terminal::harmless;
 use crate::experiment::run::duration_text;
 use crate::progress::{Event, Monitor, Progress};
 use crate::session::{Command, Session};
@@ -69,7 +70,7 @@ pub fn watch<T: Send + 'static, E: std::fmt::Display>(
             break outcome;
         }
         bar.set_position((progress.fraction * 1000.0) as u64);
-        bar.set_message(format!("{}{so_far}", progress.activity));
+        bar.set_message(harmless(&format_args!("{}{so_far}", progress.activity)));
         std::thread::park_timeout(TICK);
     };
     bar.finish_and_clear();

@@ -321,7 +321,7 @@ fn wrong_usage_ends_with_2_and_says_what_is_possible() {
     write("none.json", r#"{"links": []}"#);
     write("typo.json", r#"{"links": [{"mas": 1, "length": 1, "com": 0.5, "inertia": 0.1}]}"#);
     write("broken.json", "{\"torquescope_model\": 1, \"fitted\": {}}");
-    let cases: [(&[&str], &[&str]); 22] = [
+    let cases: [(&[&str], &[&str]); 26] = [
         (&["diagnose"], &["Usage"]),
         (&["diagnoze"], &["unrecognized subcommand 'diagnoze'", "diagnose"]),
         (&["diagnoze", "x.npz"], &["unrecognized subcommand 'diagnoze'", "diagnose"]),
@@ -344,6 +344,10 @@ fn wrong_usage_ends_with_2_and_says_what_is_possible() {
         (&["inspect", "x.npz", "--map", "panda"], &["panda", "emps, kuka-kr300, sarcos, tx40, ur10"]),
         (&["effects", "magic"], &["magic", "coulomb-friction"]),
         (&["experiment", "run", "magic"], &["magic", "table-2"]),
+        (&["experiment", "run", "dfki", "--data", "missing"], &["--data", "no folder missing"]),
+        (&["inspect", "x.npz", "--held-out", "missing.csv"], &["--held-out", "no file missing.csv"]),
+        (&["inspect", "x.npz", "--arm", "missing.json"], &["missing.json"]),
+        (&["inspect", "x.npz", "--rate", "0"], &["the sampling rate is 0"]),
     ];
     for (arguments, words) in cases {
         let message = fails(arguments, at, 2);
@@ -353,6 +357,15 @@ fn wrong_usage_ends_with_2_and_says_what_is_possible() {
         assert!(message.matches("there is no effect").count() <= 1, "told twice: {message}");
     }
     assert!(!at.join("y.npz").exists(), "a failed simulation left a file");
+}
+
+/// What stands in a file is shown to people and obeyed by no terminal.
+#[test]
+fn names_in_files_do_nothing_to_a_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), "time,a,b\u{9b}31m\n0,1,2\n1,2,3\n").unwrap();
+    let message = fails(&["inspect", "log.csv"], folder.path(), 1);
+    assert!(message.contains("`b\\u009b31m`") && !message.contains('\u{9b}'), "{message:?}");
 }
 
 /// Programs that read the results are told in their language why there are none.
