@@ -51,7 +51,7 @@ pub(super) fn assemble(
 ) -> Result<Assembled, ReadError> {
     let spec = options.mapping.clone().unwrap_or_default();
     let mut findings = passed_over(&table, &spec, file);
-    findings.extend(table.broken_off.map(|line| broken_off(line, file)));
+    findings.extend(table.broken_off.iter().map(|place| broken_off(place, file)));
     findings.extend(shortened(&table, file));
     let mut channels = convert(&mut table, mapping, &spec, file, options, &mut findings)?;
     check_clock(&table, &channels.time, file)?;
@@ -116,12 +116,12 @@ fn passed_over(table: &Table, spec: &MappingSpec, file: &str) -> Vec<Finding> {
     }]
 }
 
-fn broken_off(line: u64, file: &str) -> Finding {
+fn broken_off(place: &str, file: &str) -> Finding {
     Finding {
         severity: Severity::Info,
         kind: FindingKind::BrokenOff,
         what: format!(
-            "line {line}, the last one, has no line end: if the file was broken off there, its last number is cut."
+            "{place}, the last one, has no line end: if the file was broken off there, its last number is cut."
         ),
         place: Place::file(file),
         remedy: "Delete that line if the recorder or a copy was broken off.".to_owned(),

@@ -77,6 +77,7 @@ pub(super) fn side_by_side(mut tables: Vec<(String, Table)>) -> Result<Table, Jo
             }
             joined.columns.push(column);
         }
+        joined.broken_off.extend(table.broken_off.into_iter().map(|place| format!("{place} of `{stem}`")));
         joined.constants.extend(table.constants);
         joined.passed_over.extend(table.passed_over);
     }
@@ -129,6 +130,17 @@ mod tests {
         assert_eq!((joined.columns[1].values.len(), joined.runs[0].clone()), (3, 0..3));
         assert_eq!(joined.shortened, ["a"]);
         assert_eq!(beside(&[5.0, 6.0, 7.0, 8.0]).unwrap().shortened, Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_file_that_is_broken_off_is_named_unless_its_last_row_is_left_out() {
+        let beside = |rows: &[f64]| {
+            let q = table(&[("q", &[1.0, 2.0, 3.0])]);
+            let tau = Table { broken_off: vec!["line 4".into()], ..table(&[("tau", rows)]) };
+            side_by_side(vec![("a".into(), q), ("b".into(), tau)]).unwrap().broken_off
+        };
+        assert_eq!(beside(&[1.0, 2.0, 3.0]), ["line 4 of `b`"]);
+        assert!(beside(&[1.0, 2.0, 3.0, 4.0]).is_empty());
     }
 
     #[test]

@@ -16,8 +16,8 @@ pub(super) struct Table {
     pub runs: Vec<Range<usize>>,
     /// Line of the file that each row stands on, for text files.
     pub lines: Option<Lines>,
-    /// Line of the last row, where the text ends without ending that line.
-    pub broken_off: Option<u64>,
+    /// Where the last row stands, in words, if the text ends without ending that line; one for each file.
+    pub broken_off: Vec<String>,
     /// Time between rows \[s\], where the file states it apart from a time column.
     pub step: Option<f64>,
     /// Numbers of the file that hold for all samples, such as gear ratios; a mapping may name them.
@@ -99,6 +99,7 @@ impl Table {
     pub fn drop_last_row(&mut self) -> bool {
         let [run] = self.runs.as_mut_slice() else { return false };
         run.end -= 1;
+        self.broken_off.clear();
         self.columns.iter_mut().for_each(|column| column.values.truncate(run.end));
         true
     }
