@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::correction::Correction;
 use super::differentiate::{central_difference, default_cutoff, low_pass};
 use super::fault::{self, Fault, FaultKind};
+use super::glitch;
 use super::{JointKind, Origin, Provenance, Recording, Trajectory};
 use crate::signals::Signals;
 
@@ -80,6 +81,14 @@ pub enum FindingKind {
     Stuck,
     /// Torque readings that end at a limit.
     Saturated,
+    /// Single samples far from all others.
+    FarOut,
+    /// An angle that jumps by a whole turn.
+    WholeTurn,
+    /// Values that no robot has.
+    BeyondBelief,
+    /// A derivative that was measured more seldom than it was written.
+    Held,
     /// Too little data to learn from.
     FewSamples,
     /// Values were converted to SI units.
@@ -156,8 +165,8 @@ const SHORTEST_STEP: f64 = 1e-5;
 const LONGEST_LAG: usize = 20;
 
 /// All that is odd about a recording that keeps its promises ([`Recording::verify`]); worst first. It looks at gaps,
-/// uneven or unbelievable time steps, constant channels, stuck or cut off torque, derivatives that disagree, degrees and too
-/// little data.
+/// uneven or unbelievable time steps, constant channels, stuck or cut off torque, derivatives that disagree, degrees, readings that
+/// no motion makes, and too little data.
 pub fn check(recording: &Recording) -> Vec<Finding> {
     let mut findings = Vec::new();
     few_samples(recording, &mut findings);
@@ -167,6 +176,7 @@ pub fn check(recording: &Recording) -> Vec<Finding> {
         constant(recording, joint, &mut findings);
         degrees(recording, joint, &mut findings);
         derivatives(recording, joint, &mut findings);
+        findings.extend(glitch::find(recording, joint));
     }
     findings.extend(fault::find(recording).iter().map(|fault| faulty(recording, fault)));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));

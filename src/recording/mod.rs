@@ -10,6 +10,7 @@ pub mod check;
 pub mod correction;
 pub mod differentiate;
 pub mod fault;
+mod glitch;
 mod layout;
 pub mod mapping;
 pub mod npy;
