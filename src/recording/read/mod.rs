@@ -347,7 +347,7 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Resu
                     Some(merge) => merge,
                     None => merge.insert(Merge::start(&table, &file, options)?),
                 };
-                merge.add(table, &file, &stem(path), options, monitor)?;
+                merge.add(*table, &file, &stem(path), options, monitor)?;
             }
         }
     }
@@ -386,12 +386,12 @@ fn open(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content
     let mut tables = Vec::new();
     for part in &parts {
         match open_one(part, options, monitor)? {
-            Content::Table(table) => tables.push((stem(part), table)),
+            Content::Table(table) => tables.push((stem(part), *table)),
             Content::Recording(_) => return Err(ReadError::NotAlone { file: file_name(part) }),
         }
     }
     let joined = join::side_by_side(tables).map_err(|problem| ReadError::Join { file: file(), problem })?;
-    Ok(Content::Table(joined))
+    Ok(Content::Table(Box::new(joined)))
 }
 
 fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
@@ -441,7 +441,9 @@ fn folder(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Conte
     let taken = gathered.take(&mut Files(files), names, false, &mut budget, monitor);
     monitor.check()?;
     let table = taken.and_then(|()| gathered.table(&mut budget));
-    table.map(Content::Table).map_err(|problem| ReadError::Npy { file: file_name(path), problem })
+    table
+        .map(|table| Content::Table(Box::new(table)))
+        .map_err(|problem| ReadError::Npy { file: file_name(path), problem })
 }
 
 /// NPY files of a folder, for [`Gathered`].
@@ -495,7 +497,7 @@ fn content(
             table.map_err(|problem| ReadError::Npy { file, problem })?
         }
     };
-    Ok(Content::Table(table))
+    Ok(Content::Table(Box::new(table)))
 }
 
 fn file_name(path: &Path) -> String {

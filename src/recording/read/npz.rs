@@ -65,7 +65,7 @@ pub enum NpzError {
 #[derive(Debug)]
 pub(super) enum Content {
     /// Arrays of somebody else.
-    Table(Table),
+    Table(Box<Table>),
     /// A recording in our own layout.
     Recording(Box<Recording>),
 }
@@ -93,7 +93,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     gathered.take(&mut archive, names, manifest.is_some(), budget, monitor)?;
     match manifest {
         Some(manifest) => Ok(Content::Recording(Box::new(recording(gathered.arrays, &manifest, truth)?))),
-        None => Ok(Content::Table(gathered.table(budget)?)),
+        None => Ok(Content::Table(Box::new(gathered.table(budget)?))),
     }
 }
 
