@@ -519,7 +519,11 @@ impl TorquescopeApp {
         let (context, work) = (ctx.clone(), command.clone());
         let wake = move || context.request_repaint();
         let job = Job::spawn(command.title(), wake, move |monitor| match &work {
-            Command::Restore { path } => Ok(Given::Opened(Box::new(file::open(path, monitor)?))),
+            Command::Restore { path } => {
+                let Opened { document, mark, instead } = file::open(path, monitor)?;
+                let document = document.knowing(&session.own_effects);
+                Ok(Given::Opened(Box::new(Opened { document, mark, instead })))
+            }
             _ => work.run(&session, monitor).map(Box::new).map(Given::Session),
         });
         let progress = Progress::default();
@@ -583,7 +587,7 @@ impl TorquescopeApp {
             let text = format!("Training ended early: {reason}; they are the model now.");
             self.messages.tell(Tone::Warning, text, "Undo brings back the model before it.");
         }
-        if !before.has_recording_of(&session) {
+        if command.begins_anew() {
             self.filed.begin(true, session.generation);
         }
         match command.is_final() {

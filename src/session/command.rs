@@ -163,7 +163,10 @@ impl Command {
                 fitted_if_possible(loaded, monitor)
             }
             Command::SetRight(corrections) => set_right(session, corrections, monitor),
-            Command::Restore { path } => Ok(file::open(path, monitor)?.document.history.current().clone()),
+            Command::Restore { path } => {
+                let document = file::open(path, monitor)?.document.knowing(&session.own_effects);
+                Ok(document.history.current().clone())
+            }
             Command::Simulate(scenario) => {
                 let recording = simulation::simulate(scenario, monitor)?;
                 let split = Split::automatic(&recording);
@@ -327,6 +330,11 @@ impl Command {
         }
     }
 
+    /// Whether what it gives is another document, which is in no file yet. A recording that is set right is still that recording.
+    pub fn begins_anew(&self) -> bool {
+        matches!(self, Command::Open { .. } | Command::Simulate(_))
+    }
+
     /// Whether undo can't take it back: what was seen was seen, and what was said was said.
     pub fn is_final(&self) -> bool {
         matches!(self, Command::OpenSeal | Command::BetFirst(_) | Command::PlaceBet(_))
@@ -471,6 +479,20 @@ mod tests {
             assert!(!session.has_recording_of(&loaded));
             assert_eq!(session.own_effects, loaded.own_effects, "{}", command.title());
         }
+    }
+
+    /// Also where a saved session is opened.
+    #[test]
+    fn effects_of_ones_own_stay_with_a_session_that_is_opened() {
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/own_stribeck.toml");
+        let load = Command::LoadEffect { path };
+        let given = load.run(&Session::default(), &Monitor::new()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let mine = folder.path().join("mine.torquescope");
+        let simulated = simulate().run(&Session::default(), &Monitor::new()).unwrap();
+        file::save(&mine, &simulated.into()).unwrap();
+        let opened = Command::Restore { path: mine }.run(&given, &Monitor::new()).unwrap();
+        assert_eq!((&opened.own_effects, opened.ladder.len()), (&given.own_effects, 1));
     }
 
     #[test]

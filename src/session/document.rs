@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{History, Session, Step};
+use crate::effect::Effect;
 
 /// A session with all that belongs to it.
 #[derive(Debug, Clone, Default)]
@@ -11,6 +12,19 @@ pub struct Document {
     pub history: History,
     /// Where one looks.
     pub view: View,
+}
+
+impl Document {
+    /// The same, in which these effects of one's own are known beside those of the file: they are of the user, and not of a recording.
+    #[must_use]
+    pub fn knowing(mut self, effects: &[&'static Effect]) -> Self {
+        for session in self.history.sessions_mut() {
+            let news = effects.iter().filter(|effect| !session.own_effects.contains(effect));
+            let news: Vec<&Effect> = news.copied().collect();
+            session.own_effects.extend(news);
+        }
+        self
+    }
 }
 
 impl From<Session> for Document {

@@ -96,7 +96,7 @@ impl History {
         Session { truth: opened.or(session.truth.clone()), ..session }
     }
 
-    fn sessions_mut(&mut self) -> impl Iterator<Item = &mut Session> {
+    pub(super) fn sessions_mut(&mut self) -> impl Iterator<Item = &mut Session> {
         let others = self.past.iter_mut().chain(&mut self.future).map(|entry| &mut entry.session);
         others.chain([&mut self.current])
     }

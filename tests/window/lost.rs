@@ -245,6 +245,27 @@ fn a_file_that_somebody_else_changed_is_asked_about() {
     assert_eq!(std::fs::read(folder.path().join("mine.torquescope.bak")).unwrap(), b"theirs");
 }
 
+/// A recording that is set right is still in its file, and setting it right is work that is not to be lost.
+#[test]
+fn setting_a_recording_right_keeps_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let mine = folder.path().join("mine.torquescope");
+    let mut window = window(small(), &data::ABOUT, Theme::Dark);
+    window.state_mut().order(Order::Save(mine.clone()));
+    settle(&mut window);
+    window.state_mut().order(Order::run(Command::SetRight(vec!["sign-torque@1".parse().unwrap()])));
+    settle(&mut window);
+    close(&mut window);
+    assert!(asked(&window).contains(&ViewportCommand::CancelClose));
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("mine has changes that are in no file").is_some());
+    press(&mut window, "Stay");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    settle(&mut window);
+    close(&mut window);
+    assert!(!asked(&window).contains(&ViewportCommand::CancelClose), "Ctrl+S wrote it into its file");
+}
+
 /// The title bar has the name, and a point before it as long as something is in no file.
 #[test]
 fn the_title_tells_what_is_unsaved() {
