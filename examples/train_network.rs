@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let repaired = add.run(&trained, &monitor)?;
     for step in &repaired.ladder {
         let epochs = step.history.len();
-        println!("{}: {epochs} epochs, held-out nMSE by joint {:?}", step.title, step.evaluation.held_out_nmse());
+        println!("{}: {epochs} epochs, held-out nMSE by joint {:?}", step.name, step.evaluation.held_out_nmse());
     }
     Ok(())
 }

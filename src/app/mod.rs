@@ -10,6 +10,7 @@ pub mod desk;
 mod dock;
 mod filed;
 mod fonts;
+mod glossary;
 pub mod headless;
 mod icon;
 mod keeper;
@@ -43,7 +44,7 @@ use crate::session::{Command, History, Session, View, runs};
 use crate::training::Ending;
 use crate::training::fit::Plan;
 use crate::work::{Job, Outcome};
-use desk::{Busy, Desk, Drawing, Focus, Messages, Panels, Question, Recent, Recents, Tone};
+use desk::{Busy, Desk, Drawing, Focus, Messages, Overlaid, Panels, Question, Recent, Recents, Tone};
 use filed::Filed;
 use keeper::Keeper;
 use leaving::Leaving;
@@ -182,7 +183,7 @@ impl TorquescopeApp {
     pub fn new(session: Session) -> Self {
         let (mut screens, mut focus) = (Screens::default(), Focus::default());
         screens.follow(&Session::default(), &session, None);
-        focus.follow(&Session::default(), &session);
+        focus.follow(&Session::default(), &session, None);
         TorquescopeApp {
             history: History::new(session),
             screens,
@@ -282,7 +283,7 @@ impl TorquescopeApp {
         if !dropped.is_empty() {
             self.orders.push(Order::open(dropped));
         }
-        self.orders.extend(self.overlays.shortcuts(ctx, self.history.current(), &self.screens, self.exported));
+        self.orders.extend(self.overlays.shortcuts(ctx, self.history.current(), &self.focus, &self.screens, self.exported));
         let scale = ctx.zoom_factor();
         if !TEXT_SCALES.contains(&scale) {
             ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end()));
@@ -300,7 +301,7 @@ impl TorquescopeApp {
 
     /// What the shown screen shows, as figures, with what is in view.
     pub fn figures(&mut self) -> Vec<Panel> {
-        let (session, models) = (self.history.current().clone(), self.history.models());
+        let session = self.history.current().clone();
         let mut desk = Desk {
             session: &session,
             focus: &mut self.focus,
@@ -308,7 +309,6 @@ impl TorquescopeApp {
             panels: &mut self.panels,
             orders: &mut self.orders,
             busy: None,
-            models: &models,
             copies: self.keeper.left_behind(),
             recent: self.recent.all(),
         };
@@ -328,7 +328,7 @@ impl TorquescopeApp {
             epochs: &running.epochs,
             found: &running.found,
         });
-        let (session, models) = (self.history.current().clone(), self.history.models());
+        let session = self.history.current().clone();
         self.memo.keep_to(&session);
         let desk = Desk {
             session: &session,
@@ -337,7 +337,6 @@ impl TorquescopeApp {
             panels: &mut self.panels,
             orders: &mut self.orders,
             busy: busy.as_ref(),
-            models: &models,
             copies: self.keeper.left_behind(),
             recent: self.recent.all(),
         };
@@ -350,6 +349,7 @@ impl TorquescopeApp {
             redo: self.history.redo_text(),
             copies_hidden: self.copies_hidden,
             filed: &self.filed,
+            has_models_open: self.overlays.models.is_some(),
             is_unsaved: self.filed.is_unsaved(&session),
             at_work,
             is_leaving: self.leaving.is_some(),
@@ -396,6 +396,7 @@ impl TorquescopeApp {
             Order::ToggleContrast => theme::set_contrast(ctx, !theme::is_high_contrast(ctx)),
             Order::TextScale(scale) => ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end())),
             Order::Palette(open) => self.overlays.palette = open.then(Default::default),
+            Order::Models(open) => self.overlays.models = open.then(Default::default),
             Order::KeyList(open) => self.overlays.key_list = open,
             Order::FitAll => self.focus.views.fit_all(),
             Order::Panel(name, change) => self.panels.change(&name, &change),
@@ -443,7 +444,7 @@ impl TorquescopeApp {
         let after = self.history.current();
         self.memo.keep_to(after);
         self.screens.follow(before, after, by);
-        self.focus.follow(before, after);
+        self.focus.follow(before, after, by);
         self.exported &= before.has_recording_of(after);
         self.keep_copy();
     }
@@ -473,8 +474,9 @@ impl TorquescopeApp {
 
     /// Where one looks.
     fn view(&self) -> View {
-        let mut overlaid = self.history.models();
-        overlaid.retain(|model| self.focus.overlaid.contains(&model.generation));
+        let models = || self.history.current().all_models();
+        let shown = |shown| models().find(|model| model.generation == shown).cloned();
+        let overlaid = self.focus.overlaid.shown().filter_map(shown).collect();
         View {
             screen: self.screens.shown().id.to_owned(),
             trajectory: self.focus.trajectory,
@@ -491,7 +493,7 @@ impl TorquescopeApp {
             self.focus.show_trajectory(view.trajectory);
             self.focus.joint = view.joint;
         }
-        self.focus.overlaid = view.overlaid.iter().map(|model| model.generation).collect();
+        self.focus.overlaid = Overlaid::of(view.overlaid.iter().map(|model| model.generation));
         // What another program wrote there is passed over.
         if let Ok(layouts) = serde_json::from_value(view.layouts) {
             self.panels.restore(layouts);

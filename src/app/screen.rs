@@ -2,7 +2,7 @@
 
 use egui::Ui;
 
-use super::desk::{About, Desk, Order};
+use super::desk::{About, Desk, Focus, Order};
 use crate::figure::Panel;
 use crate::session::{Command, Session};
 
@@ -19,7 +19,7 @@ pub trait Screen {
     fn is_done(&self, session: &Session) -> bool;
 
     /// What to do next from here.
-    fn next(&self, _session: &Session) -> Next {
+    fn next(&self, _session: &Session, _focus: &Focus) -> Next {
         Next::OnTheWay
     }
 

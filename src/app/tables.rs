@@ -8,6 +8,8 @@ use super::widgets;
 use crate::model::Parameter;
 use crate::recording::Recording;
 use crate::session::Step;
+use crate::training::Recipe;
+use crate::training::fit::Plan;
 
 /// Name, joint, value, interval and unit.
 pub fn parameter_row(parameter: &Parameter) -> Vec<WidgetText> {
@@ -50,3 +52,29 @@ pub fn errors(ui: &mut Ui, recording: &Recording, step: &Step) {
         ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
     });
 }
+
+/// The settings of a training in a line.
+pub fn plan_text(plan: &Plan) -> String {
+    let options = &plan.options;
+    let hidden: Vec<String> = plan.layers.hidden.iter().map(usize::to_string).collect();
+    format!(
+        "{}, {} {}, {} epochs, batch {}, rate {}, seed {}",
+        recipe_name(plan.recipe),
+        hidden.join(" × "),
+        format!("{:?}", plan.layers.activation).to_lowercase(),
+        options.epochs,
+        options.batch,
+        options.rate,
+        options.seed
+    )
+}
+
+/// What a recipe is called.
+pub fn recipe_name(recipe: Recipe) -> &'static str {
+    match recipe {
+        Recipe::Ours => "ours",
+        Recipe::Thorough => "thorough",
+        Recipe::Paper => "the paper's",
+    }
+}
+

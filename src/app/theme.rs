@@ -221,8 +221,8 @@ impl Palette {
     }
 
     /// The colour of an ink.
-    pub fn color(&self, ink: Ink) -> Color32 {
-        match ink {
+    pub fn color(&self, which: Ink) -> Color32 {
+        match which {
             Ink::Measured => self.measured,
             Ink::Predicted => self.predicted,
             Ink::Residual => self.residual,
@@ -231,6 +231,7 @@ impl Palette {
             Ink::Marked => self.accent,
             Ink::Cursor => self.cursor,
             Ink::Series(n) => self.nth(n).0,
+            Ink::Model(_) => ink(self.colours().of(which)),
         }
     }
 

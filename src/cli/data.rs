@@ -16,14 +16,14 @@ use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
 use crate::file::{self, is_same};
 use crate::model::learned::{Features, Layers, MOST_NEURONS};
-use crate::model::{Fitted, Model, Preset, Term};
+use crate::model::{Fitted, Model, Preset};
 use crate::network::Activation;
 use crate::progress::Monitor;
 use crate::recording::catalogue;
 use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions, endings, parts};
-use crate::session::{Command, Session, runs};
+use crate::session::{Command, Session, default_name, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
 use crate::training::optimiser::Optimiser;
@@ -432,14 +432,12 @@ impl Data {
         let start = match self.model.clone().unwrap_or_default() {
             Start::File(path) => Command::UseModel {
                 model: self.training.model(&read_model(&path)?.model),
-                title: path.display().to_string(),
             },
             Start::Preset(preset) => Command::ChoosePreset(preset),
         };
         let opened = Session { plan, checkpoint_file, ..self.session()? };
         if let Some(model) = self.networks_with_effects(&start, &opened)? {
-            let title = model.terms.iter().map(Term::label).collect::<Vec<_>>().join(" + ");
-            return progress::run(Command::UseModel { model, title }, &opened);
+            return progress::run(Command::UseModel { model }, &opened);
         }
         let is_there = |preset| opened.current().is_some() && opened.preset == preset;
         let mut session = match start {
@@ -460,7 +458,7 @@ impl Data {
     fn networks_with_effects(&self, start: &Command, session: &Session) -> anyhow::Result<Option<Model>> {
         let recording = session.recording.as_deref().context("no recording was read")?;
         let model = match start {
-            Command::UseModel { model, .. } => model.clone(),
+            Command::UseModel { model } => model.clone(),
             Command::ChoosePreset(preset) => match preset {
                 Preset::Learned(_) => preset.model(recording)?.with_layers(&session.plan.layers),
                 Preset::RigidBody | Preset::StatedArm => return Ok(None),
@@ -486,8 +484,7 @@ impl Data {
         if self.model.is_some() || !self.add.is_empty() {
             let asked = self.asked_model(&session, &saved.plan)?;
             if asked != saved.model {
-                let labels = |model: &Model| model.terms.iter().map(Term::label).collect::<Vec<_>>().join(" + ");
-                let (saved, asked) = (labels(&saved.model), labels(&asked));
+                let (saved, asked) = (default_name(&saved.model), default_name(&asked));
                 return Err(anyhow!(
                     "{} is the checkpoint of another model: it has {saved}, asked for is {asked}. Leave out --model and --add, or \
                      train anew",

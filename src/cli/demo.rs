@@ -48,7 +48,7 @@ impl Demo {
         );
         write_file(&self.output.join("recording.npz"), &write::to_npz_bytes(&recording)?)?;
         let first = session.current().context("no model was fitted")?.clone();
-        println!("2. Fitted {}: held-out nMSE by joint {}.", first.title, numbers(&first.evaluation.held_out_nmse()));
+        println!("2. Fitted {}: held-out nMSE by joint {}.", first.name, numbers(&first.evaluation.held_out_nmse()));
         session = progress::run(Command::Diagnose, &session)?;
         let diagnosed = session.clone();
         let report = session.report.clone().context("there is no report")?;
@@ -85,12 +85,12 @@ fn ladder_table(session: &Session) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     for step in &session.ladder {
         let r2: Vec<String> = step.evaluation.held_out.iter().map(|joint| format!("{:.4}", joint.r2)).collect();
-        rows.push(vec![step.title.clone(), numbers(&step.evaluation.held_out_nmse()), r2.join(", ")]);
+        rows.push(vec![step.name.clone(), numbers(&step.evaluation.held_out_nmse()), r2.join(", ")]);
     }
     if let Some(floor) = session.current().and_then(|step| step.evaluation.noise_floor_nmse.clone()) {
         rows.push(vec!["noise floor".to_owned(), numbers(&floor), String::new()]);
     }
-    table(&["step", "held-out nMSE by joint", "R² by joint"], &rows)
+    table(&["model", "held-out nMSE by joint", "R² by joint"], &rows)
 }
 
 fn indented(text: &str) -> String {

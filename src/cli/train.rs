@@ -38,6 +38,7 @@ pub struct Train {
 
 #[derive(Serialize)]
 struct Answer<'a> {
+    name: &'a str,
     terms: Vec<String>,
     parameters: &'a [Parameter],
     train: &'a [JointError],
@@ -71,6 +72,7 @@ impl Train {
         let evaluation = &step.evaluation;
         if self.json {
             let answer = Answer {
+                name: &step.name,
                 terms: step.fitted.model.terms.iter().map(crate::model::Term::label).collect(),
                 parameters: &step.fitted.parameters,
                 train: &evaluation.train,
@@ -96,6 +98,7 @@ impl Train {
                 vec![term, parameter.name.clone(), joint, number(parameter.value), interval, parameter.unit.clone()]
             })
             .collect();
+        println!("model: {}\n", step.name);
         if let Some(last) = step.history.last() {
             println!(
                 "trained {} epochs in {:.1} s, {} samples/s\n",

@@ -10,9 +10,29 @@ pub type Rgb = [u8; 3];
 /// How a line is broken: lengths of ink and gap \[points\]. Empty for an unbroken line.
 pub type Dash = &'static [f32];
 
-/// Dashes of series.
-pub const DASHES: [Dash; 7] =
-    [&[], &[7.0, 3.0], &[2.0, 2.5], &[9.0, 3.0, 2.0, 3.0], &[4.0, 2.0], &[12.0, 3.0], &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0]];
+/// Dashes of series. Neither these nor those of models look like each other, or like that of predicted signals.
+pub const DASHES: [Dash; 7] = [
+    &[],
+    &[14.0, 3.0],
+    &[2.0, 2.5],
+    &[9.0, 3.0, 2.0, 3.0],
+    &[4.0, 2.0],
+    &[2.0, 6.0],
+    &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0],
+];
+/// Dashes of models that are drawn over the current one.
+pub const MODEL_DASHES: [Dash; 8] = [
+    &[14.0, 3.0, 4.0, 3.0],
+    &[2.0, 2.0, 2.0, 7.0],
+    &[6.0, 2.0, 6.0, 8.0],
+    &[14.0, 2.5, 2.0, 2.5, 2.0, 2.5, 2.0, 2.5],
+    &[4.0, 2.0, 4.0, 2.0, 4.0, 9.0],
+    &[20.0, 6.0],
+    &[2.0, 2.0, 2.0, 2.0, 2.0, 9.0],
+    &[9.0, 2.5, 9.0, 2.5, 2.0, 2.5],
+];
+/// Colours of models begin with this one of the series, behind those of a model's first terms.
+const FIRST_OF_MODELS: usize = 3;
 /// Dash of measured signals.
 pub const MEASURED_DASH: Dash = &[];
 /// Dash of predicted signals.
@@ -27,8 +47,10 @@ pub enum Ink {
     Predicted,
     /// Measured minus predicted.
     Residual,
-    /// The n-th joint, effect, term or model.
+    /// The n-th joint, effect or term.
     Series(usize),
+    /// The n-th model that is drawn over the current one.
+    Model(usize),
     /// As text: references, diagonals, floors.
     Text,
     /// As text of less weight: what is planned, or perfect.
@@ -46,6 +68,7 @@ impl Ink {
             Ink::Measured | Ink::Residual | Ink::Marked | Ink::Cursor => MEASURED_DASH,
             Ink::Predicted => PREDICTED_DASH,
             Ink::Series(n) => DASHES[n % DASHES.len()],
+            Ink::Model(n) => MODEL_DASHES[n % MODEL_DASHES.len()],
             Ink::Text | Ink::Weak => &[2.0, 2.0],
         }
     }
@@ -184,6 +207,7 @@ impl Colours {
     /// The colour of an ink.
     pub fn of(&self, ink: Ink) -> Rgb {
         match ink {
+            Ink::Model(n) => self.of(Ink::Series(n + FIRST_OF_MODELS)),
             Ink::Measured => self.measured,
             Ink::Predicted => self.predicted,
             Ink::Residual => self.residual,
@@ -210,4 +234,23 @@ impl Colours {
 fn mixed(from: Rgb, to: Rgb, share: f64) -> Rgb {
     let part = share.abs().clamp(0.0, 1.0).sqrt();
     std::array::from_fn(|n| (f64::from(from[n]) * (1.0 - part) + f64::from(to[n]) * part).round() as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On paper without colours only the dash is left.
+    #[test]
+    fn no_two_dashes_are_alike() {
+        let mut all: Vec<Dash> = DASHES.into_iter().chain(MODEL_DASHES).chain([PREDICTED_DASH]).collect();
+        let count = all.len();
+        let is_like = |one: &Dash, other: &Dash| {
+            one.len() == other.len() && one.iter().zip(*other).all(|(one, other)| (one / other - 1.0f32).abs() < 0.4)
+        };
+        while let Some(dash) = all.pop() {
+            assert!(!all.iter().any(|other| is_like(&dash, other)), "{dash:?}");
+        }
+        assert_eq!(count, 16);
+    }
 }

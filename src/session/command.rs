@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::error::SessionError;
 use super::step::{step, trained};
 use super::terms::{self, TermEdit};
-use super::{Bets, Generation, Guess, Session, Step, file};
+use super::{Bets, Generation, Guess, Session, Step, default_name, file, models};
 use crate::diagnosis;
 use crate::diagnosis::proposal::propose;
 use crate::effect::registry;
 use crate::model::learned::LearnedPreset;
-use crate::model::{Fitted, Model, ModelError, Preset, Term};
+use crate::model::{Fitted, Model, ModelError, Preset};
 use crate::progress::{Event, Monitor};
 use crate::recording::Recording;
 use crate::recording::check::{Finding, FindingKind, check};
@@ -63,17 +63,32 @@ pub enum Command {
     },
     /// Goes on with a training that was stopped, as if it had never been.
     Resume(Arc<SavedRun>),
-    /// Takes the model of an earlier training.
-    UseRun {
-        /// Index into [`Session::runs`].
-        run: usize,
+    /// Makes one of the session's models the current one, with the ladder that led to it.
+    TakeUp {
+        /// Its name.
+        name: String,
+    },
+    /// Gives one of the session's models another name.
+    Rename {
+        /// Its name.
+        name: String,
+        /// Its new name.
+        to: String,
+    },
+    /// Takes a model out of the session.
+    Delete {
+        /// Its name.
+        name: String,
+    },
+    /// Makes models beside the current one, to be compared with it.
+    Make {
+        /// Which.
+        presets: Vec<Preset>,
     },
     /// Starts the ladder anew from a given model, its parameters identified from this recording.
     UseModel {
         /// The terms.
         model: Model,
-        /// Title of the step.
-        title: String,
     },
     /// Reads an effect of one's own, which is sought and offered from then on.
     LoadEffect {
@@ -141,7 +156,7 @@ impl Command {
     /// # Errors
     /// [`SessionError`] says what can't be done and how to mend it.
     pub fn run(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
-        let changed = self.carry_out(session, monitor)?.remembering_its_run();
+        let changed = self.carry_out(session, monitor)?.remembering_its_models();
         Ok(Session { generation: Generation::next(), ..changed })
     }
 
@@ -176,7 +191,7 @@ impl Command {
             Command::ChoosePreset(preset) => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
                 let model = preset.model(recording)?.with_layers(&session.plan.layers);
-                let step = step(preset.description().to_owned(), model, None, session, monitor)?;
+                let step = step(model, None, session, monitor)?;
                 Ok(Session { preset: *preset, ladder: vec![step], report: None, proposals: None, ..session.clone() })
             }
             Command::TrainPreset { preset, plan } => {
@@ -194,7 +209,7 @@ impl Command {
                     true => (Some(&current.fitted), current.fitted.model.clone()),
                     false => (None, current.fitted.model.with_layers(&plan.layers)),
                 };
-                let step = step(current.title.clone(), model, before, &planned, monitor)?;
+                let step = step(model, before, &planned, monitor)?;
                 let mut ladder = session.ladder.clone();
                 ladder.pop();
                 ladder.push(step);
@@ -204,35 +219,22 @@ impl Command {
                 let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
                 let is_current = |step: &Arc<Step>| step.run.as_ref().is_some_and(|current| Arc::ptr_eq(current, run));
                 let mut ladder = session.ladder.clone();
-                let title = match ladder.pop_if(|step| is_current(step)) {
-                    Some(step) => step.title.clone(),
-                    None => {
-                        ladder.clear();
-                        run.model.terms.iter().map(Term::label).collect::<Vec<_>>().join(" + ")
-                    }
-                };
+                if ladder.pop_if(|step| is_current(step)).is_none() {
+                    ladder.clear();
+                }
                 // Who watches sees the whole run.
                 run.checkpoint.history.iter().for_each(|epoch| monitor.tell(Event::Epoch(*epoch)));
-                ladder.push(trained(title, session, monitor, &mut |keep| {
+                ladder.push(trained(session, monitor, &mut |keep| {
                     training::fit::resume(run, recording, &session.split, monitor, keep)
                 })?);
                 Ok(Session { ladder, report: None, proposals: None, plan: run.plan.clone(), ..session.clone() })
             }
-            Command::UseRun { run } => {
-                let count = session.runs.len();
-                let chosen = session.runs.get(*run).ok_or(SessionError::NoSuchRun { run: run + 1, count })?;
-                let plan = chosen.step().and_then(|step| step.run.as_ref()).map(|run| run.plan.clone());
-                Ok(Session {
-                    preset: chosen.preset,
-                    ladder: chosen.ladder.clone(),
-                    plan: plan.unwrap_or_else(|| session.plan.clone()),
-                    report: None,
-                    proposals: None,
-                    ..session.clone()
-                })
-            }
-            Command::UseModel { model, title } => {
-                let step = step(title.clone(), model.clone(), None, session, monitor)?;
+            Command::TakeUp { name } => models::take_up(session, name),
+            Command::Rename { name, to } => models::rename(session, name, to),
+            Command::Delete { name } => models::delete(session, name),
+            Command::Make { presets } => models::make(session, presets, monitor),
+            Command::UseModel { model } => {
+                let step = step(model.clone(), None, session, monitor)?;
                 Ok(Session { ladder: vec![step], report: None, proposals: None, ..session.clone() })
             }
             Command::Diagnose => {
@@ -255,7 +257,7 @@ impl Command {
             Command::Extrapolate { steps, stretch } => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
                 let models: Vec<(String, &Fitted)> =
-                    steps.iter().map(|step| (step.title.clone(), &step.fitted)).collect();
+                    steps.iter().map(|step| (step.name.clone(), &step.fitted)).collect();
                 if models.is_empty() {
                     return Err(SessionError::NoModel);
                 }
@@ -305,12 +307,18 @@ impl Command {
                 format!("open the session {}", path.file_name().unwrap_or_default().to_string_lossy())
             }
             Command::Simulate(_) => "simulate a recording".to_owned(),
-            Command::ChoosePreset(preset) => format!("start from {}", preset.id()),
-            Command::TrainPreset { preset, .. } => format!("train {}", preset.id()),
+            Command::ChoosePreset(preset) => format!("start from {}", preset.title()),
+            Command::TrainPreset { preset, .. } => format!("train {}", preset.title()),
             Command::Train { warm, .. } => if *warm { "train on" } else { "train anew" }.to_owned(),
             Command::Resume(_) => "resume training".to_owned(),
-            Command::UseRun { run } => format!("use the model of training {}", run + 1),
-            Command::UseModel { title, .. } => format!("start from {title}"),
+            Command::TakeUp { name } => format!("use {name}"),
+            Command::Rename { name, to } => format!("rename {name} to {}", to.trim()),
+            Command::Delete { name } => format!("delete {name}"),
+            Command::Make { presets } => {
+                let names: Vec<&str> = presets.iter().map(|preset| preset.title()).collect();
+                format!("make {}", names.join(", "))
+            }
+            Command::UseModel { model } => format!("start from {}", default_name(model)),
             Command::LoadEffect { path } => {
                 format!("load the effect {}", path.file_name().unwrap_or_default().to_string_lossy())
             }
@@ -345,7 +353,8 @@ impl Command {
         match self {
             Command::ChoosePreset(preset) => matches!(preset, Preset::Learned(_)),
             Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) => true,
-            Command::UseModel { model, .. } => model.is_learned(),
+            Command::Make { presets } => presets.iter().any(|preset| matches!(preset, Preset::Learned(_))),
+            Command::UseModel { model } => model.is_learned(),
             Command::AddEffect { .. } | Command::Adopt { .. } | Command::EditTerms(_) => {
                 session.current().is_some_and(|step| step.fitted.model.is_learned())
             }
@@ -364,7 +373,8 @@ impl Command {
 
     /// Whether it takes less than a few milliseconds, so that no job is needed.
     pub fn is_quick(&self) -> bool {
-        self.is_final() || matches!(self, Command::GoTo { .. } | Command::UseRun { .. } | Command::LoadEffect { .. })
+        let is_of_models = matches!(self, Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. });
+        self.is_final() || is_of_models || matches!(self, Command::GoTo { .. } | Command::LoadEffect { .. })
     }
 }
 

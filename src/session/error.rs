@@ -62,14 +62,21 @@ pub enum SessionError {
     /// Terms of a trained model were to be reordered.
     #[error("the order of a trained model's terms is fixed by its networks: reorder the terms of a rigid body")]
     FixedOrder,
-    /// There is no such training.
-    #[error("there are {count} trainings, there is no training {run}")]
-    NoSuchRun {
-        /// Counted from 1.
-        run: usize,
-        /// How many there are.
-        count: usize,
+    /// The session has no model of this name.
+    #[error("there is no model “{0}” in this session")]
+    NoSuchModel(String),
+    /// A name that is none, or too long.
+    #[error("a model's name has 1 to {longest} letters")]
+    BadName {
+        /// So many letters at most.
+        longest: usize,
     },
+    /// Two models can't have the same name.
+    #[error("another model has that name already: {0}")]
+    NameTaken(String),
+    /// The ladder stands on this model.
+    #[error("{0} is a step of the ladder: use another model first, or go back to the step before it")]
+    OnTheLadder(String),
     /// The current model has the effect already.
     #[error("the model has {0} already")]
     AlreadyThere(String),

@@ -1,6 +1,6 @@
 //! A document as a file: the recording with its sealed truth, every model, and every session that one can go back and forth to.
 //!
-//! An archive of `session.json`, `recording.npz`, one model file for each step of all ladders and trainings, the checkpoint of each
+//! An archive of `session.json`, `recording.npz`, one model file for each step of all ladders, the checkpoint of each
 //! that was trained, and the reports, proposals and curves outside the data, each once; predictions and errors are computed anew when it is
 //! opened. Of the sessions before and after, those of the same recording are kept. What the file was before stays as `.bak`.
 
@@ -14,7 +14,8 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::history::Entry;
-use super::{Bets, Document, Generation, History, Session, Step, TrainedRun, View};
+use super::name::unique;
+use super::{Bets, Document, Generation, History, Kept, Session, Step, View, default_name};
 use crate::diagnosis::proposal::Proposals;
 use crate::diagnosis::{Evidence, Report};
 use crate::effect::own::{self, OwnEffectError};
@@ -35,8 +36,11 @@ use crate::training::{Ending, TrainError};
 /// Ending of session files.
 pub const ENDING: &str = "torquescope";
 /// Written into every file. Version 1 had no report, no sweep and no earlier trainings, version 2 one session alone, and a
-/// report that told other things than one of today: it is left out. A newer file is refused.
-const VERSION: u32 = 3;
+/// report that told other things than one of today: it is left out. In version 3 models had sentences in place of names, and only
+/// those that were trained were kept when the ladder went on without them. A newer file is refused.
+const VERSION: u32 = 4;
+/// The first version whose models have names.
+const NAMES_SINCE: u32 = 4;
 /// The first version whose reports can be read.
 const REPORTS_SINCE: u32 = 3;
 const CONTENTS: &str = "session.json";
@@ -97,7 +101,7 @@ struct Contents {
     /// The files of effects of one's own; loaded before the rest, which has them by their ids.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     own_effects: Vec<String>,
-    /// Every step once: those of all ladders and trainings.
+    /// Every step once: those of all ladders.
     steps: Vec<StepAbout>,
     /// From the oldest that can be undone to the newest that can be done again.
     sessions: Vec<SessionAbout>,
@@ -114,7 +118,11 @@ struct Contents {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StepAbout {
-    title: String,
+    /// None in a file of before, which had a title that told what was added.
+    #[serde(default)]
+    name: Option<String>,
+    #[serde(default, rename = "title", skip_serializing)]
+    _title: Option<String>,
     history: Vec<Epoch>,
     ending: Option<Ending>,
 }
@@ -126,7 +134,9 @@ struct SessionAbout {
     plan: Plan,
     set_aside: Vec<Term>,
     ladder: Vec<usize>,
-    runs: Vec<RunAbout>,
+    /// Before, only those that were trained.
+    #[serde(alias = "runs")]
+    models: Vec<KeptAbout>,
     /// Which of the reports, of the proposals and of the curves it has.
     report: Option<usize>,
     #[serde(default)]
@@ -136,7 +146,7 @@ struct SessionAbout {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RunAbout {
+struct KeptAbout {
     preset: Preset,
     ladder: Vec<usize>,
 }
@@ -168,7 +178,7 @@ struct OldContents {
     /// All steps in a file of version 1.
     ladder: Option<Vec<usize>>,
     #[serde(default)]
-    runs: Vec<RunAbout>,
+    runs: Vec<KeptAbout>,
     opened: bool,
 }
 
@@ -180,7 +190,7 @@ impl OldContents {
             plan: self.plan,
             set_aside: self.set_aside,
             ladder: self.ladder.unwrap_or_else(|| (0..self.steps.len()).collect()),
-            runs: self.runs,
+            models: self.runs,
             report: None,
             proposals: has_proposals.then_some(0),
             sweep: has_sweep.then_some(0),
@@ -260,10 +270,10 @@ impl Parts {
     fn about(&mut self, session: &Session) -> SessionAbout {
         let steps = &mut self.steps;
         let ladder = steps.places(&session.ladder);
-        let run = |run: &TrainedRun| RunAbout { preset: run.preset, ladder: steps.places(&run.ladder) };
+        let kept = |kept: &Kept| KeptAbout { preset: kept.preset, ladder: steps.places(&kept.ladder) };
         SessionAbout {
             ladder,
-            runs: session.runs.iter().map(run).collect(),
+            models: session.models.iter().map(kept).collect(),
             preset: session.preset,
             plan: session.plan.clone(),
             set_aside: session.set_aside.clone(),
@@ -275,11 +285,11 @@ impl Parts {
 
     /// A session that differs from `common` by what is told of it.
     fn session(&self, about: SessionAbout, common: &Session) -> Result<Session, SessionFileError> {
-        let run = |run: RunAbout| Ok(TrainedRun { preset: run.preset, ladder: self.steps.at(&run.ladder)? });
+        let kept = |kept: KeptAbout| Ok(Kept { preset: kept.preset, ladder: self.steps.at(&kept.ladder)? });
         Ok(Session {
             generation: Generation::next(),
             ladder: self.steps.at(&about.ladder)?,
-            runs: about.runs.into_iter().map(run).collect::<Result<_, SessionFileError>>()?,
+            models: about.models.into_iter().map(kept).collect::<Result<_, SessionFileError>>()?,
             preset: about.preset,
             plan: about.plan,
             set_aside: about.set_aside,
@@ -315,7 +325,8 @@ pub fn to_bytes(document: &Document) -> Result<Vec<u8>, SessionFileError> {
         layouts: view.layouts.clone(),
     };
     let about = |step: &Arc<Step>| StepAbout {
-        title: step.title.clone(),
+        name: Some(step.name.clone()),
+        _title: None,
         history: step.history.clone(),
         ending: step.ending.clone(),
     };
@@ -462,16 +473,20 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
     let own_effects = contents.own_effects.iter().map(|text| own::load(text)).collect::<Result<_, _>>()?;
     let count = contents.steps.len();
     let mut parts = Parts::new();
-    for (number, StepAbout { title, history, ending }) in contents.steps.into_iter().enumerate() {
-        monitor.report(number as f32 / count as f32, &title)?;
+    for (number, StepAbout { name, history, ending, .. }) in contents.steps.into_iter().enumerate() {
         let fitted = fit::from_bytes(&entries.bytes(&model_name(number))?)?;
+        let name = name.unwrap_or_else(|| {
+            let taken = parts.steps.0.iter().map(|known| known.name.as_str());
+            unique(&default_name(&fitted.model), taken)
+        });
+        monitor.report(number as f32 / count as f32, &name)?;
         if fitted.setting().kinds.len() != recording.joint_count() {
-            return Err(damaged(format!("“{title}” is a model of another recording")));
+            return Err(damaged(format!("“{name}” is a model of another recording")));
         }
         let run = entries.if_there(&run_name(number))?.map(|bytes| SavedRun::from_bytes(&bytes)).transpose()?;
         let evaluation = Evaluation::of(&fitted, &recording, &contents.split)?;
         let (generation, run) = (Generation::next(), run.map(Arc::new));
-        parts.steps.0.push(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run }));
+        parts.steps.0.push(Arc::new(Step { generation, name, fitted, evaluation, history, ending, run }));
     }
     if has_readable_reports {
         parts.reports.0.extend(entries.counted(report_name)?.into_iter().map(with_evidence).map(Arc::new));
@@ -495,10 +510,25 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
         bets: contents.bets,
         ..Session::default()
     };
-    let sessions =
+    let mut sessions: Vec<Session> =
         contents.sessions.into_iter().map(|about| parts.session(about, &common)).collect::<Result<_, _>>()?;
+    if contents.torquescope_session < NAMES_SINCE {
+        keep_models(&mut sessions);
+    }
     let history = History::of(sessions, contents.changes, contents.current);
     Ok(Document { history: history.ok_or_else(|| damaged("its sessions do not follow each other"))?, view })
+}
+
+/// Of sessions of before, each keeps the models of those that led to it, as it would have done.
+fn keep_models(sessions: &mut [Session]) {
+    let mut known: Vec<Kept> = Vec::new();
+    for session in sessions {
+        let is_new = |kept: &Kept| !known.iter().any(|old| old.step().map(Arc::as_ptr) == kept.step().map(Arc::as_ptr));
+        let own: Vec<Kept> = session.models.iter().filter(|kept| is_new(kept)).cloned().collect();
+        let models = [known.as_slice(), &own].concat();
+        *session = Session { models, ..std::mem::take(session) }.remembering_its_models();
+        known.clone_from(&session.models);
+    }
 }
 
 fn with_evidence((mut report, evidence): WholeReport) -> Report {
@@ -614,7 +644,7 @@ mod tests {
         assert_eq!(back.recording, session.recording);
         assert_eq!((back.ladder.len(), &back.split), (2, &session.split));
         for (one, other) in back.ladder.iter().zip(&session.ladder) {
-            assert_eq!((&one.title, &one.fitted, &one.evaluation), (&other.title, &other.fitted, &other.evaluation));
+            assert_eq!((&one.name, &one.fitted, &one.evaluation), (&other.name, &other.fitted, &other.evaluation));
         }
     }
 
@@ -647,15 +677,16 @@ mod tests {
         let back = back_from(&bytes_of(&session));
         assert!(session.report.as_ref().is_some_and(|report| !report.effects[0].evidence.is_empty()));
         assert_eq!((&back.report, &back.sweep), (&session.report, &session.sweep));
-        assert_eq!((back.runs.len(), back.ladder.len()), (4, 1));
-        for (one, other) in back.runs.iter().zip(&session.runs) {
-            let [one, other] = [one, other].map(|run| run.step().unwrap());
+        let names = ["rigid body", "rigid body + Coulomb 1, 2", "FF-NN", "FF-NN (2)", "FF-NN (3)", "FF-NN (4)"];
+        assert!(back.all_models().map(|step| step.name.as_str()).eq(names));
+        assert_eq!(back.ladder.len(), 1);
+        for (one, other) in back.all_models().zip(session.all_models()) {
             assert_eq!((&one.evaluation, &one.run, &one.history), (&other.evaluation, &other.run, &other.history));
         }
         // A training that is the current model is still the same one.
-        let chosen = run(Command::UseRun { run: 1 }, &session);
+        let chosen = run(Command::TakeUp { name: "FF-NN (2)".to_owned() }, &session);
         let back = back_from(&bytes_of(&chosen));
-        assert!(Arc::ptr_eq(back.current().unwrap(), back.runs[1].step().unwrap()));
+        assert!(Arc::ptr_eq(back.current().unwrap(), back.model("FF-NN (2)").unwrap()));
         let resume = Command::Resume(back.current().unwrap().run.clone().unwrap());
         assert_eq!(run(resume, &back).current().unwrap().ending, Some(Ending::Finished));
     }
@@ -713,8 +744,8 @@ mod tests {
         assert!(back_history.current().bets.first && back_history.current().truth.is_some());
         let of = |history: &History| {
             let session = history.current();
-            let titles: Vec<String> = session.ladder.iter().map(|step| step.title.clone()).collect();
-            (titles, session.report.clone(), session.truth.clone(), session.preset, session.runs.len())
+            let names: Vec<String> = session.ladder.iter().map(|step| step.name.clone()).collect();
+            (names, session.report.clone(), session.truth.clone(), session.preset, session.models.len())
         };
         for _ in 0..3 {
             let all = [&own, &back_history].map(|history| (of(history), history.redo_text().map(str::to_owned)));
@@ -731,22 +762,33 @@ mod tests {
         assert_eq!(before, [Some("simulate"), None], "what was before the recording is of another file");
     }
 
-    /// Files of versions 1 and 2, as the program wrote them before.
+    /// Files of versions 1 to 3, as the program wrote them before.
     #[test]
     fn older_files_still_open() {
         let session = run_diagnosis(&run(train(), &repaired()));
         let bytes = bytes_of(&session);
         let mut entries = Entries(ZipArchive::new(Cursor::new(&bytes[..])).unwrap());
-        let whole: serde_json::Value = serde_json::from_slice(&entries.bytes(CONTENTS).unwrap()).unwrap();
+        let mut whole: serde_json::Value = serde_json::from_slice(&entries.bytes(CONTENTS).unwrap()).unwrap();
+        // The only one that was kept then: the trained one, which has the first place.
+        whole["steps"].as_array_mut().unwrap().truncate(1);
+        let step = whole["steps"][0].as_object_mut().unwrap();
+        step.remove("name").unwrap();
+        step.insert("title".into(), "one network gives the torque".into());
+        let own = whole["sessions"][0].as_object_mut().unwrap();
+        let mut runs = own.remove("models").unwrap();
+        runs.as_array_mut().unwrap().drain(..2);
+        own.insert("runs".into(), runs);
         let mut old_file = |version: u32| {
             let mut contents = whole.clone();
             let fields = contents.as_object_mut().unwrap();
-            let own = fields.remove("sessions").unwrap()[0].clone();
-            ["changes", "current", "bets", "view"].iter().for_each(|name| drop(fields.remove(*name).unwrap()));
             fields.insert("torquescope_session".into(), version.into());
-            let kept = ["preset", "plan", "set_aside", "ladder", "runs"];
-            for name in &kept[..if version == 1 { 3 } else { 5 }] {
-                fields.insert((*name).into(), own[*name].clone());
+            if version < 3 {
+                let own = fields.remove("sessions").unwrap()[0].clone();
+                ["changes", "current", "bets", "view"].iter().for_each(|name| drop(fields.remove(*name).unwrap()));
+                let kept = ["preset", "plan", "set_aside", "ladder", "runs"];
+                for name in &kept[..if version == 1 { 3 } else { 5 }] {
+                    fields.insert((*name).into(), own[*name].clone());
+                }
             }
             let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
             let names: Vec<String> = (0..entries.0.len())
@@ -758,7 +800,7 @@ mod tests {
                 let entry = entries.bytes(&name).unwrap();
                 let old = match name.as_str() {
                     CONTENTS => serde_json::to_vec(&contents).unwrap(),
-                    "report.cbor" => old_report(&entry),
+                    "report.cbor" if version < REPORTS_SINCE => old_report(&entry),
                     _ => entry,
                 };
                 archive.write_all(&old).unwrap();
@@ -767,10 +809,13 @@ mod tests {
         };
         let monitor = Monitor::new();
         let open = |version: u32| from_bytes(&old_file(version), &monitor).unwrap().history.current().clone();
-        let [first, second] = [1, 2].map(open);
-        assert_eq!((first.ladder.len(), first.runs.len(), first.report.is_none()), (1, 0, true));
-        assert_eq!(first.ladder[0].evaluation, session.ladder[0].evaluation);
-        assert_eq!((second.ladder.len(), second.runs.len(), second.report.is_none()), (1, 1, true));
+        let all = [1, 2, 3].map(open);
+        for (version, old) in (1..).zip(&all) {
+            assert_eq!((old.ladder.len(), old.models.len(), old.report.is_none()), (1, 1, version < REPORTS_SINCE));
+            assert_eq!((old.ladder[0].name.as_str(), old.models[0].ladder.len()), ("FF-NN", 1), "version {version}");
+            assert_eq!(old.ladder[0].evaluation, session.ladder[0].evaluation);
+        }
+        let second = &all[1];
         assert_eq!((second.preset, &second.plan), (session.preset, &session.plan));
         let text = |event| if let Event::Warning(text) = event { Some(text) } else { None };
         let told: Vec<String> = monitor.take_events().into_iter().filter_map(text).collect();

@@ -2,9 +2,7 @@
 //!
 //! What was seen or said can't be taken back: an opened seal stays open in all of them, and a placed bet stays placed.
 
-use std::sync::Arc;
-
-use super::{Generation, Session, Step};
+use super::{Generation, Session};
 
 /// How many steps back are kept.
 const DEPTH: usize = 100;
@@ -109,20 +107,6 @@ impl History {
     /// What redo would do again; `None` if there is nothing.
     pub fn redo_text(&self) -> Option<&str> {
         self.future.last().map(|entry| entry.change.as_str())
-    }
-
-    /// Every model that was fitted to the current recording and can be gone back to, oldest first.
-    pub fn models(&self) -> Vec<Arc<Step>> {
-        let mut models: Vec<Arc<Step>> = Vec::new();
-        let sessions = self.past.iter().map(|entry| &entry.session).chain([&self.current]);
-        for session in sessions.filter(|session| session.has_recording_of(&self.current)) {
-            for step in &session.ladder {
-                if !models.iter().any(|known| known.generation == step.generation) {
-                    models.push(Arc::clone(step));
-                }
-            }
-        }
-        models
     }
 
     /// Goes one step back; nothing happens at the start.

@@ -11,6 +11,8 @@ mod error;
 pub mod file;
 mod generation;
 mod history;
+mod models;
+mod name;
 pub mod runs;
 mod step;
 mod terms;
@@ -24,7 +26,8 @@ pub use document::{Document, View};
 pub use error::SessionError;
 pub use generation::Generation;
 pub use history::History;
-pub use runs::TrainedRun;
+pub use models::Kept;
+pub use name::default_name;
 pub use terms::TermEdit;
 
 use crate::diagnosis::Report;
@@ -64,8 +67,8 @@ pub struct Session {
     pub own_effects: Vec<&'static Effect>,
     /// Where training saves itself while it runs, if anywhere.
     pub checkpoint_file: Option<PathBuf>,
-    /// All trainings of this recording, the newest last.
-    pub runs: Vec<TrainedRun>,
+    /// All models of this recording, the newest last.
+    pub models: Vec<Kept>,
     /// The models, each with one effect more than the one before. The first is the bare preset, the last is the current
     /// model. Empty until the first fit.
     pub ladder: Vec<Arc<Step>>,
@@ -88,8 +91,8 @@ pub struct Session {
 pub struct Step {
     /// Which model it is, as long as the program runs.
     pub generation: Generation,
-    /// What was added, such as `+ Coulomb friction on joints 1, 2`, or the preset.
-    pub title: String,
+    /// What it is called, everywhere; see [`default_name`]. No two models of a session have the same.
+    pub name: String,
     /// The model with all parameters identified anew.
     pub fitted: Fitted,
     /// Its errors and predictions.

@@ -1,34 +1,15 @@
-//! Training runs: kept side by side, saved to a file while they go on, taken up again.
+//! Training runs: saved to a file while they go on, read to be resumed.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::{Session, Step};
 use crate::file;
-use crate::model::Preset;
 use crate::progress::{Event, Monitor};
 use crate::training::TrainError;
 use crate::training::fit::SavedRun;
 
 /// How often a running training is saved.
 const SAVE_EVERY: Duration = Duration::from_secs(5);
-
-/// A training of this recording, to be compared with others and taken as the model.
-#[derive(Debug, Clone)]
-pub struct TrainedRun {
-    /// What its ladder started from.
-    pub preset: Preset,
-    /// The ladder with its model as the last step.
-    pub ladder: Vec<Arc<Step>>,
-}
-
-impl TrainedRun {
-    /// The trained model.
-    pub fn step(&self) -> Option<&Arc<Step>> {
-        self.ladder.last()
-    }
-}
 
 /// A file that can't be read or written, or is no run.
 #[derive(Debug, thiserror::Error)]
@@ -130,25 +111,11 @@ impl<'a> Keeper<'a> {
     }
 }
 
-impl Session {
-    /// This session with the training of its current model in the list of runs.
-    pub(super) fn remembering_its_run(mut self) -> Self {
-        let is_new = |step: &Arc<Step>| {
-            let mut known = self.runs.iter().filter_map(TrainedRun::step);
-            step.run.is_some() && !known.any(|known| known.generation == step.generation)
-        };
-        if self.current().is_some_and(is_new) {
-            self.runs.push(TrainedRun { preset: self.preset, ladder: self.ladder.clone() });
-        }
-        self
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::learned::{Layers, LearnedPreset};
-    use crate::session::Command;
+    use crate::session::{Command, Session};
     use crate::simulation::{Excitation, Scenario};
     use crate::training::fit::Plan;
     use crate::training::{Ending, Options};

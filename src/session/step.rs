@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::error::SessionError;
 use super::runs::Keeper;
-use super::{Generation, Session, Step};
+use super::{Generation, Session, Step, default_name};
 use crate::model::{self, Evaluation, Fitted, Model};
 use crate::progress::Monitor;
 use crate::training::fit::{KeepRun, Trained};
@@ -12,7 +12,6 @@ use crate::training::{self, Ending, TrainError};
 
 /// Identifies or trains a model and measures it. With `before`, networks start from its weights.
 pub(super) fn step(
-    title: String,
     model: Model,
     before: Option<&Fitted>,
     session: &Session,
@@ -20,19 +19,18 @@ pub(super) fn step(
 ) -> Result<Arc<Step>, SessionError> {
     let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
     if model.is_learned() {
-        return trained(title, session, monitor, &mut |keep| {
+        return trained(session, monitor, &mut |keep| {
             training::fit::fit(&model, recording, &session.split, &session.plan, before, monitor, keep)
         });
     }
     let fitted = model::fit(&model, recording, &session.split, monitor)?;
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    let generation = Generation::next();
-    Ok(Arc::new(Step { generation, title, fitted, evaluation, history: Vec::new(), ending: None, run: None }))
+    let (generation, name) = (Generation::next(), default_name(&model));
+    Ok(Arc::new(Step { generation, name, fitted, evaluation, history: Vec::new(), ending: None, run: None }))
 }
 
 /// Follows a training, keeps its checkpoint, and measures what it gives.
 pub(super) fn trained(
-    title: String,
     session: &Session,
     monitor: &Monitor,
     train: &mut dyn FnMut(&mut KeepRun) -> Result<Trained, TrainError>,
@@ -45,6 +43,7 @@ pub(super) fn trained(
         return Err(SessionError::TrainingFailed(reason.clone()));
     }
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
-    let (generation, ending, run) = (Generation::next(), Some(ending), Some(Arc::new(run)));
-    Ok(Arc::new(Step { generation, title, fitted, evaluation, history, ending, run }))
+    let (generation, name) = (Generation::next(), default_name(&fitted.model));
+    let (ending, run) = (Some(ending), Some(Arc::new(run)));
+    Ok(Arc::new(Step { generation, name, fitted, evaluation, history, ending, run }))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::SessionError;
 use super::step::step;
-use super::{Session, Step};
+use super::Session;
 use crate::effect::{Effect, Scope, own, registry};
 use crate::file;
 use crate::model::{Model, Term};
@@ -47,18 +47,16 @@ pub(super) fn edit(session: &Session, edit: TermEdit, monitor: &Monitor) -> Resu
     let current = session.current().ok_or(SessionError::NoModel)?;
     let mut terms = current.fitted.model.terms.clone();
     let mut set_aside = session.set_aside.clone();
-    let sign = match edit {
+    match edit {
         TermEdit::Remove(place) | TermEdit::SwitchOff(place) => {
             let term = terms.get(place).ok_or(SessionError::NoSuchTerm { count: terms.len() })?;
             if !matches!(term, Term::Effect(_)) {
                 return Err(SessionError::Base(term.label()));
             }
             let term = terms.remove(place);
-            let title = format!("− {}", term.label());
             if matches!(edit, TermEdit::SwitchOff(_)) {
                 set_aside.push(term);
             }
-            title
         }
         TermEdit::SwitchOn(place) | TermEdit::Forget(place) => {
             if place >= set_aside.len() {
@@ -71,9 +69,7 @@ pub(super) fn edit(session: &Session, edit: TermEdit, monitor: &Monitor) -> Resu
             if terms.contains(&term) {
                 return Err(SessionError::AlreadyThere(term.label()));
             }
-            let title = format!("+ {}", term.label());
             terms.push(term);
-            title
         }
         TermEdit::Move { from, to } => {
             if from >= terms.len() || to >= terms.len() {
@@ -84,9 +80,9 @@ pub(super) fn edit(session: &Session, edit: TermEdit, monitor: &Monitor) -> Resu
             }
             let term = terms.remove(from);
             terms.insert(to, term);
-            return with_order(session, current, Model { terms }, monitor);
+            return with_order(session, Model { terms }, monitor);
         }
-    };
+    }
     let model = Model { terms };
     let mut ladder = session.ladder.clone();
     // Taking out what was added last goes back to the step before it.
@@ -94,17 +90,20 @@ pub(super) fn edit(session: &Session, edit: TermEdit, monitor: &Monitor) -> Resu
     if before.is_some_and(|before| before.fitted.model == model) {
         ladder.pop();
     } else {
-        ladder.push(step(sign, model, Some(&current.fitted), session, monitor)?);
+        ladder.push(step(model, Some(&current.fitted), session, monitor)?);
     }
     Ok(Session { ladder, set_aside, report: None, proposals: None, ..session.clone() })
 }
 
 /// The current step with its terms in another order.
-fn with_order(session: &Session, current: &Step, model: Model, monitor: &Monitor) -> Result<Session, SessionError> {
+fn with_order(session: &Session, model: Model, monitor: &Monitor) -> Result<Session, SessionError> {
     let mut ladder = session.ladder.clone();
-    ladder.pop();
-    ladder.push(step(current.title.clone(), model, None, session, monitor)?);
-    Ok(Session { ladder, ..session.clone() })
+    let old = ladder.pop();
+    ladder.push(step(model, None, session, monitor)?);
+    // It takes the place of what it was before: the same model is not two.
+    let mut models = session.models.clone();
+    models.retain(|kept| kept.step().map(|step| step.generation) != old.as_ref().map(|old| old.generation));
+    Ok(Session { ladder, models, ..session.clone() })
 }
 
 /// Reads an effect of one's own.
@@ -148,9 +147,8 @@ pub(super) fn add(session: &Session, id: &str, joints: &[usize], monitor: &Monit
     if model == *old {
         return Err(SessionError::AlreadyThere(effect_text(effect, joints)));
     }
-    let title = format!("+ {}", effect_text(effect, joints));
     let mut ladder = session.ladder.clone();
-    let added = step(title.clone(), model.clone(), Some(&current.fitted), session, monitor)?;
+    let added = step(model.clone(), Some(&current.fitted), session, monitor)?;
     let absorbed = added
         .fitted
         .parameters
@@ -166,8 +164,8 @@ pub(super) fn add(session: &Session, id: &str, joints: &[usize], monitor: &Monit
         Some(arm) if !old.is_pinned() => arm,
         _ => return Err(SessionError::Absorbed(effect_text(effect, joints))),
     };
-    ladder.push(step("rigid body held at the stated arm".to_owned(), old.pinned_to(arm), None, session, monitor)?);
-    ladder.push(step(title, model.pinned_to(arm), None, session, monitor)?);
+    ladder.push(step(old.pinned_to(arm), None, session, monitor)?);
+    ladder.push(step(model.pinned_to(arm), None, session, monitor)?);
     Ok(Session { ladder, report: None, proposals: None, ..session.clone() })
 }
 

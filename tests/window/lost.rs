@@ -153,7 +153,7 @@ fn a_training_survives_the_closing_of_its_window() {
     second.state_mut().order(Order::open(vec![mine]));
     settle(&mut second);
     let session = second.state().session();
-    assert!(session.current().unwrap().fitted.model.is_learned() && session.runs.len() == 1);
+    assert!(session.current().unwrap().fitted.model.is_learned() && session.models.len() == 2);
     drop(second);
 
     let third = train();
@@ -318,17 +318,15 @@ fn a_saved_session_is_opened_as_it_was_left() {
         session = run(train.clone(), &session);
     }
     let mut first = window(session, &compare::ABOUT, Theme::Light);
-    first.state_mut().order(Order::run(Command::UseRun { run: 0 }));
+    first.state_mut().order(Order::run(Command::TakeUp { name: "structured DeLaN".to_owned() }));
     settle(&mut first);
     first.state_mut().order(Order::Show(&compare::ABOUT));
     first.run_steps(3);
-    first.get_by_label("Overlay models").click();
+    click(&mut first, "Models (5)");
+    first.get_by_role_and_label(Role::CheckBox, "show FF-NN (2)").click();
     first.run_steps(3);
-    first.get_by_role_and_label(Role::CheckBox, "one network gives the torque from q, q̇, q̈").click();
-    first.run_steps(3);
-    first.key_press(Key::Escape);
-    first.run_steps(3);
-    assert!(first.query_by_label("Overlay models (1)").is_some());
+    click(&mut first, "Close the models");
+    assert!(first.query_by_label("FF-NN (2) in joint 1: torque").is_some(), "it is in the legend");
     first.get_by_role_and_label(Role::Button, "At the cursor").focus();
     first.run_steps(2);
     first.key_press(Key::Delete);
@@ -340,10 +338,10 @@ fn a_saved_session_is_opened_as_it_was_left() {
     second.state_mut().order(Order::open(vec![mine]));
     settle(&mut second);
     assert_eq!(second.state().screen(), &compare::ABOUT);
-    assert!(second.query_by_label("Overlay models (1)").is_some());
+    assert!(second.query_by_label("FF-NN (2) in joint 1: torque").is_some(), "the same model is drawn over it");
     assert!(second.query_by_role_and_label(Role::Button, "At the cursor").is_none(), "the panel is hidden");
-    let runs = |window: &Window| window.state().session().runs.len();
-    assert_eq!((runs(&second), fitted(&second).parameters), (4, fitted(&first).parameters));
+    let models = |window: &Window| window.state().session().models.len();
+    assert_eq!((models(&second), fitted(&second).parameters), (5, fitted(&first).parameters));
     click(&mut second, "Undo");
     assert_eq!(second.state().session().current().unwrap().history.len(), 2, "the model before it");
     click(&mut second, "Undo");

@@ -4,6 +4,7 @@
 
 mod looks;
 mod lost;
+mod models;
 mod own;
 mod readable;
 mod snapshots;
@@ -17,7 +18,9 @@ use std::sync::Arc;
 use egui::{Key, Modifiers, Role, Theme};
 use egui_kittest::kittest::{NodeT, Queryable};
 use support::{Window, demonstration, diagnosed, run, settle, short_plan, small, step_until, trained, window};
-use torquescope::app::screens::{self, compare, data, diagnose, experiment, ladder, model, residuals, train};
+use torquescope::app::screens::{
+    self, compare, data, diagnose, experiment, extrapolation, ladder, model, residuals, train,
+};
 use torquescope::app::{About, Order, Shown, theme};
 use torquescope::session::{Command, Session};
 use torquescope::simulation::{Excitation, Scenario};
@@ -281,7 +284,7 @@ fn any_command_is_found_by_its_name() {
     window.key_press(Key::Enter);
     settle(&mut window);
     let step = window.state().session().current().unwrap().clone();
-    assert_eq!(step.title, "+ viscous friction on joint 3");
+    assert_eq!(step.name, "rigid body + viscous 3");
     window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
     window.run_steps(3);
     window.event(egui::Event::Text("no such thing".to_owned()));
@@ -413,6 +416,7 @@ fn an_error_stays_until_it_is_dismissed() {
     window.run_steps(2);
     click(&mut window, "Open this file");
     assert!(window.query_by_label_contains("Could not open log.csv").is_some());
+    assert!(window.query_by_label_contains("os error").is_none(), "the system's number tells people nothing");
     click(&mut window, "Compare");
     assert!(window.query_by_label_contains("Could not open log.csv").is_some(), "it survives a change of screens");
     click(&mut window, "Dismiss message 1");
@@ -555,10 +559,10 @@ fn trainings_are_resumed_and_chosen_from() {
     click(&mut window, "Resume");
     assert_eq!(epochs(&window), 40);
     assert!(window.query_by_role_and_label(Role::Button, "Resume").is_none(), "it is at its end");
-    assert!(window.query_by_label("training 1").is_some() && window.query_by_label("training 2").is_some());
-    click(&mut window, "Use this model");
+    click(&mut window, "Models (3)");
+    click(&mut window, "Use structured DeLaN");
     assert_eq!(epochs(&window), first);
-    assert_eq!(window.state().session().runs.len(), 2);
+    assert_eq!(models::names(&window), ["rigid body", "structured DeLaN", "structured DeLaN (2)"]);
 }
 
 /// A trained model is diagnosed as any other.

@@ -48,8 +48,9 @@ fn seen(window: &Window) -> String {
     ];
     let terms: Vec<String> = session.set_aside.iter().map(torquescope::model::Term::label).collect();
     let own = &session.own_effects;
-    let (runs, preset, plan, split) = (session.runs.len(), session.preset, &session.plan, &session.split);
-    format!("{steps:?} {:?} {terms:?} {own:?} {runs} {preset:?} {plan:?} {split:?}", parts.map(address))
+    let models: Vec<&String> = session.all_models().map(|step| &step.name).collect();
+    let (preset, plan, split) = (session.preset, &session.plan, &session.split);
+    format!("{steps:?} {:?} {terms:?} {own:?} {models:?} {preset:?} {plan:?} {split:?}", parts.map(address))
 }
 
 /// A session, and every command that changes it; a new command is a new line in the match.
@@ -74,11 +75,11 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (small(), Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan: plan() }),
         (trained(), Command::Train { plan: plan(), warm: false }),
         (other.clone(), Command::Resume(stopped)),
-        (other, Command::UseRun { run: 0 }),
-        (
-            diagnosed(),
-            Command::UseModel { model: steps[1].fitted.model.clone(), title: "that of somebody else".to_owned() },
-        ),
+        (other.clone(), Command::TakeUp { name: "structured DeLaN".to_owned() }),
+        (other.clone(), Command::Rename { name: "structured DeLaN".to_owned(), to: "mine".to_owned() }),
+        (other.clone(), Command::Delete { name: "structured DeLaN".to_owned() }),
+        (other, Command::Make { presets: vec![Preset::StatedArm] }),
+        (diagnosed(), Command::UseModel { model: steps[1].fitted.model.clone() }),
         (demonstration(), Command::Diagnose),
         (diagnosed(), Command::AddEffect { effect: "viscous-friction".to_owned(), joints: vec![0] }),
         (support::repaired(), Command::EditTerms(TermEdit::SwitchOff(1))),
@@ -95,7 +96,8 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     for (_, command) in &all {
         match command {
             Command::Open { .. } | Command::Restore { .. } | Command::Simulate(_) | Command::ChoosePreset(_) => (),
-            Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) | Command::UseRun { .. } => (),
+            Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) => (),
+            Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. } | Command::Make { .. } => (),
             Command::SetRight(_)
             | Command::UseModel { .. }
             | Command::Diagnose
@@ -203,16 +205,17 @@ fn a_new_model_is_not_overlaid_because_an_old_one_was() {
         address
     };
     let old = add(&mut window, 0);
-    click(&mut window, "Overlay models");
-    window.get_by_role_and_label(Role::CheckBox, "+ viscous friction on joint 1").click();
+    click(&mut window, "Models (2)");
+    window.get_by_role_and_label(Role::CheckBox, "show rigid body + viscous 1").click();
     window.run_steps(3);
-    assert!(window.query_by_label("Overlay models (1)").is_some());
+    let is_overlaid = |window: &Window| window.query_by_label_contains("viscous 1 in joint 1: torque").is_some();
+    assert!(is_overlaid(&window), "it is in the legend");
     // The model is forgotten and its memory is free; sooner or later another model is made there.
     for round in 0..20 {
         travel(&mut window, Way::Keys, true);
         travel(&mut window, Way::Keys, true);
         let address = add(&mut window, 1);
-        assert!(window.query_by_label("Overlay models (1)").is_none(), "round {round}: nobody chose this model");
+        assert!(!is_overlaid(&window), "round {round}: nobody chose this model");
         if address == old {
             return;
         }

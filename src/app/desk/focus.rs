@@ -1,8 +1,12 @@
 //! Where one looks, on all screens alike.
 
+use std::sync::Arc;
+
+use super::overlaid::Overlaid;
 use crate::app::plot::{Along, Views};
+use crate::model::Preset;
 use crate::recording::{Recording, Trajectory};
-use crate::session::{Generation, Session};
+use crate::session::{Command, Session, Step};
 
 /// Which trajectory, joint and time all screens show.
 #[derive(Debug)]
@@ -16,7 +20,9 @@ pub struct Focus {
     /// Which part of each quantity the charts show.
     pub views: Views,
     /// Models that are drawn over the current one.
-    pub overlaid: Vec<Generation>,
+    pub overlaid: Overlaid,
+    /// Models that are to be made beside the current one.
+    pub wanted: Vec<Preset>,
     /// Whether time goes on by itself.
     pub is_playing: bool,
     /// Whether the view moves with the time cursor.
@@ -30,7 +36,8 @@ impl Default for Focus {
             joint: 0,
             cursor: None,
             views: Views::default(),
-            overlaid: Vec::new(),
+            overlaid: Overlaid::default(),
+            wanted: Vec::new(),
             is_playing: false,
             follows: true,
         }
@@ -39,14 +46,27 @@ impl Default for Focus {
 
 impl Focus {
     /// Follows the session: of another recording one looks at the first trajectory of which something is held out, since the
-    /// error is measured there.
-    pub fn follow(&mut self, before: &Session, after: &Session) {
+    /// error is measured there. What was made to be compared is shown.
+    pub fn follow(&mut self, before: &Session, after: &Session, by: Option<&Command>) {
+        if let Some(Command::Make { .. }) = by {
+            let is_new = |model: &&Arc<Step>| before.all_models().all(|old| old.generation != model.generation);
+            after.all_models().filter(is_new).for_each(|model| self.overlaid.set(model.generation, true));
+            self.wanted.clear();
+        }
+        self.overlaid.keep(|shown| after.all_models().any(|model| model.generation == shown));
         self.views.fit(Along::Epoch);
         if !before.has_recording_of(after) {
             (self.trajectory, self.joint) = (after.split.held_out.first().map_or(0, |segment| segment.trajectory), 0);
             self.views.fit_all();
             self.cursor = None;
         }
+    }
+
+    /// What makes the models that are wanted and not there yet; `None` if there are none.
+    pub fn make_wanted(&self, session: &Session) -> Option<Command> {
+        let presets: Vec<Preset> =
+            session.presets_without_model().filter(|preset| self.wanted.contains(preset)).collect();
+        (!presets.is_empty()).then_some(Command::Make { presets })
     }
 
     /// Looks at another trajectory, at all of its time.

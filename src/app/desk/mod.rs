@@ -5,6 +5,7 @@ mod about;
 mod focus;
 mod notice;
 mod order;
+mod overlaid;
 mod panels;
 mod question;
 mod recent;
@@ -17,6 +18,7 @@ pub use about::{About, Needs};
 pub use focus::Focus;
 pub use notice::{Messages, Notice, Toast, Tone};
 pub use order::{Drawing, Order, Parting};
+pub use overlaid::Overlaid;
 pub use panels::{Change, Layouts, Panels, Side};
 pub use question::Question;
 pub use recent::{Recent, Recents};
@@ -25,6 +27,7 @@ pub use time::{held_out_times, is_held_out, time_extent};
 
 use super::keeper::Copy;
 use super::memo::Memo;
+use crate::figure::Ink;
 use crate::progress::{Epoch, Progress};
 use crate::session::{Command, Session, Step};
 use crate::training::fit::Plan;
@@ -61,8 +64,6 @@ pub struct Desk<'a> {
     pub orders: &'a mut Vec<Order>,
     /// What is at work.
     pub busy: Option<&'a Busy<'a>>,
-    /// Every model that this recording was given, oldest first.
-    pub models: &'a [Arc<Step>],
     /// What other windows left behind, the newest first.
     pub copies: &'a [Copy],
     /// What was opened and saved of late, the newest first.
@@ -70,6 +71,13 @@ pub struct Desk<'a> {
 }
 
 impl Desk<'_> {
+    /// The models that are drawn over the current one, in the order in which they were made, each with its ink.
+    pub fn overlaid(&self) -> Vec<(Arc<Step>, Ink)> {
+        let current = self.session.current().map(|step| step.generation);
+        let others = self.session.all_models().filter(|step| Some(step.generation) != current);
+        others.filter_map(|step| Some((Arc::clone(step), self.focus.overlaid.ink(step.generation)?))).collect()
+    }
+
     /// Gives an order to change the session.
     pub fn run(&mut self, command: Command) {
         self.orders.push(Order::run(command));

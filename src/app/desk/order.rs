@@ -63,6 +63,8 @@ pub enum Order {
     TextScale(f32),
     /// Open or close the command palette.
     Palette(bool),
+    /// Open or close the table of the session's models.
+    Models(bool),
     /// Open or close the list of shortcuts.
     KeyList(bool),
     /// Look at the results of an experiment.

@@ -2,19 +2,25 @@
 //! a double click shows it alone.
 
 use egui::epaint::Shape;
-use egui::{Align2, FontId, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Color32, FontId, Rangef, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use super::linked::Window;
 use super::screen::Screen;
+use super::view::TOP;
 use super::{PanelView, Tools};
 use crate::app::theme::SMALL;
 use crate::figure::mark::{Entry, Key};
-use crate::figure::{Axis, ticks};
+use crate::figure::{Axis, Panel, ticks};
 
 /// Between entries of the legend \[points\].
 const BETWEEN: f32 = 12.0;
 /// Between a key and its name \[points\].
 const BESIDE: f32 = 4.0;
+
+/// Height of a row behind the first \[points\].
+const ROW: f32 = 15.0;
+/// Between the title and the legend \[points\].
+const BEHIND_TITLE: f32 = 8.0;
 
 /// What is known when the header is drawn.
 pub struct Header<'a> {
@@ -35,40 +41,100 @@ pub fn with_value(axis: &Axis, value: f64) -> String {
     format!("{} {}", ticks::number(value), axis.unit).trim().to_owned()
 }
 
+/// What stands at the left: what the panel shows, and what is measured.
+fn title(panel: &Panel, window: &Window) -> String {
+    match window.measured {
+        Some([from, to]) => format!("{}   Δ {}", panel.heading(), with_value(&panel.x, to - from)),
+        None => panel.heading(),
+    }
+}
+
+fn width_of(ui: &Ui, text: &str, size: f32) -> f32 {
+    ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(size), Color32::PLACEHOLDER).size().x
+}
+
+fn key_width() -> f32 {
+    Key::WIDTH as f32 * SMALL + BESIDE
+}
+
+/// The entries of the legend in rows, all of them: the first stands beside the title, unless there is no room for any.
+fn rows(ui: &Ui, panel: &Panel, window: &Window, width: f32) -> Vec<Vec<usize>> {
+    let mut used = width_of(ui, &title(panel, window), SMALL + 0.5) + BEHIND_TITLE;
+    let mut rows = vec![Vec::new()];
+    for (number, entry) in panel.legend().iter().enumerate() {
+        let needed = key_width() + width_of(ui, entry.name, SMALL);
+        if used + needed > width && used > 0.0 {
+            rows.push(Vec::new());
+            used = 0.0;
+        }
+        used += needed + BETWEEN;
+        if let Some(row) = rows.last_mut() {
+            row.push(number);
+        }
+    }
+    rows
+}
+
+/// How much more than one row the header needs over a plot of this width \[points\].
+pub fn more_rows(ui: &Ui, panel: &Panel, window: &Window, width: f32) -> f32 {
+    ROW * (rows(ui, panel, window, width).len() - 1) as f32
+}
+
 impl Header<'_> {
     pub fn show(&self, ui: &mut Ui, tools: &Tools, window: &mut Window) {
         let panel = &self.of.panel;
         let painter = ui.painter().with_clip_rect(self.room);
-        let y = self.room.center().y - 1.0;
-        let mut title = panel.heading();
-        if let Some([from, to]) = window.measured {
-            title = format!("{title}   Δ {}", with_value(&panel.x, to - from));
-        }
+        let rows = rows(ui, panel, window, self.plot.width());
+        let first = self.room.bottom() - ROW * (rows.len() - 1) as f32 - 0.5 * TOP - 1.0;
+        let title = title(panel, window);
         let font = FontId::proportional(SMALL + 0.5);
-        let title = painter.text(pos2(self.plot.left(), y), Align2::LEFT_CENTER, title, font, tools.palette.text);
-        let font = FontId::proportional(SMALL);
+        let at = pos2(self.plot.left(), first);
+        let title = painter.text(at, Align2::LEFT_CENTER, title, font, tools.palette.text);
         if let Some([x, value]) = self.hovered {
             let text = format!("{}, {}", with_value(&panel.x, x), with_value(&panel.y, value));
-            painter.text(pos2(self.plot.right(), y), Align2::RIGHT_CENTER, text, font, tools.palette.weak);
+            let (at, font) = (pos2(self.plot.right(), first), FontId::proportional(SMALL));
+            painter.text(at, Align2::RIGHT_CENTER, text, font, tools.palette.weak);
             return;
         }
         let entries = panel.legend();
-        let with_values: Vec<String> = entries.iter().map(|entry| self.text(entry, window)).collect();
-        let names: Vec<String> = entries.iter().map(|entry| entry.name.to_owned()).collect();
-        let key = Key::WIDTH as f32 * SMALL + BESIDE;
-        let width = |text: &String| painter.layout_no_wrap(text.clone(), font.clone(), tools.palette.weak).size().x;
-        let needed: f32 = with_values.iter().map(|text| key + width(text) + BETWEEN).sum();
-        let fits = needed < self.plot.right() - title.right() + 4.0;
-        let mut right = self.plot.right();
-        for (entry, text) in entries.iter().zip(if fits { with_values } else { names }).rev() {
-            let left = right - width(&text) - key;
-            if left < title.right() + 8.0 {
-                break;
+        for (number, row) in rows.iter().enumerate() {
+            let room = self.plot.right() - if number == 0 { title.right() + BEHIND_TITLE } else { self.plot.left() };
+            let texts = self.texts(ui, window, row.iter().map(|entry| &entries[*entry]), room);
+            let y = first + ROW * number as f32;
+            let height = Rangef::new(y - 0.5 * ROW, y + 0.5 * ROW);
+            let mut right = self.plot.right();
+            for (entry, text) in row.iter().zip(texts).rev() {
+                let left = right - width_of(ui, &text, SMALL) - key_width();
+                let rect = Rect::from_x_y_ranges(Rangef::new(left, right), height);
+                self.entry(ui, tools, window, rect, (&entries[*entry], entries.len() == 1), &text);
+                right = left - BETWEEN;
             }
-            let rect = Rect::from_x_y_ranges(left..=right, self.room.y_range());
-            self.entry(ui, tools, window, rect, (entry, entries.len() == 1), &text);
-            right = left - BETWEEN;
         }
+    }
+
+    /// What the entries of a row say: names with values if there is room for those of all, and a name that is too long by itself
+    /// as far as there is room.
+    fn texts<'e>(
+        &self,
+        ui: &Ui,
+        window: &Window,
+        row: impl Iterator<Item = &'e Entry<'e>> + Clone,
+        room: f32,
+    ) -> Vec<String> {
+        let with_values: Vec<String> = row.clone().map(|entry| self.text(entry, window)).collect();
+        let width = |text: &String| key_width() + width_of(ui, text, SMALL) + BETWEEN;
+        if with_values.iter().map(width).sum::<f32>() < room + BETWEEN {
+            return with_values;
+        }
+        let mut names: Vec<String> = row.map(|entry| entry.name.to_owned()).collect();
+        if let [name] = names.as_mut_slice() {
+            while width(name) > room + BETWEEN && name.chars().count() > 2 {
+                name.pop();
+                name.pop();
+                name.push('…');
+            }
+        }
+        names
     }
 
     /// A name with its value at the cursor, or mean and RMS of what is measured.
@@ -105,7 +171,7 @@ impl Header<'_> {
             let spoken = format!("{} in {title}", entry.name);
             response.widget_info(|| WidgetInfo::selected(Role::CheckBox, true, is_shown, &spoken));
         }
-        let middle = rect.center().y - 1.0;
+        let middle = rect.center().y;
         let mut shapes: Vec<Shape> = Vec::new();
         if is_shown {
             let mut screen = Screen::new(ui, &tools.colours, &tools.decimator, &mut shapes);

@@ -14,7 +14,7 @@ use egui::{FontId, Id, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, UiBu
 
 use super::adapter::{self, Printed, Setting, Sight};
 use super::gestures::{self, Gestures, Region};
-use super::header::{Header, with_value};
+use super::header::{self, Header, with_value};
 use super::linked::{Views, Window};
 use super::screen::{Screen, area, position, value};
 use crate::app::theme::{Palette, RADIUS, SMALL};
@@ -27,8 +27,8 @@ use crate::figure::{Panel, Place, Scale};
 const LEFT: f32 = 54.0;
 /// Room for the name of the vertical axis, where it has one \[points\].
 const NAME: f32 = 16.0;
-/// Height of the title and legend above the plot \[points\].
-const TOP: f32 = 20.0;
+/// Height of the title and of the first row of the legend above the plot \[points\].
+pub(super) const TOP: f32 = 20.0;
 /// Height of the numbers below the plot \[points\].
 const TICKS: f32 = 16.0;
 /// Height of the axis label below the numbers \[points\].
@@ -50,6 +50,8 @@ pub struct Tools {
 pub struct PanelView<'a> {
     pub(super) panel: Panel,
     height: f32,
+    /// Height of the title and legend.
+    top: f32,
     ticks_shown: bool,
     spoken: Option<String>,
     lit: Vec<[f64; 2]>,
@@ -80,7 +82,7 @@ impl<'a> PanelView<'a> {
     /// A panel of usual height.
     pub fn new(panel: Panel) -> Self {
         let (lit, cursor, brush, spoken) = (Vec::new(), None, None, None);
-        PanelView { panel, height: 140.0, ticks_shown: true, spoken, lit, cursor, brush }
+        PanelView { panel, height: 140.0, top: TOP, ticks_shown: true, spoken, lit, cursor, brush }
     }
 
     /// Height of the whole widget \[points\].
@@ -129,8 +131,12 @@ impl<'a> PanelView<'a> {
     pub fn show(mut self, ui: &mut Ui, views: &mut Views, decimator: &mut Decimator) -> Shown {
         let palette = Palette::in_ui(ui);
         let (outer, _) = ui.allocate_exact_size(vec2(ui.available_width(), self.height), Sense::hover());
-        let room = self.room(outer);
         let window = views.of_panel(&self.panel);
+        if !self.panel.bare {
+            let width = outer.width() - RIGHT - self.margins()[0].unwrap_or(0.0);
+            self.top = TOP + header::more_rows(ui, &self.panel, window, width);
+        }
+        let room = self.room(outer);
         let id = Id::unique(("plot", ui.scope_id(), &self.panel.title));
         let tools =
             Tools { palette, colours: palette.colours(), decimator: Rc::new(RefCell::new(mem::take(decimator))) };
@@ -160,7 +166,7 @@ impl<'a> PanelView<'a> {
             return outer;
         }
         let below = if self.ticks_shown { 0.0 } else { BELOW };
-        Rect::from_min_max(outer.min + vec2(0.0, TOP), outer.max - vec2(RIGHT, below))
+        Rect::from_min_max(outer.min + vec2(0.0, self.top), outer.max - vec2(RIGHT, below))
     }
 
     /// Room for the numbers left of the plot and below it.
@@ -315,7 +321,7 @@ impl<'a> PanelView<'a> {
     }
 
     fn head(&self, ui: &mut Ui, tools: &Tools, window: &mut Window, outer: Rect, shown: &Shown) {
-        let room = Rect::from_min_size(outer.min, vec2(outer.width(), TOP));
+        let room = Rect::from_min_size(outer.min, vec2(outer.width(), self.top));
         let cursor = self.cursor.as_deref().copied().flatten();
         let hovered = shown.response.hover_pos().filter(|_| self.cursor.is_none());
         let hovered = hovered.map(|at| value(&shown.place(), at));

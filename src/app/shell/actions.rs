@@ -41,6 +41,9 @@ pub fn all(shell: &Shell) -> Vec<Action> {
         add("Save the session into another file…".into(), "", Order::SaveDialog);
         add("Export the plots of this screen…".into(), "Ctrl+E", Order::Export(None));
     }
+    if desk.session.current().is_some() {
+        add("Models of the session".into(), "Ctrl+M", Order::Models(true));
+    }
     if desk.busy.is_some() {
         add("Stop".into(), "Esc", Order::Stop);
     }

@@ -30,6 +30,15 @@ pub fn tools(ui: &mut Ui, shell: &mut Shell) {
         }
         step_button(ui, desk, "Undo", shell.undo, &keys::UNDO, Order::Undo);
         step_button(ui, desk, "Redo", shell.redo, &keys::REDO, Order::Redo);
+        let count = desk.session.all_models().count();
+        let models = format!(
+            "Name, compare, use and delete the models of this session ({})",
+            keys::text(ui, &keys::MODELS)
+        );
+        let button = Button::new(format!("Models ({count})")).selected(shell.has_models_open);
+        if ui.add_enabled(count > 0, button).on_hover_text(models).clicked() {
+            desk.orders.push(Order::Models(!shell.has_models_open));
+        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
             let menu = MenuButton::new("View").config(stays).ui(ui, |ui| {

@@ -2,7 +2,7 @@
 //!
 //! Whoever does nothing but take the next step arrives at a repaired model, whatever the recording holds.
 
-use crate::app::desk::Order;
+use crate::app::desk::{Focus, Order};
 use crate::app::screen::{Next, NextStep};
 use crate::app::screens::Screens;
 use crate::model::Preset;
@@ -12,7 +12,7 @@ use crate::simulation::Scenario;
 
 /// The next step from the screen that is shown; `None` at the end of the way, and while it would tell an answer that a screen
 /// keeps back. `exported` says whether something of this recording was exported, which is that end.
-pub fn next(session: &Session, screens: &Screens, exported: bool) -> Option<NextStep> {
+pub fn next(session: &Session, focus: &Focus, screens: &Screens, exported: bool) -> Option<NextStep> {
     if screens.withhold(session) {
         return None;
     }
@@ -30,7 +30,7 @@ pub fn next(session: &Session, screens: &Screens, exported: bool) -> Option<Next
         let why = "Identify the arm's base parameters from the data";
         return Some(NextStep::run("Fit a rigid body", why, Command::ChoosePreset(Preset::RigidBody)));
     }
-    match screens.current().next(session) {
+    match screens.current().next(session, focus) {
         Next::OnTheWay => Some(NextStep::show(screens.next_on_the_way())),
         Next::Step(step) => Some(step),
         Next::Export => {

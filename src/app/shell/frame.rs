@@ -24,6 +24,8 @@ pub struct Shell<'a> {
     pub copies_hidden: bool,
     /// Which file the document is in.
     pub filed: &'a Filed,
+    /// Whether the table of the models is open.
+    pub has_models_open: bool,
     /// Whether somebody would lose work if the window closed now.
     pub is_unsaved: bool,
     /// What is at work, in words.
@@ -35,6 +37,6 @@ pub struct Shell<'a> {
 impl Shell<'_> {
     /// The next step on the way.
     pub fn next(&self) -> Option<NextStep> {
-        flow::next(self.desk.session, self.screens, self.exported)
+        flow::next(self.desk.session, self.desk.focus, self.screens, self.exported)
     }
 }

@@ -16,6 +16,7 @@ pub const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key
 pub const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Y);
 pub const NEXT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Enter);
 pub const PALETTE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
+pub const MODELS: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::M);
 pub const LIST: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F1);
 const REDO_TOO: KeyboardShortcut = KeyboardShortcut::new(CTRL_SHIFT, Key::Z);
 const PALETTE_TOO: KeyboardShortcut = KeyboardShortcut::new(CTRL_SHIFT, Key::P);
@@ -32,6 +33,7 @@ const NUMBERS: [Key; 9] =
 pub struct Open {
     pub palette: bool,
     pub key_list: bool,
+    pub models: bool,
     pub exporting: bool,
     /// A question that waits for its answer: no key does anything else.
     pub asking: bool,
@@ -73,6 +75,7 @@ pub fn shortcuts(ctx: &egui::Context, open: Open, next: impl FnOnce() -> Option<
             (THEME, Order::ToggleTheme),
             (FIT, Order::FitAll),
             (NEXT_PANEL, Order::NextPanel),
+            (MODELS, Order::Models(!open.models)),
         ];
         for (shortcut, order) in general {
             if !typing && input.consume_shortcut(&shortcut) {
@@ -112,6 +115,7 @@ pub fn list(ui: &mut Ui, is_open: &mut bool) {
         (format!("{} or {}", text(&PALETTE), text(&PALETTE_TOO)), "find any command"),
         (text(&OPEN), "open recordings or a session"),
         (text(&SAVE), "save the session"),
+        (text(&MODELS), "the models of the session"),
         (text(&EXPORT), "export the plots of the screen"),
         (text(&UNDO), "undo"),
         (format!("{} or {}", text(&REDO), text(&REDO_TOO)), "redo"),

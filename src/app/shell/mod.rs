@@ -8,6 +8,7 @@ mod flow;
 mod frame;
 mod keys;
 mod messages;
+mod models;
 mod palette;
 mod status;
 
@@ -16,9 +17,10 @@ use egui::{CentralPanel, Context, Frame, Margin, Panel, Ui};
 use ask::Closing;
 use export::Exporting;
 pub use frame::Shell;
+use models::Models;
 use palette::CommandPalette;
 
-use super::desk::{About, Order, Question};
+use super::desk::{About, Focus, Order, Question};
 use super::screens::Screens;
 use super::theme::{GROUP, Palette};
 use super::widgets::is_narrow;
@@ -29,6 +31,8 @@ use crate::session::Session;
 pub struct Overlays {
     /// Every command by its name.
     pub palette: Option<CommandPalette>,
+    /// All models of the session.
+    pub models: Option<Models>,
     /// Whether the list of shortcuts is open.
     pub key_list: bool,
     /// How plots are exported.
@@ -51,14 +55,22 @@ impl Overlays {
     }
 
     /// The orders that were given by keys.
-    pub fn shortcuts(&self, ctx: &Context, session: &Session, screens: &Screens, exported: bool) -> Vec<Order> {
+    pub fn shortcuts(
+        &self,
+        ctx: &Context,
+        session: &Session,
+        focus: &Focus,
+        screens: &Screens,
+        exported: bool,
+    ) -> Vec<Order> {
         let open = keys::Open {
             palette: self.palette.is_some(),
             key_list: self.key_list,
+            models: self.models.is_some(),
             exporting: self.exporting.is_some(),
             asking: self.asking.is_some() || self.closing.is_some(),
         };
-        keys::shortcuts(ctx, open, || flow::next(session, screens, exported))
+        keys::shortcuts(ctx, open, || flow::next(session, focus, screens, exported))
     }
 
     /// Draws the whole window.
@@ -68,6 +80,9 @@ impl Overlays {
         Panel::top("tools").frame(bar(14, 4)).resizable(false).show(ui, |ui| bar::tools(ui, shell));
         Panel::top("way").frame(bar(14, 5)).resizable(false).show(ui, |ui| bar::way(ui, shell));
         Panel::bottom("status").frame(bar(14, 4)).resizable(false).show(ui, |ui| status::show(ui, &mut shell.desk));
+        if let Some(open) = self.models.as_mut().filter(|_| shell.desk.session.recording.is_some()) {
+            Panel::bottom("models").frame(bar(14, 6)).resizable(false).show(ui, |ui| models::show(ui, shell, open));
+        }
         let room = if is_narrow(ui) { GROUP / 2.0 } else { GROUP };
         let ground = Frame::new().fill(palette.background).inner_margin(Margin::same(room as i8));
         CentralPanel::default().frame(ground).show(ui, |ui| {

@@ -21,8 +21,6 @@ const UNDER: f64 = 1.36;
 const STRONG: f64 = 1.86;
 /// How much of its colour the truth has.
 const PALE: f64 = 0.45;
-/// Inks of models that are drawn over the current one begin behind those of its first terms.
-const FIRST_OVERLAID: usize = 3;
 
 /// Along one trajectory: measured and predicted torque of a joint, and below it what is left, or what it is made of.
 pub struct Torques<'a> {
@@ -33,10 +31,22 @@ pub struct Torques<'a> {
     /// The held-out stretches \[s\].
     pub held_out: Vec<[f64; 2]>,
     /// Other models over it.
-    pub overlaid: &'a [Arc<Step>],
+    pub overlaid: &'a [Overlay],
     pub show_terms: bool,
     /// In place of the residual.
     pub parts: Option<&'a Arc<Vec<Part>>>,
+    /// Only the part of this name, of all models over each other.
+    pub only: Option<&'a str>,
+}
+
+/// A model that is drawn over the current one.
+pub struct Overlay {
+    pub step: Arc<Step>,
+    pub ink: Ink,
+    /// Measured minus predicted torque by joint; `None` until it is known.
+    pub residual: Option<Arc<Signals>>,
+    /// What its torque is made of; `None` if nobody asks, or until it is known.
+    pub parts: Option<Arc<Vec<Part>>>,
 }
 
 impl Torques<'_> {
@@ -61,9 +71,8 @@ impl Torques<'_> {
         for (term, label) in terms.filter(|(term, _)| self.show_terms && self.facts.acts[*term][joint]) {
             panel.push(self.line(&label, series::term(self.step, self.run, term, joint), Ink::Series(term)));
         }
-        for (number, other) in self.overlaid.iter().enumerate() {
-            let ink = Ink::Series(number + FIRST_OVERLAID);
-            panel.push(self.line(&other.title, series::predicted(other, self.run, joint), ink));
+        for Overlay { step, ink, .. } in self.overlaid {
+            panel.push(self.line(&step.name, series::predicted(step, self.run, joint), *ink));
         }
         panel.with(self.line("predicted τ̂", series::predicted(self.step, self.run, joint), Ink::Predicted))
     }
@@ -72,12 +81,20 @@ impl Torques<'_> {
     pub fn below(&self, joint: usize) -> Panel {
         let is_last = joint + 1 == self.recording.joint_count();
         let Some(parts) = self.parts else {
+            let mut panel = self.panel(joint, "residual", is_last);
+            for Overlay { step, ink, residual, .. } in self.overlaid {
+                let residual = residual.as_ref().map(|residual| Shared::of(residual, move |residual| &residual[joint]));
+                panel = panel.with_all(residual.map(|residual| self.line(&step.name, residual, *ink)));
+            }
             let residual = Shared::of(self.facts, move |facts| &facts.residual[joint]);
-            return self.panel(joint, "residual", is_last).with(self.line("τ − τ̂", residual, Ink::Residual));
+            return panel.with(self.line("τ − τ̂", residual, Ink::Residual));
         };
+        if let Some(only) = self.only {
+            return self.one_part(joint, only, parts, is_last);
+        }
         let mut panel = self.panel(joint, "decomposition", is_last);
         for (number, part) in parts.iter().enumerate() {
-            let (ink, acts) = (Ink::Series(number), |torque: &[f64]| torque.iter().any(|value| *value != 0.0));
+            let ink = Ink::Series(number);
             if part.truth.as_ref().is_some_and(|truth| acts(&truth[joint])) {
                 let name = if part.own.is_none() { part.name.as_str() } else { "" };
                 let truth = Shared::of(parts, move |parts| torque_of(&parts[number].truth, joint));
@@ -90,6 +107,33 @@ impl Torques<'_> {
         }
         panel
     }
+
+    /// One part of the torque: the truth, what the current model has of it, and what the others have.
+    fn one_part(&self, joint: usize, only: &str, parts: &Arc<Vec<Part>>, is_last: bool) -> Panel {
+        let mut panel = self.panel(joint, only, is_last);
+        let place = |parts: &Vec<Part>| parts.iter().position(|part| part.name == only);
+        if let Some(number) = place(parts).filter(|number| parts[*number].truth.is_some()) {
+            let truth = Shared::of(parts, move |parts| torque_of(&parts[number].truth, joint));
+            panel.push(self.line("truth", truth, Ink::Measured).width(UNDER));
+        }
+        let mut push = |name: &str, parts: &Arc<Vec<Part>>, ink: Ink| {
+            if let Some(number) = place(parts).filter(|number| parts[*number].own.is_some()) {
+                let own = Shared::of(parts, move |parts| torque_of(&parts[number].own, joint));
+                panel.push(self.line(name, own, ink));
+            }
+        };
+        for Overlay { step, ink, parts, .. } in self.overlaid {
+            if let Some(parts) = parts {
+                push(&step.name, parts, *ink);
+            }
+        }
+        push(&self.step.name, parts, Ink::Predicted);
+        panel
+    }
+}
+
+fn acts(torque: &[f64]) -> bool {
+    torque.iter().any(|value| *value != 0.0)
 }
 
 fn torque_of(part: &Option<Signals>, joint: usize) -> &[f64] {

@@ -2,29 +2,28 @@
 
 mod errors;
 mod figures;
-mod overlay;
 mod parts;
 
 use std::sync::Arc;
 
-use egui::{RichText, Slider, Ui, WidgetText};
+use egui::{ComboBox, RichText, Slider, Ui, WidgetText};
 
 use errors::Sorting;
-use figures::Torques;
+use figures::{Overlay, Torques};
 use parts::Decomposition;
 
-use crate::app::desk::{About, Desk, Needs, held_out_times, time_extent};
+use crate::app::desk::{About, Desk, Focus, Needs, held_out_times, time_extent};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
 use crate::app::plot::{Along, PanelView, arm, ticks};
-use crate::app::screen::Screen;
+use crate::app::screen::{Next, NextStep, Screen};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{controls, tables, widgets};
 use crate::arm::Arm;
 use crate::figure::Panel;
 use crate::figure::mark::nearest;
 use crate::recording::{JointKind, Recording};
-use crate::session::{Session, Step};
+use crate::session::{Generation, Session, Step};
 use crate::signals::Signals;
 
 /// Where the cursor stands at first, as a part of the trajectory.
@@ -63,6 +62,8 @@ pub struct Compare {
     show_terms: bool,
     /// Whether the parts of the torque are shown in place of the residual.
     show_parts: bool,
+    /// Only this part of the torque is shown, of all models; `None` for all parts of the current one.
+    only: Option<String>,
     sorting: Sorting,
 }
 
@@ -80,7 +81,7 @@ impl Screen for Compare {
             ui.checkbox(&mut self.show_terms, "Terms").on_hover_text("Draw each term of the model, too");
             let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
             ui.checkbox(&mut self.show_parts, "Decompose").on_hover_text(what);
-            overlay::chooser(ui, desk, &step);
+            self.part(ui, desk, &step);
             controls::fit(ui, desk);
             ui.label(RichText::new(controls::HINT).size(SMALL).color(Palette::in_ui(ui).weak));
         });
@@ -96,20 +97,53 @@ impl Screen for Compare {
         };
         let run = desk.focus.trajectory;
         let Ok(facts) = desk.memo.now(desk.session, Drawn { trajectory: run }) else { return Vec::new() };
-        let parts = self.show_parts.then(|| desk.memo.now(desk.session, Decomposition { trajectory: run }));
-        let parts = parts.and_then(Result::ok);
-        let overlaid = overlay::chosen(desk, step);
+        let parts_of = |desk: &mut Desk, model: Generation| {
+            let question = Decomposition { trajectory: run, model };
+            self.show_parts.then(|| desk.memo.now(desk.session, question))?.ok()
+        };
+        let parts = parts_of(desk, step.generation);
+        let mut overlaid = Vec::new();
+        for (step, ink) in desk.overlaid() {
+            let residual = Residual { trajectory: run, model: step.generation };
+            let residual = desk.memo.now(desk.session, residual).ok();
+            overlaid.push(Overlay { residual, parts: parts_of(desk, step.generation), step, ink });
+        }
         let (held_out, show_terms, parts) = (held_out_times(desk.session, run), self.show_terms, parts.as_ref());
-        let torques = Torques { recording, step, facts: &facts, run, held_out, overlaid: &overlaid, show_terms, parts };
+        let (facts, overlaid, only) = (&facts, overlaid.as_slice(), self.only.as_deref());
+        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, parts, only };
         let joints = 0..recording.joint_count();
         let mut panels: Vec<Panel> = joints.flat_map(|joint| [torques.torque(joint), torques.below(joint)]).collect();
         panels.extend(figures::scatter(desk.session));
-        panels.extend(arm_panel(recording, step, &facts, run, desk.focus.cursor));
+        panels.extend(arm_panel(recording, step, facts, run, desk.focus.cursor));
         panels
     }
 
     fn is_done(&self, session: &Session) -> bool {
         session.current().is_some()
+    }
+
+    /// What was ticked to be compared is made first.
+    fn next(&self, session: &Session, focus: &Focus) -> Next {
+        let Some(make) = focus.make_wanted(session) else { return Next::OnTheWay };
+        let label = widgets::sentence_case(&make.title());
+        Next::Step(NextStep::run(label, "Make the models that are ticked, and draw them over the current one", make))
+    }
+}
+
+/// Measured minus predicted torque of a model along a trajectory, by joint.
+#[derive(Clone, PartialEq)]
+struct Residual {
+    trajectory: usize,
+    model: Generation,
+}
+
+impl Question for Residual {
+    type Answer = Signals;
+
+    fn answer(&self, session: &Session) -> Result<Signals, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        Ok(step.evaluation.residual(recording, self.trajectory))
     }
 }
 
@@ -161,23 +195,53 @@ fn facts(ui: &Ui, desk: &mut Desk) -> Option<Arc<Facts>> {
 }
 
 impl Compare {
+    /// Of the parts of the torque all are shown, or one of all models over each other.
+    fn part(&mut self, ui: &mut Ui, desk: &mut Desk, step: &Step) {
+        let question = Decomposition { trajectory: desk.focus.trajectory, model: step.generation };
+        let Some(Ok(parts)) = self.show_parts.then(|| desk.memo.later(ui.ctx(), desk.session, question)).flatten()
+        else {
+            return;
+        };
+        // Another model may not have it.
+        self.only.take_if(|only| parts.iter().all(|part| part.name != *only));
+        let all = "all parts";
+        let label = ui.label("Part");
+        let text = self.only.as_deref().unwrap_or(all).to_owned();
+        let chooser = ComboBox::from_id_salt("part").selected_text(text).width(120.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut self.only, None, all);
+            for part in parts.iter() {
+                ui.selectable_value(&mut self.only, Some(part.name.clone()), &part.name);
+            }
+        });
+        let what = "One part is drawn of all models that are shown, over each other; all parts, of the current model alone";
+        chooser.response.labelled_by(label.id).on_hover_text(what);
+    }
+
     fn torques(&mut self, ui: &mut Ui, desk: &mut Desk) {
         let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
             return;
         };
         let run = desk.focus.trajectory;
         let Some(facts) = facts(ui, desk) else { return };
-        let decomposition =
-            self.show_parts.then(|| desk.memo.later(ui.ctx(), desk.session, Decomposition { trajectory: run }));
-        let parts = decomposition.flatten().and_then(Result::ok);
+        let ctx = ui.ctx().clone();
+        let parts_of = |desk: &mut Desk, model: Generation| {
+            let question = Decomposition { trajectory: run, model };
+            self.show_parts.then(|| desk.memo.later(&ctx, desk.session, question)).flatten()?.ok()
+        };
+        let parts = parts_of(desk, step.generation);
         if self.show_parts && parts.is_none() {
             widgets::weak(ui, "The torque is being decomposed…");
         }
-        let overlaid = overlay::chosen(desk, &step);
+        let mut overlaid = Vec::new();
+        for (step, ink) in desk.overlaid() {
+            let residual = Residual { trajectory: run, model: step.generation };
+            let residual = desk.memo.later(&ctx, desk.session, residual).and_then(Result::ok);
+            overlaid.push(Overlay { residual, parts: parts_of(desk, step.generation), step, ink });
+        }
         let (held_out, show_terms) = (held_out_times(desk.session, run), self.show_terms);
-        let (recording, step, facts) = (&recording, &step, &facts);
-        let torques =
-            Torques { recording, step, facts, run, held_out, overlaid: &overlaid, show_terms, parts: parts.as_ref() };
+        let (recording, step, facts, parts) = (&recording, &step, &facts, parts.as_ref());
+        let (overlaid, only) = (overlaid.as_slice(), self.only.as_deref());
+        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, parts, only };
         let joints = recording.joint_count();
         let last_extra = 31.0;
         let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 640.0);

@@ -3,7 +3,7 @@
 use crate::app::memo::Question;
 use crate::effect::registry;
 use crate::model::Term;
-use crate::session::Session;
+use crate::session::{Generation, Session};
 use crate::signals::Signals;
 use crate::simulation::TrueParts;
 use crate::training::components;
@@ -21,6 +21,8 @@ pub struct Part {
 #[derive(Clone, PartialEq)]
 pub struct Decomposition {
     pub trajectory: usize,
+    /// Of which model.
+    pub model: Generation,
 }
 
 impl Question for Decomposition {
@@ -29,7 +31,7 @@ impl Question for Decomposition {
     fn answer(&self, session: &Session) -> Result<Vec<Part>, String> {
         let index = self.trajectory;
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.current().ok_or("there is no model")?;
+        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
         let truth = session.truth.as_deref();
         let run = recording.trajectories.get(index).ok_or("there is no such trajectory")?;
         let named = components(&step.fitted, run).map_err(|error| error.to_string())?;

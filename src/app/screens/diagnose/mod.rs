@@ -11,7 +11,7 @@ use egui::{Align, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
 use sure::Sure;
 
-use crate::app::desk::{About, Busy, Desk, Needs, Order};
+use crate::app::desk::{About, Busy, Desk, Focus, Needs, Order};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
@@ -78,7 +78,7 @@ impl Screen for Diagnose {
         session.report.is_some() || session.ladder.len() > 1
     }
 
-    fn next(&self, session: &Session) -> Next {
+    fn next(&self, session: &Session, _: &Focus) -> Next {
         let Some(report) = &session.report else {
             let why = "Lay every known effect beside the model";
             return Next::Step(NextStep::run("Diagnose", why, Command::Diagnose));

@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
-use crate::app::desk::time_extent;
+use crate::app::desk::{Desk, time_extent};
 use crate::app::plot::Along;
 use crate::figure::mark::{Band, Line};
 use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::recording::Recording;
+use crate::session::{Session, Step};
 use crate::simulation::extrapolation::{Curve, Point, Replay, Sweep};
+use crate::training::Options;
+use crate::training::fit::Plan;
 
 /// Width of a curve relative to that of other lines.
 const CURVE: f64 = 1.8;
@@ -16,23 +19,39 @@ const UNDER: f64 = 1.36;
 /// How much of a band is seen.
 const FAINT: f64 = 0.16;
 
-/// The error of every model over the scale, of one joint or of all together.
-pub fn errors(recording: &Recording, sweep: &Sweep, joint: Option<usize>) -> Panel {
+/// The error of every model over the scale, of one joint or of all together. What is hidden is left out, as far as the ladder does
+/// not need it.
+pub fn errors(desk: &Desk, recording: &Recording, sweep: &Sweep, joint: Option<usize>) -> Panel {
     let joint = joint.filter(|joint| *joint < recording.joint_count());
     let scales = || sweep.curves.iter().flat_map(|curve| &curve.points).map(|point| point.scale);
     let extent = [scales().fold(f64::INFINITY, f64::min), scales().fold(f64::NEG_INFINITY, f64::max)];
     let x = Axis::new(format!("times the {}", sweep.stretch.name()), "").range(extent).linked(Along::Stretch);
     let mut panel = Panel::new("error (nMSE), logarithmic", [x, Axis::default().logarithmic()]);
-    for (number, group) in by_title(&sweep.curves).iter().enumerate() {
-        let (ink, Drawn { name, line, band }) = (Ink::Series(number), Drawn::of(group, joint));
+    for (number, group) in trainings(desk.session, &sweep.curves).iter().enumerate() {
+        let Some(ink) = group.iter().find_map(|curve| ink_of(desk, curve, number)) else { continue };
+        let Drawn { name, line, band } = Drawn::of(group, joint);
         panel.push(Band { opacity: FAINT, ..Band::new("", band, ink) });
         panel.push(Line::through(name, line, ink).width(CURVE));
     }
     panel
 }
 
-/// Torque and velocity of one joint along a replay.
-pub fn replay(recording: &Recording, replay: &Arc<Replay>, joint: usize) -> [Panel; 2] {
+/// The ink of a model: as on all screens, or by its place if it is drawn for the ladder's sake; `None` if it is hidden.
+fn ink_of(desk: &Desk, curve: &Curve, number: usize) -> Option<Ink> {
+    // What was deleted since is shown as it was computed.
+    let Some(step) = desk.session.model(&curve.model) else { return Some(Ink::Series(number)) };
+    let is_current = desk.session.current().is_some_and(|current| current.generation == step.generation);
+    let own = if is_current { Some(Ink::Predicted) } else { desk.focus.overlaid.ink(step.generation) };
+    own.or_else(|| desk.session.has_on_ladder(step).then_some(Ink::Series(number)))
+}
+
+/// Torque and velocity of one joint along a replay, with the torque of other models.
+pub fn replay(
+    recording: &Recording,
+    replay: &Arc<Replay>,
+    others: &[(Arc<Step>, Ink, Arc<Replay>)],
+    joint: usize,
+) -> [Panel; 2] {
     let info = &recording.joints[joint];
     let [_, velocity, _, torque] = info.kind.units();
     let time = Shared::of(replay, |replay| &replay.motion.time);
@@ -45,6 +64,10 @@ pub fn replay(recording: &Recording, replay: &Arc<Replay>, joint: usize) -> [Pan
         let exact = Shared::of(replay, move |replay| &replay.motion.tau[joint]);
         torques.push(Line::new(word, time.clone(), exact, Ink::Measured).sampled().width(UNDER));
     }
+    for (step, ink, replay) in others {
+        let predicted = Shared::of(replay, move |replay| &replay.predicted[joint]);
+        torques.push(Line::new(&step.name, time.clone(), predicted, *ink).sampled());
+    }
     let predicted = Shared::of(replay, move |replay| &replay.predicted[joint]);
     torques.push(Line::new("predicted τ̂", time.clone(), predicted, Ink::Predicted).sampled());
     let speed = Shared::of(replay, move |replay| &replay.motion.qd[joint]);
@@ -52,11 +75,21 @@ pub fn replay(recording: &Recording, replay: &Arc<Replay>, joint: usize) -> [Pan
     [torques, of("velocity q̇", "time t", velocity).with(line)]
 }
 
-/// Models of the same title are trainings of one model from several seeds.
-fn by_title(curves: &[Curve]) -> Vec<Vec<&Curve>> {
+/// Curves of trainings that differ in nothing but their seed belong together.
+fn trainings<'a>(session: &Session, curves: &'a [Curve]) -> Vec<Vec<&'a Curve>> {
+    let of_seed_0 = |plan: &Plan| Plan { options: Options { seed: 0, ..plan.options.clone() }, ..plan.clone() };
+    let trained = |curve: &Curve| {
+        let run = session.model(&curve.model)?.run.as_deref()?;
+        Some((run.model.clone(), of_seed_0(&run.plan), run.plan.options.seed))
+    };
     let mut groups: Vec<Vec<&Curve>> = Vec::new();
     for curve in curves {
-        match groups.iter_mut().find(|group| group[0].model == curve.model) {
+        let own = trained(curve);
+        let is_sister = |group: &&mut Vec<&Curve>| match (&own, trained(group[0])) {
+            (Some((model, plan, seed)), Some(first)) => *model == first.0 && *plan == first.1 && *seed != first.2,
+            _ => false,
+        };
+        match groups.iter_mut().find(is_sister) {
             Some(group) => group.push(curve),
             None => groups.push(vec![curve]),
         }

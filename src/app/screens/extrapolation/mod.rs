@@ -2,12 +2,11 @@
 
 mod figures;
 
-use std::collections::HashSet;
 use std::sync::Arc;
 
 use egui::{RichText, Slider, Ui, WidgetInfo, WidgetText};
 
-use crate::app::desk::{About, Desk, Needs};
+use crate::app::desk::{About, Desk, Focus, Needs};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
 use crate::app::plot::{PanelView, ticks};
@@ -50,8 +49,6 @@ pub struct Extrapolation {
     joint: Option<usize>,
     /// The scale of the replay; the cursor of the curves.
     scale: Option<f64>,
-    /// Models that are not to be computed.
-    left_out: HashSet<Generation>,
     /// Where in the replay one looks \[s\].
     cursor: Option<f64>,
     /// What is drawn while the next replay is computed.
@@ -68,9 +65,15 @@ impl Screen for Extrapolation {
     fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
         let Some(recording) = &desk.session.recording else { return Vec::new() };
         let mut panels = Vec::new();
-        panels.extend(desk.session.sweep.as_ref().map(|sweep| figures::errors(recording, sweep, self.joint)));
-        if let Ok(replay) = desk.memo.now(desk.session, self.replay_of(desk.focus.trajectory)) {
-            panels.extend(figures::replay(recording, &replay, desk.focus.joint_of(recording)));
+        panels.extend(desk.session.sweep.as_ref().map(|sweep| figures::errors(desk, recording, sweep, self.joint)));
+        let current = desk.session.current().map(|step| self.replay_of(desk, step));
+        if let Some(Ok(replay)) = current.map(|question| desk.memo.now(desk.session, question)) {
+            let mut others = Vec::new();
+            for (step, ink) in desk.overlaid() {
+                let question = self.replay_of(desk, &step);
+                others.extend(desk.memo.now(desk.session, question).ok().map(|replay| (step, ink, replay)));
+            }
+            panels.extend(figures::replay(recording, &replay, &others, desk.focus.joint_of(recording)));
         }
         panels
     }
@@ -79,12 +82,12 @@ impl Screen for Extrapolation {
         session.sweep.is_some()
     }
 
-    fn next(&self, session: &Session) -> Next {
+    fn next(&self, session: &Session, focus: &Focus) -> Next {
         if session.sweep.is_some() {
             return Next::Export;
         }
         let why = "Test the models at up to three times the speed";
-        let sweep = Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed };
+        let sweep = Command::Extrapolate { steps: computed(session, focus), stretch: Stretch::Speed };
         Next::Step(NextStep::run("Go faster", why, sweep))
     }
 
@@ -103,9 +106,17 @@ impl Screen for Extrapolation {
     }
 }
 
-/// The current model along a trajectory, faster, wider or under load.
+/// The models that are computed: the ladder, and what is drawn over the current model.
+fn computed(session: &Session, focus: &Focus) -> Vec<Arc<Step>> {
+    let shown = session.all_models().filter(|step| focus.overlaid.ink(step.generation).is_some());
+    let beside = shown.filter(|step| !session.has_on_ladder(step));
+    session.ladder.iter().chain(beside).cloned().collect()
+}
+
+/// A model along a trajectory, faster, wider or under load.
 #[derive(Clone, PartialEq)]
 struct Replayed {
+    model: Generation,
     trajectory: usize,
     stretch: Stretch,
     scale: f64,
@@ -113,11 +124,11 @@ struct Replayed {
 
 impl Question for Replayed {
     type Answer = Replay;
-    const KEPT: usize = 1;
+    const KEPT: usize = 9;
 
     fn answer(&self, session: &Session) -> Result<Replay, String> {
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.current().ok_or("there is no model")?;
+        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
         replay(recording, self.trajectory, self.stretch, self.scale, &step.fitted).map_err(|error| error.to_string())
     }
 }
@@ -147,7 +158,7 @@ impl Extrapolation {
         match desk.session.sweep.clone() {
             Some(sweep) => self.curves(ui, desk, &recording, &sweep),
             None => widgets::card(ui, "Error over scale", |ui| {
-                widgets::weak(ui, "Nothing was computed yet: choose the models at the right, then press Compute.");
+                widgets::weak(ui, "Nothing was computed yet: press Compute at the right.");
             }),
         }
     }
@@ -165,7 +176,7 @@ impl Extrapolation {
                     ui.selectable_value(&mut self.joint, Some(joint), &info.name);
                 }
             });
-            let panel = figures::errors(recording, sweep, self.joint);
+            let panel = figures::errors(desk, recording, sweep, self.joint);
             let mut scale = self.scale;
             let height = (ui.available_height() - 128.0).clamp(130.0, 420.0);
             let view = PanelView::new(panel).cursor(&mut scale).height(height);
@@ -199,15 +210,21 @@ impl Extrapolation {
                 ui.add_space(GAP);
                 controls::joint(ui, desk, &recording);
             });
-            let Some(replay) = self.current_replay(ui, desk) else { return };
+            let Some(replay) = self.current_replay(ui, desk, &step) else { return };
+            let mut others = Vec::new();
+            for (step, ink) in desk.overlaid() {
+                let question = self.replay_of(desk, &step);
+                let replay = desk.memo.later(ui.ctx(), desk.session, question).and_then(Result::ok);
+                others.extend(replay.map(|replay| (step, ink, replay)));
+            }
             let height = (ui.available_height() - 190.0).clamp(90.0, 300.0);
-            let [torque, velocity] = figures::replay(&recording, &replay, desk.focus.joint);
+            let [torque, velocity] = figures::replay(&recording, &replay, &others, desk.focus.joint);
             let torque = PanelView::new(torque).cursor(&mut self.cursor).without_ticks().height(height);
             torque.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             let velocity = PanelView::new(velocity).cursor(&mut self.cursor).height(110.0);
             velocity.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             let text = if replay.exact {
-                format!("Model: {}. {}", step.title, controls::HINT)
+                format!("Model: {}. {}", step.name, controls::HINT)
             } else {
                 "This arm was measured: what it would need at this scale is not known, so only the prediction is drawn."
                     .into()
@@ -216,13 +233,15 @@ impl Extrapolation {
         });
     }
 
-    fn replay_of(&self, trajectory: usize) -> Replayed {
-        Replayed { trajectory, stretch: self.stretch, scale: self.scale.unwrap_or(1.0) }
+    fn replay_of(&self, desk: &Desk, step: &Step) -> Replayed {
+        let (model, trajectory) = (step.generation, desk.focus.trajectory);
+        Replayed { model, trajectory, stretch: self.stretch, scale: self.scale.unwrap_or(1.0) }
     }
 
     /// The replay of what is chosen; while it is computed the one before it, so that the slider moves a picture.
-    fn current_replay(&mut self, ui: &mut Ui, desk: &mut Desk) -> Option<Arc<Replay>> {
-        match desk.memo.later(ui.ctx(), desk.session, self.replay_of(desk.focus.trajectory)) {
+    fn current_replay(&mut self, ui: &mut Ui, desk: &mut Desk, step: &Step) -> Option<Arc<Replay>> {
+        let question = self.replay_of(desk, step);
+        match desk.memo.later(ui.ctx(), desk.session, question) {
             Some(Ok(replay)) => self.newest = Some(replay),
             Some(Err(error)) => {
                 ui.label(RichText::new(format!("It can't be replayed: {error}.")).color(Palette::in_ui(ui).error));
@@ -244,21 +263,12 @@ impl Extrapolation {
                 }
             });
             ui.add_space(2.0);
-            widgets::weak(ui, "Models of this session");
-            for (number, model) in desk.models.iter().enumerate() {
-                let mut chosen = !self.left_out.contains(&model.generation);
-                if ui.checkbox(&mut chosen, format!("{}  {}", number + 1, model.title)).changed() {
-                    if chosen {
-                        self.left_out.remove(&model.generation);
-                    } else {
-                        self.left_out.insert(model.generation);
-                    }
-                }
-            }
-            let is_chosen = |model: &&Arc<Step>| !self.left_out.contains(&model.generation);
-            let steps: Vec<Arc<Step>> = desk.models.iter().filter(is_chosen).cloned().collect();
-            let button = widgets::primary(ui, desk.busy.is_none() && !steps.is_empty(), "Compute");
-            if button.on_disabled_hover_text("Choose a model").clicked() {
+            let steps = computed(desk.session, desk.focus);
+            let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
+            widgets::weak(ui, format!("The ladder, and what is shown over it (Models): {}.", names.join("; ")));
+            ui.add_space(2.0);
+            let button = widgets::primary(ui, desk.busy.is_none(), "Compute");
+            if button.on_disabled_hover_text("Something is at work; see below").clicked() {
                 desk.run(Command::Extrapolate { steps, stretch: self.stretch });
             }
         });

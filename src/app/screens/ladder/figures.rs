@@ -1,19 +1,28 @@
 //! The ladder as a figure.
 
+use std::sync::Arc;
+
+use crate::app::desk::Desk;
 use crate::figure::mark::{Bars, Line};
 use crate::figure::{Axis, Ink, Panel, ticks};
-use crate::session::Session;
+use crate::session::{Session, Step};
 
-/// Held-out error of every joint by step, down from 100 % on a logarithmic axis; a line marks the noise floor. Empty where nothing
+/// The models whose errors are shown: the steps of the ladder, and behind them what is drawn over the current model.
+pub fn models(desk: &Desk) -> Vec<Arc<Step>> {
+    let others = desk.overlaid().into_iter().map(|(step, _)| step).filter(|step| !desk.session.has_on_ladder(step));
+    desk.session.ladder.iter().cloned().chain(others).collect()
+}
+
+/// Held-out error of every joint by model, down from 100 % on a logarithmic axis; a line marks the noise floor. Empty where nothing
 /// is held out.
-pub fn figures(session: &Session) -> Vec<Panel> {
+pub fn figures(session: &Session, models: &[Arc<Step>]) -> Vec<Panel> {
     let Some(recording) = session.recording.as_deref() else { return Vec::new() };
     let floor = session.current().and_then(|step| step.evaluation.noise_floor_nmse.clone());
-    let errors: Vec<Vec<f64>> = session.ladder.iter().map(|step| step.evaluation.held_out_nmse()).collect();
+    let errors: Vec<Vec<f64>> = models.iter().map(|step| step.evaluation.held_out_nmse()).collect();
     let Some(range) = decades(errors.iter().chain(&floor).flatten().copied()) else { return Vec::new() };
-    let titles = session.ladder.iter().map(|step| step.title.clone()).collect();
+    let names = models.iter().map(|step| step.name.clone()).collect();
     let y = Axis::new("held-out nMSE", "").logarithmic().range(range);
-    let mut panel = Panel::new("held-out error by step", [Axis::names("", titles), y]);
+    let mut panel = Panel::new("held-out error by step", [Axis::names("", names), y]);
     for (joint, info) in recording.joints.iter().enumerate() {
         let heights: Vec<[f64; 3]> = errors.iter().map(|errors| [errors[joint], f64::NAN, f64::NAN]).collect();
         let place = [joint, recording.joint_count()];

@@ -6,7 +6,7 @@ mod seal;
 use egui::{Rect, RichText, Sense, Ui, WidgetInfo, WidgetText};
 
 use super::diagnose;
-use crate::app::desk::{About, Desk, Needs, Order, Question};
+use crate::app::desk::{About, Desk, Focus, Needs, Order, Question};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
@@ -57,14 +57,14 @@ impl Screen for Ladder {
     }
 
     fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
-        figures::figures(desk.session)
+        figures::figures(desk.session, &figures::models(desk))
     }
 
     fn is_done(&self, session: &Session) -> bool {
         session.ladder.len() > 1
     }
 
-    fn next(&self, session: &Session) -> Next {
+    fn next(&self, session: &Session, _: &Focus) -> Next {
         let is_sealed = session.recording.as_ref().is_some_and(|recording| recording.seal.is_some());
         let sealed = session.truth.is_none() && is_sealed;
         match &session.report {
@@ -133,31 +133,43 @@ fn verdict(session: &Session) -> String {
     format!("; hidden effect found: {}", names.join(", "))
 }
 
-/// For every step a group of bars, one for each joint; a click on a group goes back to its step.
+/// For every model a group of bars, one for each joint; a click on a group goes back to its step, or to that model.
 fn bars(ui: &mut Ui, desk: &mut Desk, height: f32) {
-    let Some(panel) = figures::figures(desk.session).pop() else {
+    let models = figures::models(desk);
+    let Some(panel) = figures::figures(desk.session, &models).pop() else {
         widgets::weak(ui, "There are no held-out samples, so there is no error to show.");
         return;
     };
     let view = PanelView::new(panel).height(height).spoken("bars of held-out error by step and joint");
     let shown = view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
-    for step in 0..desk.session.ladder.len().saturating_sub(1) {
+    let current = desk.session.ladder.len().saturating_sub(1);
+    for (number, model) in models.iter().enumerate().filter(|(number, _)| *number != current) {
         let place = shown.place();
-        let [left, right] = [-0.5, 0.5].map(|side| place.at(0, step as f64 + side) as f32);
-        go_back(ui, desk, step, Rect::from_x_y_ranges(left..=right, shown.plot.y_range()).intersect(shown.plot));
+        let [left, right] = [-0.5, 0.5].map(|side| place.at(0, number as f64 + side) as f32);
+        let room = Rect::from_x_y_ranges(left..=right, shown.plot.y_range()).intersect(shown.plot);
+        match number < current {
+            true => {
+                let hint = format!("Go back to step {}, {}; undo brings the later ones back", number + 1, model.name);
+                leads_to(ui, desk, room, &format!("bars of step {}", number + 1), hint, Command::GoTo { step: number });
+            }
+            false => {
+                let hint = format!("Use {}; undo takes it back", model.name);
+                let name = model.name.clone();
+                leads_to(ui, desk, room, &format!("bars of {name}"), hint, Command::TakeUp { name });
+            }
+        }
     }
 }
 
-/// The place of a step's bars, which takes one back there.
-fn go_back(ui: &mut Ui, desk: &mut Desk, step: usize, rect: Rect) {
-    let response = ui.interact(rect, ui.scope_id().with(("step", step)), Sense::click());
-    let spoken = format!("bars of step {}", step + 1);
-    response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &spoken));
+/// The place of a model's bars, which takes one there.
+fn leads_to(ui: &mut Ui, desk: &mut Desk, rect: Rect, spoken: &str, hint: String, command: Command) {
+    let response = ui.interact(rect, ui.scope_id().with(spoken), Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, spoken));
     if response.hovered() || response.has_focus() {
         ui.painter().rect_filled(rect, 4, Palette::in_ui(ui).accent.gamma_multiply(LIT));
     }
-    if response.on_hover_text(format!("Go back to step {}; undo brings the later ones back", step + 1)).clicked() {
-        desk.run(Command::GoTo { step });
+    if response.on_hover_text(hint).clicked() {
+        desk.run(command);
     }
 }
 
@@ -174,7 +186,7 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             ui.label("");
             ui.end_row();
             for (number, step) in desk.session.ladder.iter().enumerate() {
-                ui.label(format!("{}  {}", number + 1, step.title));
+                ui.label(format!("{}  {}", number + 1, step.name));
                 for error in &step.evaluation.held_out {
                     ui.label(ticks::percent(error.nmse));
                     ui.label(ticks::number(error.r2));

@@ -18,8 +18,21 @@ const MOST_MARKED: usize = 3000;
 /// Width of means and curves.
 const STRONG: f64 = 1.86;
 
+/// Another model, over the current one.
+pub struct Other {
+    pub name: String,
+    pub ink: Ink,
+    pub table: Arc<Table>,
+    /// `None` while they are computed.
+    pub spectra: Option<Arc<Spectra>>,
+}
+
 /// What every view is drawn from.
 pub struct Shown<'a> {
+    /// The name of the current model.
+    pub name: &'a str,
+    /// Other models, over it.
+    pub others: &'a [Other],
     pub table: &'a Arc<Table>,
     /// Rows of the table that are marked.
     pub lit: &'a [usize],
@@ -59,12 +72,19 @@ impl Shown<'_> {
         let of = |part: fn(&Scatter) -> &[f64]| Shared::of(self.table, move |table| part(table.scatter(x)));
         let band = Band::new("", Shared::of(self.table, move |table| &table.scatter(x).band), Ink::Residual);
         let points = Points::new("", Shared::of(self.table, move |table| &table.scatter(x).points), Ink::Residual);
-        let mean = Line::new("mean", of(|scatter| &scatter.mean_at), of(|scatter| &scatter.mean), Ink::Text);
+        let name = if self.others.is_empty() { "mean" } else { self.name };
+        let mean = Line::new(name, of(|scatter| &scatter.mean_at), of(|scatter| &scatter.mean), Ink::Text);
+        let means = self.others.iter().map(|other| {
+            let of = |part: fn(&Scatter) -> &[f64]| Shared::of(&other.table, move |table| part(table.scatter(x)));
+            let (at, mean) = (of(|scatter| &scatter.mean_at), of(|scatter| &scatter.mean));
+            Line::new(&other.name, at, mean, other.ink).width(STRONG)
+        });
         let title = format!("residual against {}", x.text(self.unit).0);
         Panel::new(title, [self.axis(x, self.table.scatter(x).extent), Axis::new("", self.unit[3])])
             .with(band)
             .with(points.radius(0.5).opacity(0.42))
             .with(self.lit(x, Quantity::Residual, 0..self.table.len()))
+            .with_all(means)
             .with(mean.width(STRONG).dash(&[]))
     }
 
@@ -109,7 +129,12 @@ impl Shown<'_> {
         };
         let mut panel = Panel::new(title, curve.axes(self.unit, [first[0], last[0]]));
         match marked {
-            None => panel.push(line("", all, Ink::Residual)),
+            None => {
+                for other in self.others {
+                    panel = panel.with_all(other.spectra.as_ref().map(|own| line(&other.name, own, other.ink)));
+                }
+                panel.push(line(if self.others.is_empty() { "" } else { self.name }, all, Ink::Residual));
+            }
             Some((marked, _)) => {
                 panel.push(line("all", all, Ink::Weak).opacity(0.6).dash(&[]));
                 panel.push(line("marked", marked, Ink::Residual).dash(PREDICTED_DASH));
@@ -125,8 +150,13 @@ impl Shown<'_> {
         let count = self.lit.len();
         let marked = if count == 0 { String::new() } else { format!(": {} samples marked", thousands(count)) };
         let axes = [self.axis(Quantity::Time, extent), Axis::new("", self.unit[3])];
-        let line = Line::new("τ − τ̂", time, residual, Ink::Residual).sampled();
-        Panel::new(format!("time line{marked}"), axes).with(line)
+        let name = if self.others.is_empty() { "τ − τ̂" } else { self.name };
+        let others = self.others.iter().map(|other| {
+            let of = |quantity| Shared::of(&other.table, move |table| table.column(quantity));
+            Line::new(&other.name, of(Quantity::Time), of(Quantity::Residual), other.ink).sampled()
+        });
+        let line = Line::new(name, time, residual, Ink::Residual).sampled();
+        Panel::new(format!("time line{marked}"), axes).with_all(others).with(line)
     }
 }
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use egui::{Align, Layout, RichText, Ui, vec2};
 
-use figures::Shown;
+use figures::{Other, Shown};
 use table::{AllSpectra, Lit, MarkedSpectra, MeanMap, Quantity, Samples, Table};
 use views::{Looking, View};
 
@@ -24,7 +24,7 @@ use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets::{self, is_narrow};
 use crate::figure::Panel;
 use crate::figure::mark::nearest;
-use crate::session::{Command, Session};
+use crate::session::{Command, Session, Step};
 
 /// Least height of the time line \[points\].
 const LEAST_TIME_LINE: f32 = 90.0;
@@ -99,8 +99,8 @@ impl Screen for Residuals {
     }
 
     fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
-        let samples = Samples { joint: desk.focus.joint, held_out: self.held_out_only };
-        let Ok(table) = desk.memo.now(desk.session, samples) else { return Vec::new() };
+        let Some(step) = desk.session.current() else { return Vec::new() };
+        let Ok(table) = desk.memo.now(desk.session, self.samples(desk, step)) else { return Vec::new() };
         if table.len() == 0 {
             return Vec::new();
         }
@@ -110,7 +110,15 @@ impl Screen for Residuals {
         let marked = self.looking.brush.map(|brush| MarkedSpectra { table: of_table(), brush });
         let marked = marked.and_then(|question| desk.memo.now(desk.session, question).ok());
         let cells = desk.memo.now(desk.session, MeanMap { table: of_table(), states: self.looking.map }).ok();
+        let mut others = Vec::new();
+        for (step, ink) in desk.overlaid() {
+            let Ok(table) = desk.memo.now(desk.session, self.samples(desk, &step)) else { continue };
+            let spectra = desk.memo.now(desk.session, AllSpectra { table: Arc::clone(&table) }).ok();
+            others.push(Other { name: step.name.clone(), ink, table, spectra });
+        }
         let shown = Shown {
+            name: &step.name,
+            others: &others,
             table: &table,
             lit: &lit,
             spectra: spectra.as_ref(),
@@ -139,6 +147,11 @@ impl Screen for Residuals {
     }
 }
 
+/// The name of the current model.
+fn name<'a>(desk: &Desk<'a>) -> &'a str {
+    desk.session.current().map_or("", |step| &step.name)
+}
+
 /// Units of the shown joint.
 fn unit(desk: &Desk) -> [&'static str; 4] {
     let joints = desk.session.recording.iter().flat_map(|recording| &recording.joints);
@@ -146,10 +159,28 @@ fn unit(desk: &Desk) -> [&'static str; 4] {
 }
 
 impl Residuals {
+    /// What is asked of a model.
+    fn samples(&self, desk: &Desk, step: &Step) -> Samples {
+        Samples { model: step.generation, joint: desk.focus.joint, held_out: self.held_out_only }
+    }
+
     /// The residual of the shown joint and part; `None` until it is known.
     fn table(&self, ui: &Ui, desk: &mut Desk) -> Option<Arc<Table>> {
-        let samples = Samples { joint: desk.focus.joint, held_out: self.held_out_only };
+        let samples = self.samples(desk, desk.session.current()?);
         desk.memo.later(ui.ctx(), desk.session, samples)?.ok()
+    }
+
+    /// What is known of the models that are drawn over the current one.
+    fn others(&self, ui: &Ui, desk: &mut Desk) -> Vec<Other> {
+        let mut others = Vec::new();
+        for (step, ink) in desk.overlaid() {
+            let samples = self.samples(desk, &step);
+            let Some(Ok(table)) = desk.memo.later(ui.ctx(), desk.session, samples) else { continue };
+            let all = AllSpectra { table: Arc::clone(&table) };
+            let spectra = desk.memo.later(ui.ctx(), desk.session, all).and_then(Result::ok);
+            others.push(Other { name: step.name.clone(), ink, table, spectra });
+        }
+        others
     }
 
     /// The rows that are marked.
@@ -177,7 +208,10 @@ impl Residuals {
             let question = MarkedSpectra { table: Arc::clone(&table), brush };
             desk.memo.later(ui.ctx(), desk.session, question)?.ok()
         });
+        let (others, name) = (self.others(ui, desk), name(desk));
         let shown = Shown {
+            name,
+            others: &others,
             table: &table,
             lit: &lit,
             spectra: spectra.as_ref(),
@@ -207,7 +241,9 @@ impl Residuals {
         let Some(table) = self.table(ui, desk) else { return };
         let lit = self.lit(desk, &table);
         let (unit, joint, row) = (unit(desk), desk.focus.joint, moments::row_at_cursor(desk, &table));
-        let shown = Shown { table: &table, lit: &lit, spectra: None, marked: None, unit, joint, row };
+        let (others, name) = (self.others(ui, desk), name(desk));
+        let others = others.as_slice();
+        let shown = Shown { name, others, table: &table, lit: &lit, spectra: None, marked: None, unit, joint, row };
         let time = table.column(Quantity::Time);
         let mut cursor = row.map(|row| time[row]);
         let before = cursor;

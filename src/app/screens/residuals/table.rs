@@ -8,7 +8,7 @@ use crate::app::plot::{Along, Region};
 use crate::effect::Axis;
 use crate::figure::mark::{Cells, Shades};
 use crate::recording::spectrum;
-use crate::session::Session;
+use crate::session::{Generation, Session};
 
 /// Most points that one plot draws.
 const MOST_POINTS: usize = 4000;
@@ -123,9 +123,10 @@ pub struct Spectra {
     pub correlation: Vec<[f64; 2]>,
 }
 
-/// Which samples: of one joint, in the training or the held-out part.
+/// Which samples: of one model and joint, in the training or the held-out part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Samples {
+    pub model: Generation,
     /// Counted from 0.
     pub joint: usize,
     pub held_out: bool,
@@ -232,7 +233,7 @@ impl Table {
 
     /// The samples alone.
     fn gathered(session: &Session, of: Samples) -> Self {
-        let Samples { joint, held_out } = of;
+        let Samples { model, joint, held_out } = of;
         let segments = if held_out { &session.split.held_out } else { &session.split.train };
         let mut table = Table {
             of,
@@ -243,7 +244,8 @@ impl Table {
             scatters: Vec::new(),
             worst: Vec::new(),
         };
-        let (Some(recording), Some(step)) = (session.recording.as_deref(), session.current()) else { return table };
+        let step = session.all_models().find(|step| step.generation == model);
+        let (Some(recording), Some(step)) = (session.recording.as_deref(), step) else { return table };
         let mut elapsed = 0.0;
         for segment in segments {
             let (Some(run), Some(prediction)) =

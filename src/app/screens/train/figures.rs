@@ -1,5 +1,7 @@
 //! Training as figures: errors and learning rate over the epochs.
 
+use std::sync::Arc;
+
 use crate::app::plot::Along;
 use crate::figure::colours::PREDICTED_DASH;
 use crate::figure::mark::{Line, Points};
@@ -17,12 +19,12 @@ const MARKED: f64 = 2.0;
 /// How much is seen of what was smoothed.
 const RAW: f64 = 0.35;
 
-/// Loss and held-out error of a training, smoothed by `share`, and the held-out errors of earlier ones by their number.
-pub fn errors(epochs: &[Epoch], share: f64, others: &[(usize, &Step)]) -> Panel {
+/// Loss and held-out error of a training, smoothed by `share`, and the held-out errors of other models with their inks.
+pub fn errors(epochs: &[Epoch], share: f64, others: &[(Arc<Step>, Ink)]) -> Panel {
     let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
     let loss: Vec<f64> = epochs.iter().map(|epoch| epoch.loss).collect();
     let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.unwrap_or(f64::NAN)).collect();
-    let ends = others.iter().filter_map(|(_, step)| step.history.last()).chain(epochs.last());
+    let ends = others.iter().filter_map(|(step, _)| step.history.last()).chain(epochs.last());
     let last = ends.map(|epoch| epoch.epoch as f64).fold(2.0, f64::max);
     let mut panel = Panel::new("errors", [axis("", last), Axis::default().logarithmic()]);
     if let Some((epoch, error)) = best(epochs).and_then(|epoch| Some((epoch.epoch as f64, epoch.held_out?))) {
@@ -33,10 +35,9 @@ pub fn errors(epochs: &[Epoch], share: f64, others: &[(usize, &Step)]) -> Panel 
         let raw = |(y, ink): (&Vec<f64>, Ink)| Line::new("", x.clone(), y.clone(), ink).dash(&[]).opacity(RAW);
         panel = panel.with_all([&loss, &held_out].into_iter().zip(inks).map(raw));
     }
-    for (number, step) in others {
+    for (step, ink) in others {
         let points = step.history.iter().map(|epoch| [epoch.epoch as f64, best_error(epoch)]);
-        let curve = Line::through(format!("training {}", number + 1), points, ink_of(*number));
-        panel.push(curve.dash(PREDICTED_DASH).width(CURVE));
+        panel.push(Line::through(&step.name, points, *ink).width(CURVE));
     }
     for ((name, y), ink) in [("loss on train", &loss), ("held-out nMSE", &held_out)].into_iter().zip(inks) {
         panel.push(Line::new(name, x.clone(), smoothed(y, share), ink).width(CURVE));
@@ -63,11 +64,6 @@ pub fn rate(done: &[Epoch], plan: &Plan, batches: u64) -> Panel {
 
 fn axis(label: &str, last: f64) -> Axis {
     Axis::new(label, "").range([1.0, last]).linked(Along::Epoch)
-}
-
-/// The colour of an earlier training.
-pub fn ink_of(run: usize) -> Ink {
-    Ink::Series(run + 5)
 }
 
 /// The running mean of the logarithms, in which each epoch before counts `share` times as much as the next; gaps stay gaps.

@@ -2,10 +2,9 @@
 
 mod figures;
 
-use std::collections::HashSet;
 use std::sync::Arc;
 
-use egui::{Align, Button, Checkbox, Color32, ComboBox, DragValue, Layout, RadioButton, RichText, Slider, Ui};
+use egui::{Align, Button, ComboBox, DragValue, Layout, RadioButton, RichText, Slider, Ui};
 
 use crate::app::desk::{About, Busy, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
@@ -14,13 +13,13 @@ use crate::app::screen::Screen;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets::thousands;
 use crate::app::{tables, widgets};
-use crate::figure::Panel;
+use crate::figure::{Ink, Panel};
 use crate::model::learned::Features;
-use crate::model::{Preset, Term};
+use crate::model::Preset;
 use crate::network::Activation;
 use crate::progress::Epoch;
 use crate::recording::Recording;
-use crate::session::{Command, Generation, Session, Step, TrainedRun};
+use crate::session::{Command, Session, Step};
 use crate::training::fit::{Plan, SavedRun};
 use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
@@ -28,8 +27,6 @@ use crate::training::{Ending, Options, Precision, Recipe};
 
 /// Height of the chart of the learning rate \[points\].
 const RATE: f32 = 112.0;
-/// Height of a line in the list of trainings \[points\].
-const RUN: f32 = 56.0;
 
 /// The screen's names and place.
 pub static ABOUT: About = About {
@@ -54,8 +51,6 @@ pub struct Train {
     cursor: Option<f64>,
     /// How much of the smoothed curves is from earlier epochs, 0 for none.
     smoothing: f64,
-    /// Earlier trainings whose curves are not drawn.
-    unseen: HashSet<Generation>,
 }
 
 impl Screen for Train {
@@ -68,7 +63,7 @@ impl Screen for Train {
         let batches = |plan: &Plan| batches(desk.session, &plan.options);
         match epochs(desk) {
             Some((epochs, plan)) => {
-                let errors = figures::errors(epochs, self.smoothing, &self.others(desk));
+                let errors = figures::errors(epochs, self.smoothing, &Self::others(desk));
                 vec![errors, figures::rate(epochs, plan, batches(plan))]
             }
             None if is_learned(self.preset) => vec![figures::rate(&[], &self.plan, batches(&self.plan))],
@@ -103,10 +98,8 @@ impl Screen for Train {
 fn summary(desk: &Desk) -> String {
     let Some(step) = desk.session.current() else { return "There is no model yet.".to_owned() };
     let errors: Vec<String> = step.evaluation.held_out_nmse().into_iter().map(ticks::percent).collect();
-    let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
     let how = if step.fitted.model.is_learned() { "was trained" } else { "was solved for, not trained" };
-    let (terms, errors) = (terms.join(" + "), errors.join(" · "));
-    format!("The current model ({terms}) {how}. Held-out error by joint (nMSE): {errors}.")
+    format!("The current model, {}, {how}. Held-out error by joint (nMSE): {}.", step.name, errors.join(" · "))
 }
 
 /// The epochs of the running training or else of the current model, and the plan; `None` if nothing was trained.
@@ -142,15 +135,12 @@ impl Train {
         }
         match desk.session.current().cloned() {
             Some(step) if !step.history.is_empty() => {
-                let runs =
-                    if desk.session.runs.len() > 1 { 72.0 + RUN * desk.session.runs.len().min(4) as f32 } else { 0.0 };
                 let table = 125.0 + 26.0 * recording.joint_count() as f32;
-                let height = ui.available_height() - table - runs;
+                let height = ui.available_height() - table;
                 let plan = step.run.as_ref().map_or(&desk.session.plan, |run| &run.plan);
                 self.curves(ui, desk, &step.history, plan, height);
                 ui.columns(2, |columns| {
                     widgets::card(&mut columns[0], "How it ended", |ui| ending(ui, &step));
-                    self.past_runs(&mut columns[0], desk);
                     tables::errors(&mut columns[1], &recording, &step);
                 });
             }
@@ -196,7 +186,7 @@ impl Train {
 
     /// Loss, held-out error and learning rate over the epochs.
     fn curves(&mut self, ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], plan: &Plan, height: f32) {
-        let others = self.others(desk);
+        let others = Self::others(desk);
         // Epochs are counted in whole numbers.
         self.cursor = self.cursor.map(f64::round);
         widgets::card(ui, "Loss and held-out error by epoch (logarithmic)", |ui| {
@@ -220,59 +210,11 @@ impl Train {
         });
     }
 
-    fn is_unseen(&self, run: &TrainedRun) -> bool {
-        run.step().is_some_and(|step| self.unseen.contains(&step.generation))
-    }
-
-    /// The earlier trainings whose curves are drawn, by their number.
-    fn others<'a>(&self, desk: &Desk<'a>) -> Vec<(usize, &'a Step)> {
-        let is_drawn = |run: &TrainedRun| !self.is_unseen(run) && (desk.busy.is_some() || !is_current(desk, run));
-        let runs = desk.session.runs.iter().enumerate().filter(|(_, run)| is_drawn(run));
-        runs.filter_map(|(number, run)| Some((number, run.step()?.as_ref()))).collect()
-    }
-
-    /// All trainings of this recording, to be compared and chosen from; the newest first.
-    fn past_runs(&mut self, ui: &mut Ui, desk: &mut Desk) {
-        if desk.session.runs.len() < 2 {
-            return;
-        }
-        let palette = Palette::in_ui(ui);
-        let (session, idle) = (desk.session, desk.busy.is_none());
-        widgets::card(ui, "Trainings of this recording", |ui| {
-            for (number, run) in session.runs.iter().enumerate().rev() {
-                let Some((step, saved)) = run.step().and_then(|step| Some((step, step.run.as_ref()?))) else {
-                    continue;
-                };
-                let current = is_current(desk, run);
-                ui.horizontal(|ui| {
-                    let mut shown = current || !self.unseen.contains(&step.generation);
-                    let color = if current { palette.predicted } else { color_of(number, palette) };
-                    let name = RichText::new(format!("training {}", number + 1)).color(color);
-                    if ui
-                        .add_enabled(!current, Checkbox::new(&mut shown, name))
-                        .on_hover_text("Draw its curve")
-                        .changed()
-                    {
-                        if shown {
-                            self.unseen.remove(&step.generation)
-                        } else {
-                            self.unseen.insert(step.generation)
-                        };
-                    }
-                    let error = figures::best(&step.history).map_or(f64::NAN, figures::best_error);
-                    ui.label(ticks::number(error))
-                        .on_hover_text("The best held-out nMSE, or loss if nothing is held out");
-                    if current {
-                        widgets::weak(ui, "the current model");
-                    } else if ui.add_enabled(idle, Button::new("Use this model")).clicked() {
-                        desk.orders.push(Order::run(Command::UseRun { run: number }));
-                    }
-                });
-                let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
-                let text = format!("{}: {}", terms.join(" + "), settings_text(&saved.plan));
-                ui.label(RichText::new(text).size(SMALL).color(palette.weak));
-            }
-        });
+    /// The other models whose training is drawn, with their inks.
+    fn others(desk: &Desk) -> Vec<(Arc<Step>, Ink)> {
+        let mut others = desk.overlaid();
+        others.retain(|(step, _)| !step.history.is_empty());
+        others
     }
 
     /// The choice of model.
@@ -304,7 +246,7 @@ impl Train {
             ui.horizontal(|ui| {
                 ui.label("Recipe");
                 for recipe in [Recipe::Ours, Recipe::Thorough, Recipe::Paper] {
-                    if ui.radio(plan.recipe == recipe, recipe_name(recipe)).clicked() && plan.recipe != recipe {
+                    if ui.radio(plan.recipe == recipe, tables::recipe_name(recipe)).clicked() && plan.recipe != recipe {
                         let seed = plan.options.seed;
                         *plan = Plan::of(recipe);
                         plan.options.seed = seed;
@@ -439,31 +381,6 @@ fn batches(session: &Session, options: &Options) -> u64 {
     (samples / options.batch.max(1)).max(1) as u64
 }
 
-/// Which training the current model is.
-fn is_current(desk: &Desk, run: &TrainedRun) -> bool {
-    matches!((run.step(), desk.session.current()), (Some(own), Some(current)) if own.generation == current.generation)
-}
-
-fn color_of(run: usize, palette: &Palette) -> Color32 {
-    palette.color(figures::ink_of(run))
-}
-
-/// The settings of a training in a line.
-fn settings_text(plan: &Plan) -> String {
-    let options = &plan.options;
-    let hidden: Vec<String> = plan.layers.hidden.iter().map(usize::to_string).collect();
-    format!(
-        "{}, {} {}, {} epochs, batch {}, rate {}, seed {}",
-        recipe_name(plan.recipe),
-        hidden.join(" × "),
-        format!("{:?}", plan.layers.activation).to_lowercase(),
-        thousands_of(options.epochs),
-        options.batch,
-        options.rate,
-        options.seed
-    )
-}
-
 fn ending(ui: &mut Ui, step: &Step) {
     let (Some(last), Some(best)) = (step.history.last(), figures::best(&step.history)) else { return };
     let (done, all) = (thousands_of(last.epoch), thousands_of(last.epochs));
@@ -481,14 +398,6 @@ fn ending(ui: &mut Ui, step: &Step) {
     let speed = format!("{} at {} samples/s", duration(last.elapsed_s), thousands_of(last.samples_per_s as u64));
     // Columns justify their text, which tears a short one apart.
     ui.with_layout(Layout::top_down(Align::Min), |ui| ui.label(format!("{how} {kept}")).on_hover_text(speed));
-}
-
-fn recipe_name(recipe: Recipe) -> &'static str {
-    match recipe {
-        Recipe::Ours => "ours",
-        Recipe::Thorough => "thorough",
-        Recipe::Paper => "the paper's",
-    }
 }
 
 /// Networks, optimiser and numbers.

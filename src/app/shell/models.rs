@@ -1,0 +1,189 @@
+//! All models of the session in one table, on every screen: what is shown over the current one, under which name, and what they
+//! are worth.
+
+use egui::{Button, Checkbox, Grid, RichText, ScrollArea, TextEdit, Ui, WidgetInfo};
+
+use super::frame::Shell;
+use crate::app::desk::{Desk, Order};
+use crate::app::glossary::{self, Word};
+use crate::app::plot::{key_of, ticks};
+use crate::app::theme::{GROUP, Palette, SMALL, TITLE};
+use crate::app::{tables, widgets};
+use crate::experiment::run::duration_text;
+use crate::figure::Ink;
+use crate::model::{JointError, Preset, Term};
+use crate::session::{Command, Generation, Session, Step};
+
+/// Most of the window's height that the table takes.
+const HEIGHT: f32 = 0.36;
+/// Width of a name \[points\].
+const NAME: f32 = 230.0;
+
+/// The table, while it is open.
+#[derive(Debug, Default)]
+pub struct Models {
+    /// The name that is being written, and of which model.
+    editing: Option<(Generation, String)>,
+}
+
+pub fn show(ui: &mut Ui, shell: &mut Shell, open: &mut Models) {
+    let desk = &mut shell.desk;
+    let palette = Palette::in_ui(ui);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Models of this session").size(TITLE).color(palette.text));
+        let text = "Ticked: drawn over the current one on every screen. A click into a name changes it.";
+        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let close = ui.add(Button::new("×").small());
+            close.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Close the models"));
+            if close.clicked() {
+                desk.orders.push(Order::Models(false));
+            }
+        });
+    });
+    let height = ui.ctx().content_rect().height() * HEIGHT;
+    ScrollArea::both().id_salt("models").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
+        Grid::new("models").striped(true).spacing([GROUP, 4.0]).show(ui, |ui| {
+            header(ui);
+            for step in desk.session.all_models() {
+                row(ui, desk, open, step);
+            }
+        });
+        wanted(ui, desk);
+    });
+}
+
+fn header(ui: &mut Ui) {
+    let weak = Palette::in_ui(ui).weak;
+    let head = |ui: &mut Ui, text: &str| ui.label(RichText::new(text).size(SMALL).color(weak));
+    for text in ["shown", "name", "terms", "parameters"] {
+        head(ui, text);
+    }
+    glossary::explained(head(ui, "nMSE on train, by joint"), Word::Nmse);
+    glossary::explained(head(ui, "nMSE held out, by joint"), Word::HeldOut);
+    for text in ["seed", "training", ""] {
+        head(ui, text);
+    }
+    ui.end_row();
+}
+
+fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step) {
+    let name = &step.name;
+    let (idle, is_current) = (desk.busy.is_none(), is_current(desk.session, step));
+    shown(ui, desk, step, is_current);
+    edit_name(ui, desk, open, step, idle);
+    let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+    ui.label(labels.len().to_string()).on_hover_text(labels.join("\n"));
+    ui.label(widgets::thousands(step.parameter_count()));
+    ui.label(errors(&step.evaluation.train));
+    ui.label(errors(&step.evaluation.held_out));
+    match &step.run {
+        Some(run) => {
+            ui.label(run.plan.options.seed.to_string()).on_hover_text(tables::plan_text(&run.plan));
+            ui.label(step.history.last().map_or("—".to_owned(), |last| duration_text(last.elapsed_s)));
+        }
+        None => {
+            ui.label("—");
+            ui.label("solved for").on_hover_text("By least squares, at once");
+        }
+    }
+    ui.horizontal(|ui| {
+        if is_current {
+            widgets::weak(ui, "the current model");
+            return;
+        }
+        let mut button = |ui: &mut Ui, word: &str, possible: bool, why_not: &str, command: Command| {
+            let button = ui.add_enabled(possible, Button::new(word).small());
+            let spoken = format!("{word} {name}");
+            button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, possible, &spoken));
+            let hint = format!("{spoken}; undo takes it back");
+            if button.on_hover_text(hint).on_disabled_hover_text(why_not).clicked() {
+                desk.orders.push(Order::run(command));
+            }
+        };
+        let at_work = "Something is at work; see below";
+        button(ui, "Use", idle, at_work, Command::TakeUp { name: name.clone() });
+        let on_ladder = desk.session.has_on_ladder(step);
+        let why_not = if on_ladder { "It is a step of the ladder" } else { at_work };
+        button(ui, "Delete", idle && !on_ladder, why_not, Command::Delete { name: name.clone() });
+    });
+    ui.end_row();
+}
+
+/// Whether it is drawn, and how.
+fn shown(ui: &mut Ui, desk: &mut Desk, step: &Step, is_current: bool) {
+    let overlaid = &mut desk.focus.overlaid;
+    let ink = if is_current { Some(Ink::Predicted) } else { overlaid.ink(step.generation) };
+    let mut on = ink.is_some();
+    let possible = !is_current && (on || !overlaid.is_full());
+    ui.horizontal(|ui| {
+        let tick = ui.add_enabled(possible, Checkbox::without_text(&mut on));
+        let spoken = format!("show {}", step.name);
+        tick.widget_info(|| WidgetInfo::selected(egui::Role::CheckBox, possible, on, &spoken));
+        let why_not = match is_current {
+            true => "The current model is always drawn",
+            false => "More lines could not be told apart on paper: hide another model first",
+        };
+        if tick.on_hover_text(spoken.clone()).on_disabled_hover_text(why_not).changed() {
+            overlaid.set(step.generation, on);
+        }
+        key_of(ui, ink);
+    });
+}
+
+/// A name is written in its place; Enter or a click elsewhere gives it.
+fn edit_name(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, idle: bool) {
+    let of_it = |editing: &&(Generation, String)| editing.0 == step.generation;
+    let mut text = open.editing.as_ref().filter(of_it).map_or_else(|| step.name.clone(), |(_, text)| text.clone());
+    let edit = TextEdit::singleline(&mut text).id_salt(("name", step.generation)).desired_width(NAME);
+    let edit = ui.add_enabled(idle, edit);
+    edit.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, idle, format!("name of {}", step.name)));
+    if edit.changed() {
+        open.editing = Some((step.generation, text));
+    }
+    if edit.lost_focus()
+        && let Some((_, text)) = open.editing.take_if(|editing| editing.0 == step.generation)
+        && text.trim() != step.name
+        && !ui.input(|input| input.key_pressed(egui::Key::Escape))
+    {
+        desk.run(Command::Rename { name: step.name.clone(), to: text });
+    }
+    if edit.hovered() {
+        edit.on_hover_text(&step.name);
+    }
+}
+
+/// Models that the session does not have yet, to be made beside the current one.
+fn wanted(ui: &mut Ui, desk: &mut Desk) {
+    let idle = desk.busy.is_none();
+    let possible: Vec<Preset> = desk.session.presets_without_model().collect();
+    if possible.is_empty() {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        widgets::weak(ui, "To be compared with:");
+        for preset in possible {
+            let mut on = desk.focus.wanted.contains(&preset);
+            if ui.checkbox(&mut on, preset.title()).on_hover_text(preset.description()).changed() {
+                desk.focus.wanted.retain(|other| *other != preset);
+                if on {
+                    desk.focus.wanted.push(preset);
+                }
+            }
+        }
+        if let Some(make) = desk.focus.make_wanted(desk.session) {
+            let button = ui.add_enabled(idle, Button::new("Make them"));
+            if button.on_hover_text("Each is solved for, or trained by the settings of the screen Train").clicked() {
+                desk.run(make);
+            }
+        }
+    });
+}
+
+fn is_current(session: &Session, step: &Step) -> bool {
+    session.current().is_some_and(|current| current.generation == step.generation)
+}
+
+fn errors(joints: &[JointError]) -> String {
+    joints.iter().map(|joint| ticks::percent(joint.nmse)).collect::<Vec<_>>().join(" · ")
+}

@@ -1,0 +1,141 @@
+//! The models of a session side by side: one table, one name each, drawn over each other on every screen.
+
+use torquescope::figure::mark::Key as LineKey;
+
+use super::*;
+
+/// The names of all models, in the order of the table.
+pub(crate) fn names(window: &Window) -> Vec<String> {
+    window.state().session().all_models().map(|step| step.name.clone()).collect()
+}
+
+/// The repaired arm with its table of models open, everything shown.
+pub(crate) fn compared(screen: &'static About) -> Window {
+    let add = |session: &Session, effect: &str, joint: usize| {
+        run(Command::AddEffect { effect: effect.to_owned(), joints: vec![joint] }, session)
+    };
+    let more = add(&add(&support::repaired(), "viscous-friction", 0), "torque-offset", 1);
+    let mut window = window(more, screen, Theme::Light);
+    click(&mut window, "Models (4)");
+    for name in ["rigid body", "rigid body + Coulomb 1, 2", "rigid body + Coulomb 1, 2 + viscous 1"] {
+        window.get_by_role_and_label(Role::CheckBox, &format!("show {name}")).click();
+        window.run_steps(3);
+    }
+    settle(&mut window);
+    window
+}
+
+fn is_spoken(window: &Window, label: &str) -> bool {
+    window.query_by_label(label).is_some()
+}
+
+/// Every model is used, renamed and deleted by the table, and undo takes it back.
+#[test]
+fn models_are_used_renamed_and_deleted_by_their_table() {
+    let mut window = compared(&compare::ABOUT);
+    let current = |window: &Window| window.state().session().current().unwrap().name.clone();
+    click(&mut window, "Use rigid body");
+    assert_eq!((current(&window).as_str(), window.state().session().ladder.len()), ("rigid body", 1));
+    let last = "rigid body + Coulomb 1, 2 + viscous 1 + torque offset 2";
+    click(&mut window, &format!("Delete {last}"));
+    assert_eq!(names(&window).len(), 3);
+    click(&mut window, "Undo");
+    assert_eq!(names(&window).last().unwrap(), last);
+    assert!(!is_enabled(&window, "Redo") || names(&window).len() == 4);
+    // A name is written in its place, and stands everywhere then.
+    let field = "name of rigid body + Coulomb 1, 2";
+    window.get_by_role_and_label(Role::TextInput, field).focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text("with friction".to_owned()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    assert!(is_spoken(&window, "with friction in joint 1: torque") && is_spoken(&window, "show with friction"));
+    window.state_mut().order(Order::Show(&ladder::ABOUT));
+    settle(&mut window);
+    assert!(is_spoken(&window, "bars of with friction"));
+    click(&mut window, "bars of with friction");
+    assert_eq!(current(&window), "with friction");
+    // Two can't have the same name.
+    window.state_mut().order(Order::run(Command::Rename { name: "rigid body".into(), to: "with friction".into() }));
+    settle(&mut window);
+    assert!(window.query_by_label_contains("another model has that name already").is_some());
+}
+
+/// Also with three models over the current one, and with all terms: no line is without its name.
+#[test]
+fn a_legend_names_every_line_that_is_drawn() {
+    let mut window = compared(&compare::ABOUT);
+    window.get_by_role_and_label(Role::CheckBox, "Terms").click();
+    settle(&mut window);
+    for name in [
+        "measured τ",
+        "predicted τ̂",
+        "rigid body",
+        "rigid body + Coulomb 1, 2",
+        "rigid body + Coulomb 1, 2 + viscous 1",
+        "term: rigid body",
+        "term: Coulomb friction, joint 1",
+        "term: viscous friction, joint 1",
+    ] {
+        assert!(is_spoken(&window, &format!("{name} in joint 1: torque")), "{name}");
+    }
+    for panel in window.state_mut().figures().iter().filter(|panel| panel.title.contains("torque")) {
+        let mut dashes: Vec<&[f32]> = Vec::new();
+        for entry in panel.legend() {
+            let LineKey::Line(_, dash, ..) = entry.key else { panic!("{} is a line", entry.name) };
+            assert!(!dashes.contains(&dash), "{}: {} looks like another on paper", panel.title, entry.name);
+            dashes.push(dash);
+        }
+        assert!(dashes.len() > 5, "{}", panel.title);
+    }
+}
+
+/// What is ticked is drawn on every screen, in the same way.
+#[test]
+fn models_are_drawn_over_each_other_on_every_screen() {
+    let mut window = compared(&compare::ABOUT);
+    let shown = [
+        (&compare::ABOUT, "rigid body in joint 1: residual"),
+        (&residuals::ABOUT, "rigid body in residual against velocity"),
+        (&residuals::ABOUT, "rigid body in residual power by frequency"),
+        (&residuals::ABOUT, "rigid body in time line"),
+        (&extrapolation::ABOUT, "rigid body in joint 1: torque at this scale"),
+    ];
+    for (screen, label) in shown {
+        window.state_mut().order(Order::Show(screen));
+        settle(&mut window);
+        assert!(is_spoken(&window, label), "{label}");
+    }
+    // One part of the torque, of all models.
+    window.state_mut().order(Order::Show(&compare::ABOUT));
+    settle(&mut window);
+    window.get_by_role_and_label(Role::CheckBox, "Decompose").click();
+    settle(&mut window);
+    window.get_by_role_and_label(Role::ComboBox, "Part").click();
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::Button, "gravity").click();
+    settle(&mut window);
+    assert!(is_spoken(&window, "rigid body in joint 1: gravity"));
+    // Hidden again, it is nowhere.
+    window.get_by_role_and_label(Role::CheckBox, "show rigid body").click();
+    settle(&mut window);
+    assert!(!is_spoken(&window, "rigid body in joint 1: gravity"));
+}
+
+/// What is ticked to be compared is the next step on Compare; then it is drawn.
+#[test]
+fn the_next_step_makes_the_models_that_are_ticked() {
+    let mut window = window(Session { plan: short_plan(2), ..small() }, &compare::ABOUT, Theme::Dark);
+    click(&mut window, "Models (1)");
+    for name in ["FF-NN", "stated arm"] {
+        window.get_by_role_and_label(Role::CheckBox, name).click();
+        window.run_steps(3);
+    }
+    click(&mut window, "Next: Make stated arm, FF-NN");
+    assert_eq!(names(&window), ["rigid body", "stated arm", "FF-NN"]);
+    assert_eq!(window.state().session().current().unwrap().name, "rigid body");
+    assert!(is_spoken(&window, "FF-NN in joint 1: torque") && is_spoken(&window, "stated arm in joint 1: torque"));
+    assert!(window.query_by_label_contains("Next: Make").is_none());
+}
