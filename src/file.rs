@@ -24,6 +24,17 @@ pub const LARGEST_MODEL: u64 = 1 << 28;
 /// No text that people write (an arm, a scenario, a mapping, an experiment) is larger \[bytes\].
 pub const LARGEST_TEXT: u64 = 1 << 24;
 
+/// A message without the number by which the system knows an error, as in `No such file or directory (os error 2)`: it tells
+/// people nothing.
+pub fn without_number(message: &str) -> String {
+    let mut text = message.to_owned();
+    while let Some(from) = text.find(" (os error ") {
+        let Some(to) = text[from..].find(')') else { break };
+        text.replace_range(from..=from + to, "");
+    }
+    text
+}
+
 /// How large a plain file is \[bytes\].
 ///
 /// # Errors
@@ -244,6 +255,13 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn people_are_not_told_the_number_of_an_error() {
+        let error = std::fs::read("no/such/file").unwrap_err();
+        let text = without_number(&format!("can't read it: {error}, twice ({error}). Mend it"));
+        assert!(!text.contains("os error") && text.ends_with("). Mend it"), "{text}");
+    }
 
     fn names(folder: &Path) -> Vec<String> {
         let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());

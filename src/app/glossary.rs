@@ -2,6 +2,8 @@
 
 use egui::{Response, Ui};
 
+use crate::model::Preset;
+
 /// A word that not everybody knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Word {
@@ -58,6 +60,13 @@ pub fn weak(ui: &mut Ui, text: impl Into<String>) -> Response {
     let meaning = meanings(&text);
     let label = super::widgets::weak(ui, text);
     if meaning.is_empty() { label } else { label.on_hover_text(meaning) }
+}
+
+/// The choice of a model: what it is, and what the words for it mean.
+pub fn radio(response: Response, preset: Preset) -> Response {
+    let text = preset.description();
+    let meaning = meanings(&format!("{} {text}", preset.title()));
+    response.on_hover_text(if meaning.is_empty() { text.to_owned() } else { format!("{text}\n\n{meaning}") })
 }
 
 /// The meanings of all words in a text, each once.

@@ -109,7 +109,7 @@ impl TorquescopeApp {
             Some(Kept::Saved { path, mark, generation }) => {
                 self.filed.is_in(&path, mark, generation);
                 self.remember(&path);
-                self.messages.toast(format!("Saved: {}.", path.display()), ctx);
+                self.messages.toast(Tone::Info, format!("Saved: {}.", path.display()), ctx);
                 if matches!(self.leaving, Some(Leaving::Saving)) {
                     self.decide(ctx);
                 }

@@ -283,7 +283,13 @@ impl TorquescopeApp {
         if !dropped.is_empty() {
             self.orders.push(Order::open(dropped));
         }
-        self.orders.extend(self.overlays.shortcuts(ctx, self.history.current(), &self.focus, &self.screens, self.exported));
+        self.orders.extend(self.overlays.shortcuts(
+            ctx,
+            self.history.current(),
+            &self.focus,
+            &self.screens,
+            self.exported,
+        ));
         let scale = ctx.zoom_factor();
         if !TEXT_SCALES.contains(&scale) {
             ctx.set_zoom_factor(scale.clamp(*TEXT_SCALES.start(), *TEXT_SCALES.end()));
@@ -352,6 +358,7 @@ impl TorquescopeApp {
             has_models_open: self.overlays.models.is_some(),
             is_unsaved: self.filed.is_unsaved(&session),
             at_work,
+            is_covered: self.overlays.cover(),
             is_leaving: self.leaving.is_some(),
         };
         self.overlays.show(ui, &mut shell);
@@ -580,7 +587,8 @@ impl TorquescopeApp {
         // Where it kept itself while it was at work concerns nobody any more.
         let session = Session { checkpoint_file: None, ..session };
         if !matches!(command, Command::BetFirst(_) | Command::PlaceBet(_)) {
-            self.messages.toast(done_text(before, &session, command), ctx);
+            let (tone, text) = done_text(before, &session, command);
+            self.messages.toast(tone, text, ctx);
         }
         if command.trains(&session)
             && let Some(step) = session.current()
@@ -605,7 +613,8 @@ impl TorquescopeApp {
         self.history.open(document.history, &command.title());
         let generation = self.history.current().generation;
         let copy = self.keeper.taken().filter(|copy| copy.path == *path).cloned();
-        self.messages.toast(done_text(before, self.history.current(), command), ctx);
+        let (tone, text) = done_text(before, self.history.current(), command);
+        self.messages.toast(tone, text, ctx);
         match &copy {
             Some(_) => {
                 self.filed.begin(false, generation);
@@ -686,7 +695,7 @@ impl TorquescopeApp {
         self.drawing = None;
         match outcome {
             Outcome::Done(path) => {
-                self.messages.toast(format!("Exported: {}.", path.display()), ctx);
+                self.messages.toast(Tone::Info, format!("Exported: {}.", path.display()), ctx);
                 self.exported = true;
             }
             Outcome::Failed(message) | Outcome::Stopped(message) | Outcome::Panicked(message) => {
@@ -771,20 +780,23 @@ fn overwriting(path: PathBuf, what: &str) -> Question {
     }
 }
 
-/// What was done, with the change of the error where there is one.
-fn done_text(before: &Session, after: &Session, command: &Command) -> String {
+/// What was done, to which model, and how its error changed; an error that rose is no good news.
+fn done_text(before: &Session, after: &Session, command: &Command) -> (Tone, String) {
     let title = widgets::sentence_case(&command.title());
     let error = |session: &Session| {
         let errors = session.current()?.evaluation.held_out_nmse();
         let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
         mean.is_finite().then_some(mean)
     };
-    match (error(before), error(after)) {
-        (Some(from), Some(to)) if from != to && before.has_recording_of(after) => {
+    match (error(before), error(after), after.current()) {
+        (Some(from), Some(to), Some(step)) if from != to && before.has_recording_of(after) => {
             let percent = plot::ticks::percent;
-            format!("{title}: mean held-out error {} → {}.", percent(from), percent(to))
+            let tone = if to < from { Tone::Info } else { Tone::Warning };
+            let verb = if to < from { "fell" } else { "rose" };
+            let (from, to, name) = (percent(from), percent(to), &step.name);
+            (tone, format!("{title}: mean held-out error {verb} {from} → {to} ({name})."))
         }
-        _ => format!("{title}: done."),
+        _ => (Tone::Info, format!("{title}: done.")),
     }
 }
 

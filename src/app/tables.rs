@@ -4,7 +4,7 @@ use egui::{RichText, Ui, WidgetText};
 
 use super::plot::ticks;
 use super::theme::{Palette, SMALL};
-use super::widgets;
+use super::{glossary, widgets};
 use crate::model::Parameter;
 use crate::recording::Recording;
 use crate::session::Step;
@@ -49,7 +49,8 @@ pub fn errors(ui: &mut Ui, recording: &Recording, step: &Step) {
         let [.., unit] = recording.units();
         widgets::table(ui, "errors", &["", "nMSE", "on train", &format!("RMS [{unit}]")], &rows);
         let text = "nMSE: squared error over squared torque; 0 % is perfect.";
-        ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
+        let label = ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
+        glossary::explained(label, glossary::Word::Nmse);
     });
 }
 
@@ -77,4 +78,3 @@ pub fn recipe_name(recipe: Recipe) -> &'static str {
         Recipe::Paper => "the paper's",
     }
 }
-

@@ -1,15 +1,17 @@
 //! Small parts that all screens are made of.
 
-use egui::{Align, Button, Color32, Frame, Layout, Margin, ProgressBar, Response, RichText, Stroke, Ui, WidgetText};
+use egui::{Align, Color32, Frame, Layout, Margin, ProgressBar, Response, RichText, Stroke, Ui, WidgetText};
 
+use super::glossary;
 use super::theme::{CHIP, GAP, HEADLINE, Palette, RADIUS, SMALL, TITLE};
+use crate::recording::{JointKind, Recording};
 
 /// A headline with a sentence below it.
 pub fn headline(ui: &mut Ui, title: &str, sentence: &str) {
     let palette = Palette::in_ui(ui);
     ui.label(RichText::new(title).size(HEADLINE).color(palette.text));
     if !sentence.is_empty() {
-        ui.label(RichText::new(sentence).color(palette.weak));
+        glossary::weak(ui, sentence);
     }
     ui.add_space(GAP);
 }
@@ -32,13 +34,6 @@ pub fn card<R>(ui: &mut Ui, title: &str, content: impl FnOnce(&mut Ui) -> R) -> 
     });
     ui.add_space(GAP - 2.0);
     inner.inner
-}
-
-/// The button of the next step.
-pub fn primary(ui: &mut Ui, enabled: bool, text: &str) -> Response {
-    let palette = Palette::in_ui(ui);
-    let button = Button::new(RichText::new(text).color(palette.on_accent)).fill(palette.accent).stroke(Stroke::NONE);
-    ui.add_enabled(enabled, button)
 }
 
 /// How far something is.
@@ -100,7 +95,7 @@ pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
         let cells = rows.iter().filter_map(|row| row.get(column));
         cells
             .map(WidgetText::text)
-            .all(|text| text.starts_with(|first: char| first.is_ascii_digit() || "−—".contains(first)))
+            .all(|text| text.starts_with(|first: char| first.is_ascii_digit() || "<−—".contains(first)))
     };
     let layouts: Vec<Layout> = (0..header.len())
         .map(|column| match is_number(column) {
@@ -134,7 +129,7 @@ pub fn empty(ui: &mut Ui, title: &str, sentence: &str, action: &str) -> bool {
         ui.label(RichText::new(title).size(HEADLINE).color(palette.text));
         ui.label(RichText::new(sentence).color(palette.weak));
         ui.add_space(GAP);
-        !action.is_empty() && primary(ui, true, action).clicked()
+        !action.is_empty() && ui.button(action).clicked()
     })
     .inner
 }
@@ -151,6 +146,12 @@ pub fn share_bar(ui: &mut Ui, share: f64, width: f32, color: Color32) {
 /// Whether the window, at this size of text, has no room for long names side by side.
 pub fn is_narrow(ui: &Ui) -> bool {
     ui.ctx().content_rect().width() < 1100.0
+}
+
+/// What moves the joints of a recording, in a word: torque, unless all of them slide.
+pub fn effort(recording: &Recording) -> &'static str {
+    let slides = recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic);
+    if slides { JointKind::Prismatic.effort() } else { JointKind::Revolute.effort() }
 }
 
 /// 12345 as `12 345`.

@@ -430,9 +430,7 @@ impl Data {
         let plan = self.training.plan()?;
         let places = self.places()?;
         let start = match self.model.clone().unwrap_or_default() {
-            Start::File(path) => Command::UseModel {
-                model: self.training.model(&read_model(&path)?.model),
-            },
+            Start::File(path) => Command::UseModel { model: self.training.model(&read_model(&path)?.model) },
             Start::Preset(preset) => Command::ChoosePreset(preset),
         };
         let opened = Session { plan, checkpoint_file, ..self.session()? };

@@ -4,6 +4,8 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
+use crate::file;
+
 /// Wrong usage: something on the command line, or in a file that an option names, can't be. Nothing was begun.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
@@ -26,7 +28,7 @@ impl<T, E: Into<anyhow::Error>> OrUsage<T> for Result<T, E> {
 
 /// Tells why a command ended, on standard error, and with `--json` as an object on standard output too.
 pub fn tell(error: &anyhow::Error, as_json: bool) -> ExitCode {
-    let reason = reason(error);
+    let reason = file::without_number(&reason(error));
     eprintln!("error: {reason}");
     end(&reason, if error.is::<Usage>() { 2 } else { 1 }, as_json)
 }

@@ -11,15 +11,8 @@ pub type Rgb = [u8; 3];
 pub type Dash = &'static [f32];
 
 /// Dashes of series. Neither these nor those of models look like each other, or like that of predicted signals.
-pub const DASHES: [Dash; 7] = [
-    &[],
-    &[14.0, 3.0],
-    &[2.0, 2.5],
-    &[9.0, 3.0, 2.0, 3.0],
-    &[4.0, 2.0],
-    &[2.0, 6.0],
-    &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0],
-];
+pub const DASHES: [Dash; 7] =
+    [&[], &[14.0, 3.0], &[2.0, 2.5], &[9.0, 3.0, 2.0, 3.0], &[4.0, 2.0], &[2.0, 6.0], &[9.0, 2.0, 2.0, 2.0, 2.0, 2.0]];
 /// Dashes of models that are drawn over the current one.
 pub const MODEL_DASHES: [Dash; 8] = [
     &[14.0, 3.0, 4.0, 3.0],

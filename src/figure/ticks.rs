@@ -83,6 +83,10 @@ pub fn percent(fraction: f64) -> String {
         return "—".to_owned();
     }
     let value = 100.0 * fraction;
+    // What three decimals would show as nothing is not nothing.
+    if value > 0.0 && value < 5e-4 {
+        return "< 0.001 %".to_owned();
+    }
     let decimals = if value == 0.0 { 0 } else { (1 - value.abs().log10().floor() as i32).clamp(0, 3) as usize };
     minus(&format!("{value:.decimals$} %"))
 }
@@ -95,6 +99,11 @@ fn minus(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_small_share_is_not_nothing() {
+        assert_eq!([0.0, 1e-7, 1e-5, 0.0123].map(percent), ["0 %", "< 0.001 %", "0.001 %", "1.2 %"]);
+    }
 
     #[test]
     fn ticks_are_round_and_inside() {

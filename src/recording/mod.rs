@@ -82,6 +82,14 @@ impl JointKind {
             JointKind::Prismatic => ["m", "m/s", "m/s²", "N"],
         }
     }
+
+    /// What moves it, in a word.
+    pub fn effort(self) -> &'static str {
+        match self {
+            JointKind::Revolute => "torque",
+            JointKind::Prismatic => "force",
+        }
+    }
 }
 
 /// Where the derivatives of position came from.

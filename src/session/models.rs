@@ -201,7 +201,10 @@ mod tests {
         let rename = |to: &str| Command::Rename { name: "rigid body".into(), to: to.into() };
         let renamed = run(&rename(" bare arm "), &swept);
         assert_eq!(names(&renamed)[0], "bare arm");
-        assert_eq!((renamed.ladder[0].name.as_str(), renamed.models[1].ladder[0].name.as_str()), ("bare arm", "bare arm"));
+        assert_eq!(
+            (renamed.ladder[0].name.as_str(), renamed.models[1].ladder[0].name.as_str()),
+            ("bare arm", "bare arm")
+        );
         assert_eq!(renamed.sweep.as_ref().unwrap().curves[0].model, "bare arm");
         let refused = |to: &str| rename(to).run(&swept, &Monitor::new()).unwrap_err().to_string();
         assert!(refused("rigid body + Coulomb 1, 2").contains("has that name already"));

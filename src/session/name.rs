@@ -97,9 +97,8 @@ mod tests {
     #[test]
     fn a_name_is_short_and_says_what_the_model_adds_up() {
         let body = Model { terms: vec![Term::RigidBody(RigidBody::Identified)] };
-        let with = |model: &Model, id: &str, joints: &[usize]| {
-            model.with_effect(registry::find(id).unwrap(), joints).unwrap()
-        };
+        let with =
+            |model: &Model, id: &str, joints: &[usize]| model.with_effect(registry::find(id).unwrap(), joints).unwrap();
         assert_eq!(default_name(&body), "rigid body");
         let rubbed = with(&with(&body, "coulomb-friction", &[0, 1, 2, 4]), "base-tilt", &[]);
         assert_eq!(default_name(&rubbed), "rigid body + Coulomb 1–3, 5 + base tilt");

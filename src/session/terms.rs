@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::Session;
 use super::error::SessionError;
 use super::step::step;
-use super::Session;
 use crate::effect::{Effect, Scope, own, registry};
 use crate::file;
 use crate::model::{Model, Term};

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
+mod care;
 mod looks;
 mod lost;
 mod models;

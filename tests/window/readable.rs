@@ -27,7 +27,7 @@ struct Dialog {
 }
 
 /// Everything that opens over a screen.
-const DIALOGS: [Dialog; 11] = [
+const DIALOGS: [Dialog; 12] = [
     Dialog {
         modal: true,
         name: "export",
@@ -41,6 +41,13 @@ const DIALOGS: [Dialog; 11] = [
         screen: &model::ABOUT,
         open: |window| window.key_press_modifiers(Modifiers::COMMAND, Key::P),
         exit: "Next: Compare",
+    },
+    Dialog {
+        modal: false,
+        name: "models",
+        screen: &compare::ABOUT,
+        open: |window| window.key_press_modifiers(Modifiers::COMMAND, Key::M),
+        exit: "Close the models",
     },
     Dialog {
         modal: true,

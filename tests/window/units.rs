@@ -37,7 +37,7 @@ fn a_joint_that_slides_has_its_own_units() {
         assert!(turns.contains(unit), "{unit}: {turns}");
     }
     let slides = of_joint(&mut window, 2);
-    for unit in ["position q [m]", "velocity q̇ [m/s]", "acceleration q̈ [m/s²]", "torque τ [N]"] {
+    for unit in ["position q [m]", "velocity q̇ [m/s]", "acceleration q̈ [m/s²]", "force τ [N]"] {
         assert!(slides.contains(unit), "{unit}: {slides}");
     }
 }
@@ -63,6 +63,9 @@ fn a_model_of_a_sliding_joint_is_in_its_units() {
         window.state_mut().order(Order::Show(screen));
         settle(&mut window);
         let texts = spoken(&window);
+        let plot_of_torque = |text: &&String| text.starts_with("plot of") && text.contains("torque");
+        assert_eq!(texts.iter().find(plot_of_torque), None, "{}: what slides is moved by a force", screen.id);
+        assert!(!texts.iter().any(|text| text.contains("point at q = 0")), "what slides points nowhere");
         let wrong = |text: &&String| ["N m", "rad"].iter().any(|unit| text.contains(unit));
         assert_eq!(texts.iter().find(wrong), None, "{}", screen.id);
     }

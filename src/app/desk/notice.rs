@@ -1,5 +1,7 @@
 //! What the window has to say: notices that stay until they are dismissed, and toasts that pass.
 
+use crate::file;
+
 /// How long a toast is shown \[s\].
 const TOAST: f64 = 5.0;
 
@@ -35,6 +37,8 @@ impl Notice {
 /// What was just done; it passes.
 #[derive(Debug, Clone)]
 pub struct Toast {
+    /// Whether it went as one hopes.
+    pub tone: Tone,
     /// What was done.
     pub text: String,
     /// When it goes \[s, in the window's time\].
@@ -53,12 +57,13 @@ pub struct Messages {
 impl Messages {
     /// Says something that stays.
     pub fn tell(&mut self, tone: Tone, text: impl Into<String>, remedy: impl Into<String>) {
+        let text = file::without_number(&text.into());
         self.notices.push(Notice::new(tone, text, remedy));
     }
 
     /// Says what was just done.
-    pub fn toast(&mut self, text: String, ctx: &egui::Context) {
-        self.toasts.push(Toast { text, until: ctx.input(|input| input.time) + TOAST });
+    pub fn toast(&mut self, tone: Tone, text: String, ctx: &egui::Context) {
+        self.toasts.push(Toast { tone, text, until: ctx.input(|input| input.time) + TOAST });
     }
 
     /// Removes a notice; nothing happens if it is gone already.

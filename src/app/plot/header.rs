@@ -91,7 +91,9 @@ impl Header<'_> {
         let at = pos2(self.plot.left(), first);
         let title = painter.text(at, Align2::LEFT_CENTER, title, font, tools.palette.text);
         if let Some([x, value]) = self.hovered {
-            let text = format!("{}, {}", with_value(&panel.x, x), with_value(&panel.y, value));
+            let inside = panel.marks.iter().find_map(|mark| mark.value_in([x, value]));
+            let inside = inside.map_or(String::new(), |(inside, unit)| format!(": {} {unit}", ticks::number(inside)));
+            let text = format!("{}, {}{inside}", with_value(&panel.x, x), with_value(&panel.y, value));
             let (at, font) = (pos2(self.plot.right(), first), FontId::proportional(SMALL));
             painter.text(at, Align2::RIGHT_CENTER, text, font, tools.palette.weak);
             return;

@@ -35,6 +35,8 @@ const TICKS: f32 = 16.0;
 const LABEL: f32 = 15.0;
 /// Room right of the plot \[points\].
 const RIGHT: f32 = 8.0;
+/// Least height of a plot under a legend of several rows \[points\].
+const LEAST_PLOT: f32 = 60.0;
 /// Room below a plot without numbers \[points\].
 const BELOW: f32 = 4.0;
 
@@ -130,12 +132,17 @@ impl<'a> PanelView<'a> {
     /// Draws it over the full width.
     pub fn show(mut self, ui: &mut Ui, views: &mut Views, decimator: &mut Decimator) -> Shown {
         let palette = Palette::in_ui(ui);
-        let (outer, _) = ui.allocate_exact_size(vec2(ui.available_width(), self.height), Sense::hover());
         let window = views.of_panel(&self.panel);
+        let [left, below] = self.margins().map(|margin| margin.unwrap_or(0.0));
         if !self.panel.bare {
-            let width = outer.width() - RIGHT - self.margins()[0].unwrap_or(0.0);
-            self.top = TOP + header::more_rows(ui, &self.panel, window, width);
+            let more = header::more_rows(ui, &self.panel, window, ui.available_width() - RIGHT - left);
+            self.top = TOP + more;
+            // A long legend takes of the plot, but not most of it.
+            if more > 0.0 {
+                self.height = self.height.max(self.top + below + LEAST_PLOT);
+            }
         }
+        let (outer, _) = ui.allocate_exact_size(vec2(ui.available_width(), self.height), Sense::hover());
         let room = self.room(outer);
         let id = Id::unique(("plot", ui.scope_id(), &self.panel.title));
         let tools =

@@ -5,6 +5,7 @@ use crate::app::desk::{Change, Desk, Order, Question, Side};
 use crate::app::screens;
 use crate::effect::{Scope, registry};
 use crate::model::Preset;
+use crate::model::learned::LearnedPreset;
 use crate::session::Command;
 use crate::simulation::Scenario;
 use crate::simulation::extrapolation::Stretch;
@@ -60,6 +61,14 @@ pub fn all(shell: &Shell) -> Vec<Action> {
         add("Start from the rigid body".into(), "", Order::run(Command::ChoosePreset(Preset::RigidBody)));
         if recording.stated_arm.is_some() {
             add("Start from the stated arm".into(), "", Order::run(Command::ChoosePreset(Preset::StatedArm)));
+        }
+        let plan = || Box::new(desk.session.plan.clone());
+        for preset in LearnedPreset::ALL {
+            let train = Command::TrainPreset { preset, plan: plan() };
+            add(format!("Train {}", preset.title()), "", Order::run(train));
+        }
+        if desk.session.current().is_some_and(|step| step.fitted.model.is_learned()) {
+            add("Train on".into(), "", Order::run(Command::Train { plan: plan(), warm: true }));
         }
         if recording.seal.is_some() && desk.session.truth.is_none() {
             add("Open the seal".into(), "", Question::open_seal());

@@ -3,6 +3,7 @@
 use egui::{Id, Modal, TextEdit, Ui};
 
 use super::frame::Shell;
+use super::primary::primary;
 use crate::app::desk::{Order, Parting, Question};
 use crate::app::theme::{GAP, Palette};
 use crate::app::widgets;
@@ -31,7 +32,7 @@ pub fn question(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Question>) {
                     answered = true;
                 }
             }
-            answered |= widgets::primary(ui, true, &open.otherwise).clicked();
+            answered |= primary(ui, true, &open.otherwise).clicked();
         });
     });
     if !answered && !modal.should_close() {
@@ -96,7 +97,7 @@ fn ask(ui: &mut Ui, shell: &Shell, open: &mut Closing) -> Option<Parting> {
     ui.horizontal_wrapped(|ui| {
         if saves {
             let name = if overwrites.is_some() { "Overwrite it and close" } else { "Save and close" };
-            let save = widgets::primary(ui, !path.is_empty(), name);
+            let save = primary(ui, !path.is_empty(), name);
             if save.on_hover_text("A training ends with the best that it has, which is saved too").clicked() {
                 parting = Some(Parting::Save(path.into()));
             }

@@ -7,9 +7,11 @@ use egui::{
 
 use super::frame::Shell;
 use super::keys;
+use super::primary::primary;
 use crate::app::desk::{Desk, Order};
+use crate::app::screen::NextStep;
 use crate::app::theme::{self, BODY, GAP, Palette};
-use crate::app::widgets::{self, is_narrow};
+use crate::app::widgets::is_narrow;
 use crate::recording::read::READABLE;
 
 pub fn tools(ui: &mut Ui, shell: &mut Shell) {
@@ -31,10 +33,8 @@ pub fn tools(ui: &mut Ui, shell: &mut Shell) {
         step_button(ui, desk, "Undo", shell.undo, &keys::UNDO, Order::Undo);
         step_button(ui, desk, "Redo", shell.redo, &keys::REDO, Order::Redo);
         let count = desk.session.all_models().count();
-        let models = format!(
-            "Name, compare, use and delete the models of this session ({})",
-            keys::text(ui, &keys::MODELS)
-        );
+        let models =
+            format!("Name, compare, use and delete the models of this session ({})", keys::text(ui, &keys::MODELS));
         let button = Button::new(format!("Models ({count})")).selected(shell.has_models_open);
         if ui.add_enabled(count > 0, button).on_hover_text(models).clicked() {
             desk.orders.push(Order::Models(!shell.has_models_open));
@@ -105,64 +105,71 @@ fn view(ui: &mut Ui, desk: &mut Desk) {
     }
 }
 
-/// The screens, left to right, and the next step.
+/// The screens, left to right, and the next step. Where there is no room for all names in a line, they stand in two.
 pub fn way(ui: &mut Ui, shell: &mut Shell) {
-    let palette = Palette::in_ui(ui);
-    let betting = shell.screens.withhold(shell.desk.session);
     let next = shell.next();
-    let leads_to =
-        next.as_ref().and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
-    let narrow = is_narrow(ui);
     ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 3.0;
-        ui.spacing_mut().button_padding.x = if narrow { 6.0 } else { 7.0 };
-        for (number, (about, screen)) in shell.screens.iter().enumerate() {
-            if number > 0 {
-                ui.label(RichText::new("›").color(palette.weak));
-            }
-            let current = shell.screens.shown() == about;
-            let is_next = leads_to == Some(about);
-            let done = screen.is_done(shell.desk.session);
-            let color = match (current || is_next, done) {
-                (true, _) => palette.accent,
-                (_, true) => palette.text,
-                _ => palette.weak,
-            };
-            // Without room only the step where one stands has its name; the others have their number.
-            let name = if narrow && !current { (number + 1).to_string() } else { about.title.to_owned() };
-            let mark = if done && !current && !narrow { "✔ " } else { "" };
-            let text = RichText::new(format!("{mark}{name}")).color(color);
-            let mut button = Button::new(text).selected(current);
-            if !current {
-                button = button.fill(Color32::TRANSPARENT);
-            }
-            let stroke = if is_next { Stroke::new(1.0, palette.accent) } else { Stroke::NONE };
-            let hint = format!("{}: {} (Ctrl+{})", about.title, about.purpose, number + 1);
-            let response = ui.add(button.stroke(stroke)).on_hover_text(hint);
-            response.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, current, about.title));
-            if response.clicked() {
-                shell.desk.orders.push(Order::Show(about));
-            }
-        }
-        ui.label(RichText::new("›").color(palette.weak));
-        export(ui, shell, next.as_ref().is_some_and(|next| matches!(next.order, Order::Export(_))));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let Some(next) = next else {
-                let (text, color) =
-                    if betting { ("place your bet", palette.accent) } else { ("✔ the way is done", palette.good) };
-                ui.label(RichText::new(text).color(color));
-                return;
-            };
-            let text = if narrow { "Next →".to_owned() } else { format!("Next: {} →", next.label) };
-            let button = widgets::primary(ui, shell.desk.busy.is_none(), &text);
-            let name = format!("Next: {}", next.label);
-            button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
-            let hint = format!("{}. {} ({})", next.label, next.why, keys::text(ui, &keys::NEXT));
-            if button.on_hover_text(&hint).on_disabled_hover_text("Something is at work; see below").clicked() {
-                shell.desk.orders.push(next.order);
-            }
+            next_step(ui, shell, next.as_ref());
+            ui.with_layout(Layout::left_to_right(Align::Center).with_main_wrap(true), |ui| {
+                ui.spacing_mut().item_spacing.x = 3.0;
+                ui.spacing_mut().button_padding.x = if is_narrow(ui) { 5.0 } else { 7.0 };
+                steps(ui, shell, next.as_ref());
+            });
         });
     });
+}
+
+fn steps(ui: &mut Ui, shell: &mut Shell, next: Option<&NextStep>) {
+    let palette = Palette::in_ui(ui);
+    let leads_to = next.and_then(|next| if let Order::Show(screen) = next.order { Some(screen) } else { None });
+    for (number, (about, screen)) in shell.screens.iter().enumerate() {
+        let current = shell.screens.shown() == about;
+        let is_next = leads_to == Some(about);
+        let done = screen.is_done(shell.desk.session);
+        let color = match (current || is_next, done) {
+            (true, _) => palette.accent,
+            (_, true) => palette.text,
+            _ => palette.weak,
+        };
+        let before = if number > 0 { "› " } else { "" };
+        let mark = if done && !current { "✔ " } else { "" };
+        let text = RichText::new(format!("{before}{mark}{}", about.title)).color(color);
+        let mut button = Button::new(text).selected(current);
+        if !current {
+            button = button.fill(Color32::TRANSPARENT);
+        }
+        let stroke = if is_next { Stroke::new(1.0, palette.accent) } else { Stroke::NONE };
+        let hint = format!("{}: {} (Ctrl+{})", about.title, about.purpose, number + 1);
+        let response = ui.add(button.stroke(stroke)).on_hover_text(hint);
+        response.widget_info(|| WidgetInfo {
+            current_text_value: done.then(|| "done".to_owned()),
+            ..WidgetInfo::selected(egui::Role::Button, true, current, about.title)
+        });
+        if response.clicked() {
+            shell.desk.orders.push(Order::Show(about));
+        }
+    }
+    export(ui, shell, next.is_some_and(|next| matches!(next.order, Order::Export(_))));
+}
+
+fn next_step(ui: &mut Ui, shell: &mut Shell, next: Option<&NextStep>) {
+    let palette = Palette::in_ui(ui);
+    let Some(next) = next else {
+        let betting = shell.screens.withhold(shell.desk.session);
+        let (text, color) =
+            if betting { ("place your bet", palette.accent) } else { ("✔ the way is done", palette.good) };
+        ui.label(RichText::new(text).color(color));
+        return;
+    };
+    let text = if is_narrow(ui) { "Next →".to_owned() } else { format!("Next: {} →", next.label) };
+    let button = primary(ui, shell.desk.busy.is_none() && !shell.is_covered, &text);
+    let name = format!("Next: {}", next.label);
+    button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &name));
+    let hint = format!("{}. {} ({})", next.label, next.why, keys::text(ui, &keys::NEXT));
+    if button.on_hover_text(&hint).on_disabled_hover_text("Something is at work; see below").clicked() {
+        shell.desk.orders.push(next.order.clone());
+    }
 }
 
 /// The end of the way: the plots of the screen as a file.
@@ -174,7 +181,7 @@ fn export(ui: &mut Ui, shell: &mut Shell, is_next: bool) {
         (_, true) => palette.text,
         _ => palette.weak,
     };
-    let name = if done && !is_narrow(ui) { "✔ Export" } else { "Export" };
+    let name = if done { "› ✔ Export" } else { "› Export" };
     let stroke = if is_next { Stroke::new(1.0, palette.accent) } else { Stroke::NONE };
     let button = Button::new(RichText::new(name).color(color)).fill(Color32::TRANSPARENT).stroke(stroke);
     let response = ui.add(button);

@@ -3,6 +3,7 @@
 use egui::{Button, DragValue, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo};
 
 use super::frame::Shell;
+use super::primary::primary;
 use crate::app::desk::{About, Desk, Drawing, Order};
 use crate::app::plot::export;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
@@ -125,7 +126,7 @@ fn ask(ui: &mut Ui, desk: &mut Desk, screen: &About, open: &mut Exporting) -> bo
     let chosen = plots.iter().filter(|(_, on)| *on).count();
     let ready = chosen > 0 && !path.trim().is_empty();
     ui.horizontal_wrapped(|ui| {
-        let write = widgets::primary(ui, ready, "Write the file");
+        let write = primary(ui, ready, "Write the file");
         write.widget_info(|| WidgetInfo::labeled(egui::Role::Button, ready, "Write the file"));
         if write.on_disabled_hover_text("Choose a plot and name a file").clicked() {
             let panels = plots.iter().filter(|(_, on)| *on).map(|(panel, _)| panel.clone()).collect();

@@ -30,6 +30,8 @@ pub struct Shell<'a> {
     pub is_unsaved: bool,
     /// What is at work, in words.
     pub at_work: Option<String>,
+    /// Whether a dialog lies over the screens, whose answer comes next.
+    pub is_covered: bool,
     /// Whether the window is being closed.
     pub is_leaving: bool,
 }

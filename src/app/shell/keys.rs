@@ -47,23 +47,28 @@ pub fn shortcuts(ctx: &egui::Context, open: Open, next: impl FnOnce() -> Option<
     }
     // While text is typed, undo is the text's own, and a question mark is one.
     let typing = ctx.text_edit_focused();
-    let overlay = open.palette || open.key_list;
     // What lies on top takes Escape for itself.
-    let covered = typing || open.exporting || egui::Popup::is_any_open(ctx);
+    let covered = typing || egui::Popup::is_any_open(ctx);
     ctx.input_mut(|input| {
         // Those with Shift have to be asked for first: Ctrl+Z would match Ctrl+Shift+Z too.
         for key in [PALETTE_TOO, PALETTE] {
-            if input.consume_shortcut(&key) {
+            if !open.exporting && input.consume_shortcut(&key) {
                 orders.push(Order::Palette(!open.palette));
             }
         }
+        let overlay = open.palette || open.key_list;
         if overlay && input.consume_shortcut(&STOP) {
             orders.extend([Order::Palette(false), Order::KeyList(false)]);
         }
-        if input.consume_shortcut(&LIST)
-            || (!typing && (input.consume_shortcut(&LIST_TOO) || input.consume_shortcut(&LIST_PLAIN)))
+        if !open.exporting
+            && (input.consume_shortcut(&LIST)
+                || (!typing && (input.consume_shortcut(&LIST_TOO) || input.consume_shortcut(&LIST_PLAIN))))
         {
             orders.push(Order::KeyList(!open.key_list));
+        }
+        // What a dialog covers is out of reach, of keys too.
+        if overlay || open.exporting {
+            return;
         }
         let general = [
             (REDO_TOO, Order::Redo),

@@ -75,12 +75,7 @@ fn left_behind(ui: &mut Ui, shell: &mut Shell, palette: &Palette) {
                 });
                 let ready = shell.desk.busy.is_none();
                 let go_on = format!("Go on with {label}");
-                // One button of a screen is the next step, not three.
-                let go_on = match number {
-                    0 => widgets::primary(ui, ready, &go_on),
-                    _ => ui.add_enabled(ready, Button::new(go_on)),
-                };
-                if go_on.clicked() {
+                if ui.add_enabled(ready, Button::new(go_on)).clicked() {
                     shell.desk.orders.push(Order::Recover(copy.path.clone()));
                 }
                 if ui.button(format!("Throw {name} away")).on_hover_text(&label).clicked() {
@@ -106,14 +101,18 @@ pub fn toasts(ui: &mut Ui, shell: &mut Shell) {
         Area::new(egui::Id::unique("toasts")).anchor(Align2::RIGHT_BOTTOM, vec2(-16.0, -44.0)).interactable(false);
     area.show(ui.ctx(), |ui| {
         for toast in &shell.messages.toasts {
+            let (mark, color) = match toast.tone {
+                Tone::Info => ("✔ ", palette.good),
+                Tone::Warning | Tone::Error => ("", palette.warning),
+            };
             let frame = Frame::new()
                 .fill(palette.card)
-                .stroke(Stroke::new(1.0, palette.good))
+                .stroke(Stroke::new(1.0, color))
                 .corner_radius(6)
                 .inner_margin(Margin::symmetric(12, 8));
             frame.show(ui, |ui| {
                 ui.set_max_width(360.0);
-                ui.label(RichText::new(format!("✔ {}", toast.text)).color(palette.text));
+                ui.label(RichText::new(format!("{mark}{}", toast.text)).color(palette.text));
             });
         }
     });

@@ -10,6 +10,7 @@ mod keys;
 mod messages;
 mod models;
 mod palette;
+mod primary;
 mod status;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, Ui};
@@ -52,6 +53,12 @@ impl Overlays {
     /// Asks whether to close the window; the session would go into this file.
     pub fn ask_closing(&mut self, path: String) {
         self.closing.get_or_insert(Closing { path });
+    }
+
+    /// Whether a dialog lies over the screens.
+    pub fn cover(&self) -> bool {
+        let asks = self.asking.is_some() || self.closing.is_some() || self.exporting.is_some();
+        asks || self.palette.is_some() || self.key_list
     }
 
     /// The orders that were given by keys.

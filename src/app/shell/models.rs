@@ -8,6 +8,7 @@ use crate::app::desk::{Desk, Order};
 use crate::app::glossary::{self, Word};
 use crate::app::plot::{key_of, ticks};
 use crate::app::theme::{GROUP, Palette, SMALL, TITLE};
+use crate::app::widgets::is_narrow;
 use crate::app::{tables, widgets};
 use crate::experiment::run::duration_text;
 use crate::figure::Ink;
@@ -16,8 +17,9 @@ use crate::session::{Command, Generation, Session, Step};
 
 /// Most of the window's height that the table takes.
 const HEIGHT: f32 = 0.36;
-/// Width of a name \[points\].
-const NAME: f32 = 230.0;
+/// Width of a name, and where there is little room \[points\].
+const NAME: f32 = 300.0;
+const SHORT_NAME: f32 = 170.0;
 
 /// The table, while it is open.
 #[derive(Debug, Default)]
@@ -31,8 +33,10 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, open: &mut Models) {
     let palette = Palette::in_ui(ui);
     ui.horizontal(|ui| {
         ui.label(RichText::new("Models of this session").size(TITLE).color(palette.text));
-        let text = "Ticked: drawn over the current one on every screen. A click into a name changes it.";
-        ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        if !is_narrow(ui) {
+            let text = "Ticked: drawn over the current one on every screen. A click into a name changes it.";
+            ui.label(RichText::new(text).size(SMALL).color(palette.weak));
+        }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let close = ui.add(Button::new("×").small());
             close.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Close the models"));
@@ -49,21 +53,23 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, open: &mut Models) {
                 row(ui, desk, open, step);
             }
         });
-        wanted(ui, desk);
     });
+    wanted(ui, desk);
 }
 
 fn header(ui: &mut Ui) {
     let weak = Palette::in_ui(ui).weak;
     let head = |ui: &mut Ui, text: &str| ui.label(RichText::new(text).size(SMALL).color(weak));
-    for text in ["shown", "name", "terms", "parameters"] {
-        head(ui, text);
-    }
-    glossary::explained(head(ui, "nMSE on train, by joint"), Word::Nmse);
+    head(ui, "shown");
+    head(ui, "name");
     glossary::explained(head(ui, "nMSE held out, by joint"), Word::HeldOut);
-    for text in ["seed", "training", ""] {
-        head(ui, text);
+    if !is_narrow(ui) {
+        glossary::explained(head(ui, "nMSE on train, by joint"), Word::Nmse);
+        for text in ["terms", "parameters", "seed", "training"] {
+            head(ui, text);
+        }
     }
+    head(ui, "");
     ui.end_row();
 }
 
@@ -72,20 +78,9 @@ fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step) {
     let (idle, is_current) = (desk.busy.is_none(), is_current(desk.session, step));
     shown(ui, desk, step, is_current);
     edit_name(ui, desk, open, step, idle);
-    let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
-    ui.label(labels.len().to_string()).on_hover_text(labels.join("\n"));
-    ui.label(widgets::thousands(step.parameter_count()));
-    ui.label(errors(&step.evaluation.train));
     ui.label(errors(&step.evaluation.held_out));
-    match &step.run {
-        Some(run) => {
-            ui.label(run.plan.options.seed.to_string()).on_hover_text(tables::plan_text(&run.plan));
-            ui.label(step.history.last().map_or("—".to_owned(), |last| duration_text(last.elapsed_s)));
-        }
-        None => {
-            ui.label("—");
-            ui.label("solved for").on_hover_text("By least squares, at once");
-        }
+    if !is_narrow(ui) {
+        details(ui, step);
     }
     ui.horizontal(|ui| {
         if is_current {
@@ -108,6 +103,24 @@ fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step) {
         button(ui, "Delete", idle && !on_ladder, why_not, Command::Delete { name: name.clone() });
     });
     ui.end_row();
+}
+
+/// What a window with little room leaves out.
+fn details(ui: &mut Ui, step: &Step) {
+    ui.label(errors(&step.evaluation.train));
+    let labels: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
+    ui.label(labels.len().to_string()).on_hover_text(labels.join("\n"));
+    ui.label(widgets::thousands(step.parameter_count()));
+    match &step.run {
+        Some(run) => {
+            ui.label(run.plan.options.seed.to_string()).on_hover_text(tables::plan_text(&run.plan));
+            ui.label(step.history.last().map_or("—".to_owned(), |last| duration_text(last.elapsed_s)));
+        }
+        None => {
+            ui.label("—");
+            ui.label("solved for").on_hover_text("By least squares, at once");
+        }
+    }
 }
 
 /// Whether it is drawn, and how.
@@ -135,7 +148,8 @@ fn shown(ui: &mut Ui, desk: &mut Desk, step: &Step, is_current: bool) {
 fn edit_name(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, idle: bool) {
     let of_it = |editing: &&(Generation, String)| editing.0 == step.generation;
     let mut text = open.editing.as_ref().filter(of_it).map_or_else(|| step.name.clone(), |(_, text)| text.clone());
-    let edit = TextEdit::singleline(&mut text).id_salt(("name", step.generation)).desired_width(NAME);
+    let width = if is_narrow(ui) { SHORT_NAME } else { NAME };
+    let edit = TextEdit::singleline(&mut text).id_salt(("name", step.generation)).desired_width(width);
     let edit = ui.add_enabled(idle, edit);
     edit.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, idle, format!("name of {}", step.name)));
     if edit.changed() {
@@ -173,7 +187,7 @@ fn wanted(ui: &mut Ui, desk: &mut Desk) {
         }
         if let Some(make) = desk.focus.make_wanted(desk.session) {
             let button = ui.add_enabled(idle, Button::new("Make them"));
-            if button.on_hover_text("Each is solved for, or trained by the settings of the screen Train").clicked() {
+            if button.on_hover_text("Each is solved for, or trained by the settings of the last training").clicked() {
                 desk.run(make);
             }
         }

@@ -40,6 +40,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<CommandPalette>) 
         if edit.changed() {
             open.chosen = 0;
         }
+        let is_typed = edit.changed();
         edit.request_focus();
         ui.add_space(GAP);
         if found.is_empty() {
@@ -55,7 +56,8 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<CommandPalette>) 
                     egui::Button::selectable(chosen, &action.name).right_text(keys).min_size(egui::vec2(width, 0.0));
                 let line = ui.add(button);
                 line.widget_info(|| WidgetInfo::selected(egui::Role::Button, true, chosen, &action.name));
-                if chosen && moved != 0 {
+                // What is typed leaves another list, whose chosen line has to be seen too.
+                if chosen && (moved != 0 || is_typed) {
                     line.scroll_to_me(None);
                 }
                 if line.clicked() {

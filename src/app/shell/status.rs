@@ -3,6 +3,7 @@
 use egui::{Align, Button, Label, Layout, RichText, Ui};
 
 use crate::app::desk::{Busy, Desk, Order};
+use crate::app::glossary;
 use crate::app::plot::ticks::percent;
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets::{self, is_narrow, thousands};
@@ -28,12 +29,12 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
         if let Some(step) = desk.session.current().filter(|_| !is_narrow(ui)) {
             ui.separator();
             let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
-            let shown =
-                if terms.len() > 2 { format!("{} + {} effects", terms[0], terms.len() - 1) } else { terms.join(" + ") };
-            ui.label(small(format!("model: {shown}"))).on_hover_text(terms.join(" + "));
+            ui.label(small(format!("model: {}", step.name))).on_hover_text(terms.join(" + "));
             ui.separator();
             let errors: Vec<String> = step.evaluation.held_out_nmse().into_iter().map(percent).collect();
-            ui.label(small(format!("held-out error by joint (nMSE): {}", errors.join(" · "))));
+            let text = format!("held-out error by joint (nMSE): {}", errors.join(" · "));
+            let meaning = glossary::meanings(&text);
+            ui.label(small(text)).on_hover_text(meaning);
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(small("ready".into())));
     });

@@ -1,12 +1,15 @@
 //! Values as colours over a rectangle.
 
-use super::{Edges, Mark, Reach, Row};
+use super::{Edges, Entry, Key, Mark, Reach, Row};
 use crate::figure::axis::Axis;
 use crate::figure::canvas::{Canvas, Hold};
-use crate::figure::colours::Rgb;
+use crate::figure::colours::{Colours, Rgb};
 use crate::figure::place::Place;
 use crate::figure::shared::Shared;
 use crate::figure::ticks;
+
+/// Pieces of a bar of colours.
+const BAR: usize = 16;
 
 /// A map of values.
 #[derive(Debug, Clone)]
@@ -19,6 +22,10 @@ pub struct Cells {
     pub values: Shared<f64>,
     /// What the colours say.
     pub shades: Shades,
+    /// What a value is in; empty for none.
+    pub unit: &'static str,
+    /// What the colours range over, for the legend; empty for no entry.
+    pub scale: String,
 }
 
 /// What the colours of cells say.
@@ -32,7 +39,58 @@ pub enum Shades {
     Written,
 }
 
+impl Shades {
+    /// The colour of a share of the largest value.
+    fn of(self, colours: &Colours, share: f64) -> Rgb {
+        match self {
+            Shades::Signed => colours.signed(share),
+            Shades::Amount => colours.amount(share),
+            Shades::Written => colours.signed(share.abs()),
+        }
+    }
+
+    /// A bar from the colour of the smallest value to that of the largest.
+    pub(super) fn bar(self, canvas: &mut dyn Canvas, [[left, right], sides]: [[f64; 2]; 2]) {
+        let first = if self == Shades::Signed { -1.0 } else { 0.0 };
+        let at = |part: usize| part as f64 / BAR as f64;
+        let piece = |part: usize| {
+            let share = first + (1.0 - first) * (at(part) + at(part + 1)) / 2.0;
+            let x = [at(part), at(part + 1)].map(|at| left + at * (right - left));
+            ([x, sides], self.of(canvas.colours(), share))
+        };
+        let pieces: Vec<_> = (0..BAR).map(piece).collect();
+        canvas.cells(&pieces);
+    }
+}
+
 impl Cells {
+    /// The same with an entry in the legend that tells what the colours range over.
+    #[must_use]
+    pub fn with_scale(mut self) -> Self {
+        let most = ticks::short(
+            self.values.iter().filter(|value| value.is_finite()).fold(0.0, |most, value| value.abs().max(most)),
+        );
+        let from = if self.shades == Shades::Signed { format!("−{most}") } else { "0".to_owned() };
+        self.scale = format!("{from} … {most} {}", self.unit).trim().to_owned();
+        self
+    }
+
+    /// The cell at a place.
+    fn at(&self, place: [f64; 2]) -> Option<usize> {
+        let mut index = [0; 2];
+        for which in 0..2 {
+            let [from, to] = self.extent[which];
+            let count = self.size[which].max(1);
+            let share = (place[which] - from) / (to - from);
+            index[which] = if (0.0..=1.0).contains(&share) {
+                ((share * count as f64) as usize).min(count - 1)
+            } else {
+                return None;
+            };
+        }
+        Some(index[1] * self.size[0].max(1) + index[0])
+    }
+
     fn sides(&self, index: usize) -> [[f64; 2]; 2] {
         let [columns, rows] = self.size.map(|count| count.max(1));
         let side = |which: usize, at: usize, count: usize| {
@@ -67,18 +125,22 @@ impl Mark for Cells {
         Edges::Filled
     }
 
+    fn entry(&self) -> Option<Entry<'_>> {
+        (!self.scale.is_empty()).then_some(Entry { name: &self.scale, key: Key::Scale(self.shades) })
+    }
+
+    fn value_in(&self, place: [f64; 2]) -> Option<(f64, &str)> {
+        let value = *self.values.get(self.at(place)?)?;
+        (value.is_finite() && self.shades != Shades::Written).then_some((value, self.unit))
+    }
+
     fn draw(&self, place: &Place, canvas: &mut dyn Canvas) {
         let most = self.most();
         let (mut cells, mut texts) = (Vec::with_capacity(self.values.len()), Vec::new());
         for (index, value) in self.values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
             let most = most(index);
             let share = if most > 0.0 { value / most } else { 0.0 };
-            let colours = canvas.colours();
-            let color = match self.shades {
-                Shades::Signed => colours.signed(share),
-                Shades::Amount => colours.amount(share),
-                Shades::Written => colours.signed(share.abs()),
-            };
+            let color = self.shades.of(canvas.colours(), share);
             let [x, y] = self.sides(index);
             let Some(sides) = place.sides(x, Some(y)) else { continue };
             cells.push((sides, color));

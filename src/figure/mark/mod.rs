@@ -70,6 +70,11 @@ pub trait Mark: Debug + Send + Sync {
         None
     }
 
+    /// Its value and that value's unit at a place, if it has one there and not only at an x.
+    fn value_in(&self, _place: [f64; 2]) -> Option<(f64, &str)> {
+        None
+    }
+
     /// Mean and root mean square of what it shows between two x.
     fn mean_and_rms(&self, _between: [f64; 2]) -> Option<[f64; 2]> {
         None
@@ -107,6 +112,8 @@ pub enum Key {
     Patch(Ink),
     /// A point.
     Dot(Ink),
+    /// A bar of the colours of values.
+    Scale(Shades),
 }
 
 impl Key {
@@ -117,6 +124,7 @@ impl Key {
     pub fn ink(self) -> Ink {
         match self {
             Key::Line(ink, ..) | Key::Patch(ink) | Key::Dot(ink) => ink,
+            Key::Scale(_) => Ink::Text,
         }
     }
 
@@ -137,6 +145,10 @@ impl Key {
             Key::Dot(ink) => {
                 let fill = Fill { color: canvas.colours().of(ink), opacity: 1.0 };
                 canvas.dots(&[[x + 1.8 * letter, middle]], 0.25 * letter, &fill);
+            }
+            Key::Scale(shades) => {
+                let sides = [[x, x + Key::WIDTH * letter], [middle - 0.35 * letter, middle + 0.35 * letter]];
+                shades.bar(canvas, sides);
             }
         }
     }

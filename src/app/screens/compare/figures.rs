@@ -6,6 +6,7 @@ use super::Facts;
 use super::parts::Part;
 use crate::app::desk::time_extent;
 use crate::app::plot::{Along, series};
+use crate::figure::colours::DASHES;
 use crate::figure::mark::{Line, Points, Shade};
 use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::model::Term;
@@ -66,10 +67,15 @@ impl Torques<'_> {
     /// Measured and predicted torque of a joint, with the terms of the model and other models.
     pub fn torque(&self, joint: usize) -> Panel {
         let measured = self.line("measured τ", series::torque(self.recording, self.run, joint), Ink::Measured);
-        let mut panel = self.panel(joint, "torque", false).with(measured.width(UNDER));
+        let mut panel =
+            self.panel(joint, self.recording.joints[joint].kind.effort(), false).with(measured.width(UNDER));
         let terms = self.step.fitted.model.terms.iter().map(Term::label).enumerate();
-        for (term, label) in terms.filter(|(term, _)| self.show_terms && self.facts.acts[*term][joint]) {
-            panel.push(self.line(&label, series::term(self.step, self.run, term, joint), Ink::Series(term)));
+        let terms = terms.filter(|(term, _)| self.show_terms && self.facts.acts[*term][joint]);
+        for (number, (term, label)) in terms.enumerate() {
+            // Unbroken is what was measured.
+            let dash = DASHES[1 + number % (DASHES.len() - 1)];
+            let torque = series::term(self.step, self.run, term, joint);
+            panel.push(self.line(&format!("term: {label}"), torque, Ink::Series(term)).dash(dash));
         }
         for Overlay { step, ink, .. } in self.overlaid {
             panel.push(self.line(&step.name, series::predicted(step, self.run, joint), *ink));
@@ -93,7 +99,9 @@ impl Torques<'_> {
             return self.one_part(joint, only, parts, is_last);
         }
         let mut panel = self.panel(joint, "decomposition", is_last);
-        for (number, part) in parts.iter().enumerate() {
+        let is_drawn = |part: &Part| [&part.own, &part.truth].into_iter().flatten().any(|torque| acts(&torque[joint]));
+        let drawn = parts.iter().enumerate().filter(|(_, part)| is_drawn(part)).zip(DASHES.iter().cycle());
+        for ((number, part), dash) in drawn {
             let ink = Ink::Series(number);
             if part.truth.as_ref().is_some_and(|truth| acts(&truth[joint])) {
                 let name = if part.own.is_none() { part.name.as_str() } else { "" };
@@ -102,7 +110,7 @@ impl Torques<'_> {
             }
             if part.own.as_ref().is_some_and(|own| acts(&own[joint])) {
                 let own = Shared::of(parts, move |parts| torque_of(&parts[number].own, joint));
-                panel.push(self.line(&part.name, own, ink));
+                panel.push(self.line(&part.name, own, ink).dash(dash));
             }
         }
         panel

@@ -23,7 +23,7 @@ use crate::arm::Arm;
 use crate::figure::Panel;
 use crate::figure::mark::nearest;
 use crate::recording::{JointKind, Recording};
-use crate::session::{Generation, Session, Step};
+use crate::session::{Command, Generation, Session, Step};
 use crate::signals::Signals;
 
 /// Where the cursor stands at first, as a part of the trajectory.
@@ -65,16 +65,20 @@ pub struct Compare {
     /// Only this part of the torque is shown, of all models; `None` for all parts of the current one.
     only: Option<String>,
     sorting: Sorting,
+    /// Whether somebody has looked at this recording here.
+    was_seen: bool,
 }
 
 impl Screen for Compare {
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        self.was_seen = true;
         let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
             return;
         };
         let errors: Vec<String> = step.evaluation.held_out.iter().map(|error| ticks::number(error.r2)).collect();
         let sentence = format!("Held-out R² by joint: {}.", errors.join(" · "));
-        widgets::headline(ui, "Measured against predicted torque", &sentence);
+        let title = format!("Measured against predicted {}", widgets::effort(&recording));
+        widgets::headline(ui, &title, &sentence);
         ui.horizontal_wrapped(|ui| {
             controls::trajectory(ui, desk);
             ui.add_space(GAP);
@@ -87,7 +91,11 @@ impl Screen for Compare {
         });
         ui.add_space(4.0);
         let extent = time_extent(&recording.trajectories[desk.focus.trajectory].time);
-        desk.focus.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
+        let cursor = desk.focus.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
+        // Before anything is drawn, so that all of it shows the same moment.
+        let mut time = *cursor;
+        play(ui, desk, extent, &mut time);
+        desk.focus.cursor = Some(time);
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
@@ -119,7 +127,11 @@ impl Screen for Compare {
     }
 
     fn is_done(&self, session: &Session) -> bool {
-        session.current().is_some()
+        self.was_seen && session.current().is_some()
+    }
+
+    fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
+        self.was_seen &= before.has_recording_of(after);
     }
 
     /// What was ticked to be compared is made first.
@@ -213,7 +225,8 @@ impl Compare {
                 ui.selectable_value(&mut self.only, Some(part.name.clone()), &part.name);
             }
         });
-        let what = "One part is drawn of all models that are shown, over each other; all parts, of the current model alone";
+        let what =
+            "One part is drawn of all models that are shown, over each other; all parts, of the current model alone";
         chooser.response.labelled_by(label.id).on_hover_text(what);
     }
 
@@ -230,7 +243,7 @@ impl Compare {
         };
         let parts = parts_of(desk, step.generation);
         if self.show_parts && parts.is_none() {
-            widgets::weak(ui, "The torque is being decomposed…");
+            widgets::weak(ui, "It is being decomposed…");
         }
         let mut overlaid = Vec::new();
         for (step, ink) in desk.overlaid() {
@@ -300,7 +313,6 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
     let extent = time_extent(&run.time);
     let mut time = desk.focus.cursor.unwrap_or(extent[0]).clamp(extent[0], extent[1]);
     let before = time;
-    play(ui, desk, extent, &mut time);
     widgets::card(ui, "", |ui| {
         ui.horizontal_wrapped(|ui| {
             let name = if desk.focus.is_playing { "Pause" } else { "▶ Play" };

@@ -1,6 +1,6 @@
 //! The arm as a drawing that is edited by hand: the end of a link drags its length, its disc drags its mass.
 
-use egui::{Align2, EventFilter, FontId, Id, Key, Pos2, Rect, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
+use egui::{Align2, EventFilter, FontId, Id, Key, Pos2, Rect, Sense, Stroke, Ui, Vec2, WidgetInfo, vec2};
 
 use crate::app::theme::{Palette, SMALL};
 use crate::arm::Arm;
@@ -9,6 +9,11 @@ use crate::arm::Arm;
 const HEIGHT: f32 = 190.0;
 /// How far each link is turned from the one before \[rad\], so that all are seen.
 const BEND: f64 = -0.45;
+/// Where the first link points \[rad\].
+const FIRST: f64 = 0.9;
+/// Room around the arm for its discs, and below it for the hint \[points\].
+const AROUND: f32 = 22.0;
+const BELOW: f32 = 16.0;
 /// Shortest and longest link \[m\].
 const LENGTHS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 /// Lightest and heaviest link \[kg\].
@@ -25,11 +30,10 @@ pub fn show(ui: &mut Ui, arm: &mut Arm) {
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "the arm to be simulated"));
     let painter = ui.painter().with_clip_rect(rect);
     painter.rect_filled(rect, 4, palette.canvas);
-    let scale = scale(ui, rect, arm);
-    let base = pos2(rect.left() + 24.0, rect.center().y + 0.2 * HEIGHT);
+    let (scale, base) = fitted(ui, rect, arm);
     let heaviest = arm.links.iter().map(|link| link.mass).fold(0.0, f64::max).max(1e-9);
     let mut from = base;
-    let mut angle = 0.9;
+    let mut angle = FIRST;
     for number in 0..arm.links.len() {
         let along = Vec2::angled(-angle as f32);
         let link = &arm.links[number];
@@ -61,17 +65,29 @@ pub fn show(ui: &mut Ui, arm: &mut Arm) {
     painter.text(rect.left_bottom() + vec2(8.0, -5.0), Align2::LEFT_BOTTOM, text, font, palette.weak);
 }
 
-/// Points of a metre; while something is dragged it stays as it was, else the pointer would run away from what it holds.
-fn scale(ui: &Ui, rect: Rect, arm: &Arm) -> f32 {
-    let id = Id::unique("scale of the arm editor");
+/// Points of a metre and where the base stands, so that all of the arm is seen. While something is dragged they stay as they were,
+/// else the pointer would run away from what it holds.
+fn fitted(ui: &Ui, rect: Rect, arm: &Arm) -> (f32, Pos2) {
+    let id = Id::unique("place of the arm in the editor");
     let is_held = ui.input(|input| input.pointer.any_down());
-    if let Some(kept) = ui.data(|data| data.get_temp::<f32>(id)).filter(|_| is_held) {
-        return kept;
+    if let Some((scale, base)) = ui.data(|data| data.get_temp::<(f32, Vec2)>(id)).filter(|_| is_held) {
+        return (scale, rect.min + base);
     }
-    let reach: f64 = arm.links.iter().map(|link| link.length).sum();
-    let scale = (rect.width() - 60.0).min(1.5 * HEIGHT) / reach.max(1e-6) as f32;
-    ui.data_mut(|data| data.insert_temp(id, scale));
-    scale
+    let (mut tip, mut angle) = (Pos2::ZERO, FIRST);
+    let mut around = Rect::from_min_max(tip, tip);
+    for link in &arm.links {
+        let along = Vec2::angled(-angle as f32);
+        around.extend_with(tip + along * link.com as f32);
+        tip += along * link.length as f32;
+        around.extend_with(tip);
+        angle += BEND;
+    }
+    let room = rect.shrink(AROUND);
+    let room = Rect::from_min_max(room.min, room.max - vec2(0.0, BELOW));
+    let scale = (room.size() / around.size().max(Vec2::splat(1e-6))).min_elem();
+    let base = room.center() - around.center().to_vec2() * scale;
+    ui.data_mut(|data| data.insert_temp(id, (scale, base - rect.min)));
+    (scale, base)
 }
 
 /// Something to be dragged, and how far it was in this frame; the arrow keys drag it towards `more`, or back.

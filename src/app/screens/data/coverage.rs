@@ -78,7 +78,15 @@ fn covered(recording: &Recording, split: &Split, joint: usize) -> Cells {
             *value = if value.is_nan() { 1.0 } else { *value + 1.0 };
         }
     }
-    Cells { size: SIZE, extent: ends, values: values.into(), shades: Shades::Amount }
+    Cells {
+        size: SIZE,
+        extent: ends,
+        values: values.into(),
+        shades: Shades::Amount,
+        unit: "samples",
+        scale: String::new(),
+    }
+    .with_scale()
 }
 
 /// What is shown here, as figures.
@@ -129,7 +137,7 @@ fn torque_spectrum(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let (trajectory, joint) = (desk.focus.trajectory, desk.focus.joint_of(recording));
     let answer = desk.memo.later(ui.ctx(), desk.session, TorqueSpectrum { trajectory, joint });
     let Some(Ok(spectrum)) = answer else { return };
-    widgets::card(ui, "Power spectrum of the torque", |ui| {
+    widgets::card(ui, &format!("Power spectrum of the {}", recording.joints[joint].kind.effort()), |ui| {
         let Some(panel) = figures::spectrum(recording, joint, &spectrum) else {
             widgets::weak(ui, "The trajectory is too short for a spectrum.");
             return;

@@ -18,11 +18,12 @@ type Of = fn(&Trajectory, usize) -> &[f64];
 /// Position, velocity, acceleration and torque of a joint along a trajectory; what is held out is shaded.
 pub fn signals(session: &Session, recording: &Arc<Recording>, run: usize, joint: usize) -> Vec<Panel> {
     let [position, velocity, acceleration, torque] = recording.joints[joint].kind.units();
+    let effort = format!("{} τ", recording.joints[joint].kind.effort());
     let channels: [(&str, &str, Ink, Of); 4] = [
         ("position q", position, Ink::Series(joint), |run, joint| &run.q[joint]),
         ("velocity q̇", velocity, Ink::Series(joint), |run, joint| &run.qd[joint]),
         ("acceleration q̈", acceleration, Ink::Series(joint), |run, joint| &run.qdd[joint]),
-        ("torque τ", torque, Ink::Measured, |run, joint| &run.tau[joint]),
+        (&effort, torque, Ink::Measured, |run, joint| &run.tau[joint]),
     ];
     let name = &recording.joints[joint].name;
     let extent = time_extent(&recording.trajectories[run].time);

@@ -14,21 +14,21 @@ use egui::{Button, DragValue, RichText, TextEdit, Ui};
 
 use simulate::Simulator;
 
-use crate::app::controls;
 use crate::app::desk::{About, Desk, Needs, Order, held_out_times, is_held_out, time_extent};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
 use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
-use crate::app::widgets::{self, thousands};
+use crate::app::widgets::thousands;
+use crate::app::{controls, glossary, widgets};
 use crate::arm::Posture;
 use crate::figure::Panel;
 use crate::model::Preset;
 use crate::recording::check::Severity;
 use crate::recording::correction::Correction;
 use crate::recording::read::{READABLE, ReadOptions};
-use crate::recording::{Origin, Recording};
+use crate::recording::{JointKind, Origin, Recording};
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
 
@@ -173,7 +173,8 @@ fn findings(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         };
         let provenance = &recording.provenance;
         let text = format!(
-            "Position q and torque τ are measured; velocity q̇ is {}, acceleration q̈ is {}.",
+            "Position q and {} τ are measured; velocity q̇ is {}, acceleration q̈ is {}.",
+            widgets::effort(recording),
             origin(&provenance.velocity),
             origin(&provenance.acceleration)
         );
@@ -184,6 +185,10 @@ fn findings(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 /// A log hardly ever says where q = 0 points, but gravity depends on it: without the answer the model is wrong.
 fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let Some((paths, options, held_out)) = opening(desk.session) else { return };
+    // What slides does not point anywhere.
+    if recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic) {
+        return;
+    }
     widgets::card(ui, "Where does the arm point at q = 0?", |ui| {
         ui.horizontal_wrapped(|ui| {
             let choices = [("To the right", Posture::RIGHT), ("Up", Posture::UP), ("Down", Posture::DOWN)];
@@ -332,8 +337,10 @@ impl Data {
                 for preset in Preset::ALL.into_iter().filter(at_once) {
                     let possible = preset == Preset::RigidBody || recording.stated_arm.is_some();
                     let chosen = desk.session.preset == preset && desk.session.current().is_some();
-                    let response = ui.add_enabled(possible, egui::RadioButton::new(chosen, preset.description()));
-                    if response.on_disabled_hover_text("The recording states no arm.").clicked() && !chosen {
+                    let radio = ui.add_enabled(possible, egui::RadioButton::new(chosen, preset.title()));
+                    if glossary::radio(radio, preset).on_disabled_hover_text("The recording states no arm.").clicked()
+                        && !chosen
+                    {
                         desk.run(Command::ChoosePreset(preset));
                     }
                 }

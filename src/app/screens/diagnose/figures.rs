@@ -38,7 +38,7 @@ fn panel(report: &Arc<Report>, [chosen, place]: [usize; 2], after: bool, recordi
     let ends = [evidence.explained.first(), evidence.explained.last()];
     let extent = [ends[0].map_or(0.0, |point| point[0]), ends[1].map_or(1.0, |point| point[0])];
     let axes = [Axis::new(label, x_unit).range(extent).linked(along), Axis::new("", unit[3])];
-    let panel = Panel::new(format!("{}: torque left against {name}", joint.name), axes);
+    let panel = Panel::new(format!("{}: {} left against {name}", joint.name, joint.kind.effort()), axes);
     if after {
         return panel
             .with(Points::new("", left_after(evidence), Ink::Residual).radius(SMALL).opacity(0.5))

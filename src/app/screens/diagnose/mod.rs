@@ -7,7 +7,7 @@ mod sure;
 
 use std::sync::Arc;
 
-use egui::{Align, CollapsingHeader, Layout, RichText, Ui, WidgetText};
+use egui::{Align, Button, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
 use sure::Sure;
 
@@ -18,7 +18,7 @@ use crate::app::screen::{Next, NextStep, Screen};
 use crate::app::screens::{ladder, residuals};
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
-use crate::app::widgets;
+use crate::app::{glossary, widgets};
 use crate::diagnosis::presence::LIKELY;
 use crate::diagnosis::{Alternative, Candidate, MissingEffect, Report, Verdict};
 use crate::effect::Scope;
@@ -261,7 +261,7 @@ fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
         ),
         None => "how much of it is noise can't be told".to_owned(),
     };
-    widgets::weak(ui, format!("Held-out error by joint (nMSE): {errors}; {floor}."));
+    glossary::weak(ui, format!("Held-out error by joint (nMSE): {errors}; {floor}."));
     ui.add_space(GAP);
 }
 
@@ -319,7 +319,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let name = effect.effect.name;
-                if widgets::primary(ui, desk.busy.is_none(), &format!("Add {name}")).clicked() {
+                if ui.add_enabled(desk.busy.is_none(), Button::new(format!("Add {name}"))).clicked() {
                     desk.run(Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() });
                 }
             });

@@ -119,7 +119,8 @@ fn run(ui: &mut Ui, trials: &mut Trials) {
                 let ready = trials.joined.as_ref().is_some_and(|joined| !joined.cells.is_empty());
                 let hint = "Only cells that the folder lacks; a stopped run goes on where it was";
                 let missing = "It needs recordings: give their folder";
-                let button = widgets::primary(ui, ready, "Run").on_hover_text(hint).on_disabled_hover_text(missing);
+                let button =
+                    ui.add_enabled(ready, egui::Button::new("Run")).on_hover_text(hint).on_disabled_hover_text(missing);
                 if button.clicked() {
                     trials.run(ui.ctx());
                 }

@@ -57,7 +57,7 @@ pub fn replay(
     let time = Shared::of(replay, |replay| &replay.motion.time);
     let x = |label| Axis::new(label, "s").range(time_extent(&time)).linked(Along::ReplayTime);
     let of = |title: &str, label, unit| Panel::new(format!("{}: {title}", info.name), [x(label), Axis::new("", unit)]);
-    let mut torques = of("torque at this scale", "", torque);
+    let mut torques = of(&format!("{} at this scale", info.kind.effort()), "", torque);
     torques.x.unit.clear();
     if replay.exact {
         let word = if recording.seal.is_some() { "exact τ" } else { "measured τ" };

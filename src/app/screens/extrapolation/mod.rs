@@ -4,7 +4,7 @@ mod figures;
 
 use std::sync::Arc;
 
-use egui::{RichText, Slider, Ui, WidgetInfo, WidgetText};
+use egui::{Button, RichText, Slider, Ui, WidgetInfo, WidgetText};
 
 use crate::app::desk::{About, Desk, Focus, Needs};
 use crate::app::dock::{self, Part};
@@ -267,7 +267,7 @@ impl Extrapolation {
             let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
             widgets::weak(ui, format!("The ladder, and what is shown over it (Models): {}.", names.join("; ")));
             ui.add_space(2.0);
-            let button = widgets::primary(ui, desk.busy.is_none(), "Compute");
+            let button = ui.add_enabled(desk.busy.is_none(), Button::new("Compute"));
             if button.on_disabled_hover_text("Something is at work; see below").clicked() {
                 desk.run(Command::Extrapolate { steps, stretch: self.stretch });
             }

@@ -210,10 +210,8 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             let ready = desk.busy.is_none();
-            if widgets::primary(ui, ready, "Diagnose again")
-                .on_hover_text("Ask what the current model still lacks")
-                .clicked()
-            {
+            let again = ui.add_enabled(ready, egui::Button::new("Diagnose again"));
+            if again.on_hover_text("Ask what the current model still lacks").clicked() {
                 desk.run(Command::Diagnose);
             }
             if ui.add_enabled(count > 1 && ready, egui::Button::new("Remove the last step")).clicked() {

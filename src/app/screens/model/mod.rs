@@ -15,7 +15,7 @@ use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
-use crate::app::widgets;
+use crate::app::{glossary, widgets};
 use crate::effect::{Effect, Scope, registry};
 use crate::figure::Panel;
 use crate::model::learned::LearnedTerm;
@@ -46,14 +46,18 @@ pub struct Terms {
     /// Index into what can be added.
     effect: usize,
     joints: Vec<bool>,
+    /// Whether somebody has looked at this recording here.
+    was_seen: bool,
 }
 
 impl Screen for Terms {
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        self.was_seen = true;
         let Some(step) = desk.session.current().cloned() else { return };
         let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
-        let sentence = format!("The torque is the sum of {}: {}.", terms_text(terms.len()), terms.join(" + "));
-        widgets::headline(ui, "The model", &sentence);
+        let effort = desk.session.recording.as_deref().map_or("torque", widgets::effort);
+        let sentence = format!("The {effort} is the sum of {}: {}.", terms_text(terms.len()), terms.join(" + "));
+        widgets::headline(ui, &widgets::sentence_case(&step.name), &sentence);
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
@@ -66,7 +70,11 @@ impl Screen for Terms {
     }
 
     fn is_done(&self, session: &Session) -> bool {
-        session.current().is_some()
+        self.was_seen && session.current().is_some()
+    }
+
+    fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
+        self.was_seen &= before.has_recording_of(after);
     }
 }
 
@@ -134,8 +142,12 @@ fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place:
                 ui.label(&recording.joints[joint].name);
                 widgets::share_bar(ui, share.part, 120.0, palette.nth(place).0);
                 let unit = recording.joints[joint].kind.units()[3];
-                let text =
-                    format!("{} of the torque, {} {unit} RMS", ticks::percent(share.part), ticks::number(share.rms));
+                let text = format!(
+                    "{} of the {}, {} {unit} RMS",
+                    ticks::percent(share.part),
+                    recording.joints[joint].kind.effort(),
+                    ticks::number(share.rms)
+                );
                 ui.label(RichText::new(text).size(SMALL).color(palette.weak));
             });
         }
@@ -270,8 +282,7 @@ fn presets(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
             let chosen = desk.session.preset == preset;
             let radio = ui.add_enabled(possible && desk.busy.is_none(), RadioButton::new(chosen, preset.title()));
-            let radio =
-                radio.on_hover_text(preset.description()).on_disabled_hover_text("The recording states no arm.");
+            let radio = glossary::radio(radio, preset).on_disabled_hover_text("The recording states no arm.");
             if radio.clicked() && !chosen {
                 match preset {
                     Preset::Learned(_) => {

@@ -53,21 +53,26 @@ const PANELS: Part<Residuals> = Part::Stack(&[
 pub struct Residuals {
     held_out_only: bool,
     looking: Looking,
+    /// Whether somebody has looked at this recording here.
+    was_seen: bool,
 }
 
 impl Default for Residuals {
     fn default() -> Self {
-        Residuals { held_out_only: true, looking: Looking::default() }
+        Residuals { held_out_only: true, looking: Looking::default(), was_seen: false }
     }
 }
 
 impl Screen for Residuals {
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
+        self.was_seen = true;
         let Some(recording) = desk.session.recording.clone() else { return };
         let narrow = is_narrow(ui);
-        let sentence =
-            "Measured minus predicted torque. Noise looks the same everywhere; a missing effect has a shape.";
-        widgets::headline(ui, "Where the model fails", if narrow { "" } else { sentence });
+        let effort = widgets::effort(&recording);
+        let sentence = format!(
+            "Measured minus predicted {effort}. Noise looks the same everywhere; a missing effect has a shape."
+        );
+        widgets::headline(ui, "Where the model fails", if narrow { "" } else { &sentence });
         let before = (desk.focus.joint_of(&recording), self.held_out_only);
         ui.horizontal_wrapped(|ui| {
             controls::joint(ui, desk, &recording);
@@ -137,11 +142,12 @@ impl Screen for Residuals {
     }
 
     fn is_done(&self, session: &Session) -> bool {
-        session.current().is_some()
+        self.was_seen && session.current().is_some()
     }
 
     fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
         if !before.has_recording_of(after) {
+            self.was_seen = false;
             self.looking.brush = None;
         }
     }

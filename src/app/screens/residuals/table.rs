@@ -58,6 +58,7 @@ impl Quantity {
             Quantity::Position => ("position", "position q", unit[0]),
             Quantity::Velocity => ("velocity", "velocity q̇", unit[1]),
             Quantity::Acceleration => ("acceleration", "acceleration q̈", unit[2]),
+            Quantity::Load if unit[0] == "m" => ("load", "load: measured force τ", unit[3]),
             Quantity::Load => ("load", "load: measured torque τ", unit[3]),
             Quantity::Residual => ("residual", "residual τ − τ̂", unit[3]),
         }
@@ -210,6 +211,8 @@ pub struct Table {
     /// Samples that follow each other in time.
     pieces: Vec<Range<usize>>,
     step: f64,
+    /// Of the residual.
+    unit: &'static str,
     /// Over each of the states.
     scatters: Vec<Scatter>,
     worst: Vec<usize>,
@@ -241,11 +244,13 @@ impl Table {
             places: Vec::new(),
             pieces: Vec::new(),
             step: 0.0,
+            unit: "",
             scatters: Vec::new(),
             worst: Vec::new(),
         };
         let step = session.all_models().find(|step| step.generation == model);
         let (Some(recording), Some(step)) = (session.recording.as_deref(), step) else { return table };
+        table.unit = recording.joints[joint].kind.units()[3];
         let mut elapsed = 0.0;
         for segment in segments {
             let (Some(run), Some(prediction)) =
@@ -357,7 +362,8 @@ impl Table {
         }
         let mean = |[count, sum]: [f64; 2]| if count > 0.0 { sum / count } else { f64::NAN };
         let values: Vec<f64> = sums.into_iter().map(mean).collect();
-        Cells { size: MAP, extent: ends, values: values.into(), shades: Shades::Signed }
+        let (unit, scale) = (self.unit, String::new());
+        Cells { size: MAP, extent: ends, values: values.into(), shades: Shades::Signed, unit, scale }.with_scale()
     }
 
     /// Frequencies and the past of some rows, in ascending order: of every stretch of rows that follow each other.

@@ -12,10 +12,10 @@ use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets::thousands;
-use crate::app::{tables, widgets};
+use crate::app::{glossary, tables, widgets};
 use crate::figure::{Ink, Panel};
-use crate::model::learned::Features;
 use crate::model::Preset;
+use crate::model::learned::Features;
 use crate::network::Activation;
 use crate::progress::Epoch;
 use crate::recording::Recording;
@@ -225,6 +225,7 @@ impl Train {
                 let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
                 let chosen = self.preset == preset;
                 let radio = ui.add_enabled(possible, RadioButton::new(chosen, preset.title()));
+                let radio = glossary::radio(radio, preset);
                 if radio.on_disabled_hover_text("The recording states no arm.").clicked() {
                     self.preset = preset;
                 }
@@ -292,7 +293,7 @@ impl Train {
                 widgets::weak(ui, what);
                 if current {
                     widgets::weak(ui, "It is the current model.");
-                } else if widgets::primary(ui, idle, "Solve for it").clicked() {
+                } else if ui.add_enabled(idle, Button::new("Solve for it")).clicked() {
                     desk.run(Command::ChoosePreset(preset));
                 }
                 return;
@@ -301,7 +302,7 @@ impl Train {
             let problem = plan.options.check().err();
             ui.horizontal(|ui| {
                 let ready = idle && problem.is_none();
-                let anew = widgets::primary(ui, ready, "Start training");
+                let anew = ui.add_enabled(ready, Button::new("Start training"));
                 if anew.on_hover_text("From new weights, drawn from the seed").clicked() {
                     desk.run(match current {
                         // The effects that were added to it stay.
@@ -364,7 +365,7 @@ fn running(ui: &mut Ui, desk: &mut Desk, busy: &Busy, epochs: &[Epoch]) {
             if ui.add_enabled(!busy.finishing, Button::new(word)).on_hover_text(what).clicked() {
                 desk.orders.push(Order::Pause(!busy.paused));
             }
-            let keep = widgets::primary(ui, !epochs.is_empty() && !busy.finishing, "Stop and keep the best");
+            let keep = ui.add_enabled(!epochs.is_empty() && !busy.finishing, Button::new("Stop and keep the best"));
             if keep.on_hover_text("End now; the weights of the lowest error become the model").clicked() {
                 desk.orders.push(Order::Finish);
             }
