@@ -24,8 +24,8 @@ pub const MODEL_DASHES: [Dash; 8] = [
     &[2.0, 2.0, 2.0, 2.0, 2.0, 9.0],
     &[9.0, 2.5, 9.0, 2.5, 2.0, 2.5],
 ];
-/// Colours of models begin with this one of the series, behind those of a model's first terms.
-const FIRST_OF_MODELS: usize = 3;
+/// Colours of models, by their place in the series: not the one that is like that of predicted signals.
+const OF_MODELS: [usize; 6] = [4, 1, 6, 0, 2, 3];
 /// Dash of measured signals.
 pub const MEASURED_DASH: Dash = &[];
 /// Dash of predicted signals.
@@ -200,7 +200,7 @@ impl Colours {
     /// The colour of an ink.
     pub fn of(&self, ink: Ink) -> Rgb {
         match ink {
-            Ink::Model(n) => self.of(Ink::Series(n + FIRST_OF_MODELS)),
+            Ink::Model(n) => self.of(Ink::Series(OF_MODELS[n % OF_MODELS.len()])),
             Ink::Measured => self.measured,
             Ink::Predicted => self.predicted,
             Ink::Residual => self.residual,

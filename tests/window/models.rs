@@ -97,16 +97,18 @@ fn a_legend_names_every_line_that_is_drawn() {
 fn models_are_drawn_over_each_other_on_every_screen() {
     let mut window = compared(&compare::ABOUT);
     let shown = [
-        (&compare::ABOUT, "rigid body in joint 1: residual"),
-        (&residuals::ABOUT, "rigid body in residual against velocity"),
-        (&residuals::ABOUT, "rigid body in residual power by frequency"),
-        (&residuals::ABOUT, "rigid body in time line"),
-        (&extrapolation::ABOUT, "rigid body in joint 1: torque at this scale"),
+        (&compare::ABOUT, "joint 1: residual", " [N m]"),
+        (&residuals::ABOUT, "residual against velocity", " [N m]"),
+        (&residuals::ABOUT, "residual power by frequency", ""),
+        (&residuals::ABOUT, "time line", " [N m]"),
+        (&extrapolation::ABOUT, "joint 1: torque at this scale", " [N m]"),
     ];
-    for (screen, label) in shown {
+    for (screen, title, unit) in shown {
         window.state_mut().order(Order::Show(screen));
         settle(&mut window);
-        assert!(is_spoken(&window, label), "{label}");
+        window.get_by_label(&format!("plot of {title}{unit}")).scroll_to_me();
+        settle(&mut window);
+        assert!(is_spoken(&window, &format!("rigid body in {title}")), "{title}");
     }
     // One part of the torque, of all models.
     window.state_mut().order(Order::Show(&compare::ABOUT));

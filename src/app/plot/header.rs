@@ -80,6 +80,19 @@ pub fn more_rows(ui: &Ui, panel: &Panel, window: &Window, width: f32) -> f32 {
     ROW * (rows(ui, panel, window, width).len() - 1) as f32
 }
 
+/// The names of a row; one that is too long by itself, as far as there is room.
+fn names<'e>(ui: &Ui, row: impl Iterator<Item = &'e Entry<'e>>, room: f32) -> Vec<String> {
+    let mut names: Vec<String> = row.map(|entry| entry.name.to_owned()).collect();
+    if let [name] = names.as_mut_slice() {
+        while key_width() + width_of(ui, name, SMALL) > room && name.chars().count() > 2 {
+            name.pop();
+            name.pop();
+            name.push('…');
+        }
+    }
+    names
+}
+
 impl Header<'_> {
     pub fn show(&self, ui: &mut Ui, tools: &Tools, window: &mut Window) {
         let panel = &self.of.panel;
@@ -99,9 +112,18 @@ impl Header<'_> {
             return;
         }
         let entries = panel.legend();
+        let room =
+            |row: usize| self.plot.right() - if row == 0 { title.right() + BEHIND_TITLE } else { self.plot.left() };
+        let with_values: Vec<String> = entries.iter().map(|entry| self.text(entry, window)).collect();
+        let width = |entry: &usize| key_width() + width_of(ui, &with_values[*entry], SMALL) + BETWEEN;
+        let fits = |(number, row): (usize, &Vec<usize>)| row.iter().map(width).sum::<f32>() < room(number) + BETWEEN;
+        // All have their values, or none: what is left out of some would look like what has none.
+        let has_values = rows.iter().enumerate().all(fits);
         for (number, row) in rows.iter().enumerate() {
-            let room = self.plot.right() - if number == 0 { title.right() + BEHIND_TITLE } else { self.plot.left() };
-            let texts = self.texts(ui, window, row.iter().map(|entry| &entries[*entry]), room);
+            let texts: Vec<String> = match has_values {
+                true => row.iter().map(|entry| with_values[*entry].clone()).collect(),
+                false => names(ui, row.iter().map(|entry| &entries[*entry]), room(number)),
+            };
             let y = first + ROW * number as f32;
             let height = Rangef::new(y - 0.5 * ROW, y + 0.5 * ROW);
             let mut right = self.plot.right();
@@ -112,31 +134,6 @@ impl Header<'_> {
                 right = left - BETWEEN;
             }
         }
-    }
-
-    /// What the entries of a row say: names with values if there is room for those of all, and a name that is too long by itself
-    /// as far as there is room.
-    fn texts<'e>(
-        &self,
-        ui: &Ui,
-        window: &Window,
-        row: impl Iterator<Item = &'e Entry<'e>> + Clone,
-        room: f32,
-    ) -> Vec<String> {
-        let with_values: Vec<String> = row.clone().map(|entry| self.text(entry, window)).collect();
-        let width = |text: &String| key_width() + width_of(ui, text, SMALL) + BETWEEN;
-        if with_values.iter().map(width).sum::<f32>() < room + BETWEEN {
-            return with_values;
-        }
-        let mut names: Vec<String> = row.map(|entry| entry.name.to_owned()).collect();
-        if let [name] = names.as_mut_slice() {
-            while width(name) > room + BETWEEN && name.chars().count() > 2 {
-                name.pop();
-                name.pop();
-                name.push('…');
-            }
-        }
-        names
     }
 
     /// A name with its value at the cursor, or mean and RMS of what is measured.

@@ -14,12 +14,18 @@ use crate::app::theme::{self, BODY, GAP, Palette};
 use crate::app::widgets::is_narrow;
 use crate::recording::read::READABLE;
 
+/// With less room than this only the tools stand in their bar \[points\].
+const ROOM_FOR_NAME: f32 = 700.0;
+
 pub fn tools(ui: &mut Ui, shell: &mut Shell) {
     let palette = Palette::in_ui(ui);
     let desk = &mut shell.desk;
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Torquescope").size(BODY + 2.0).color(palette.text));
-        ui.add_space(GAP);
+        // The title bar has the name, too.
+        if ui.available_width() > ROOM_FOR_NAME {
+            ui.label(RichText::new("Torquescope").size(BODY + 2.0).color(palette.text));
+            ui.add_space(GAP);
+        }
         let keys = keys::text(ui, &keys::OPEN);
         let open = format!("Open recordings ({READABLE}) with {keys}, or drop them on the window");
         if ui.button("Open…").on_hover_text(open).clicked() {
@@ -132,9 +138,11 @@ fn steps(ui: &mut Ui, shell: &mut Shell, next: Option<&NextStep>) {
             (_, true) => palette.text,
             _ => palette.weak,
         };
-        let before = if number > 0 { "› " } else { "" };
+        if number > 0 {
+            ui.label(RichText::new("›").color(palette.weak));
+        }
         let mark = if done && !current { "✔ " } else { "" };
-        let text = RichText::new(format!("{before}{mark}{}", about.title)).color(color);
+        let text = RichText::new(format!("{mark}{}", about.title)).color(color);
         let mut button = Button::new(text).selected(current);
         if !current {
             button = button.fill(Color32::TRANSPARENT);
@@ -150,6 +158,7 @@ fn steps(ui: &mut Ui, shell: &mut Shell, next: Option<&NextStep>) {
             shell.desk.orders.push(Order::Show(about));
         }
     }
+    ui.label(RichText::new("›").color(palette.weak));
     export(ui, shell, next.is_some_and(|next| matches!(next.order, Order::Export(_))));
 }
 
@@ -181,7 +190,7 @@ fn export(ui: &mut Ui, shell: &mut Shell, is_next: bool) {
         (_, true) => palette.text,
         _ => palette.weak,
     };
-    let name = if done { "› ✔ Export" } else { "› Export" };
+    let name = if done { "✔ Export" } else { "Export" };
     let stroke = if is_next { Stroke::new(1.0, palette.accent) } else { Stroke::NONE };
     let button = Button::new(RichText::new(name).color(color)).fill(Color32::TRANSPARENT).stroke(stroke);
     let response = ui.add(button);

@@ -1,7 +1,7 @@
 //! All models of the session in one table, on every screen: what is shown over the current one, under which name, and what they
 //! are worth.
 
-use egui::{Button, Checkbox, Grid, RichText, ScrollArea, TextEdit, Ui, WidgetInfo};
+use egui::{Button, Checkbox, Color32, Grid, RichText, ScrollArea, TextEdit, TextStyle, Ui, WidgetInfo, vec2};
 
 use super::frame::Shell;
 use crate::app::desk::{Desk, Order};
@@ -17,9 +17,9 @@ use crate::session::{Command, Generation, Session, Step};
 
 /// Most of the window's height that the table takes.
 const HEIGHT: f32 = 0.36;
-/// Width of a name, and where there is little room \[points\].
-const NAME: f32 = 300.0;
-const SHORT_NAME: f32 = 170.0;
+/// Least width of a name \[points\], and its most as a part of the table's.
+const LEAST_NAME: f32 = 120.0;
+const MOST_NAME: f32 = 0.29;
 
 /// The table, while it is open.
 #[derive(Debug, Default)]
@@ -46,15 +46,25 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, open: &mut Models) {
         });
     });
     let height = ui.ctx().content_rect().height() * HEIGHT;
+    let width = width_of_names(ui, desk.session);
     ScrollArea::both().id_salt("models").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
         Grid::new("models").striped(true).spacing([GROUP, 4.0]).show(ui, |ui| {
             header(ui);
             for step in desk.session.all_models() {
-                row(ui, desk, open, step);
+                row(ui, desk, open, step, width);
             }
         });
     });
     wanted(ui, desk);
+}
+
+/// As much as the longest name needs, if there is room for it.
+fn width_of_names(ui: &Ui, session: &Session) -> f32 {
+    let font = TextStyle::Body.resolve(ui.style());
+    let width = |name: &String| ui.painter().layout_no_wrap(name.clone(), font.clone(), Color32::PLACEHOLDER).size().x;
+    let longest = session.all_models().map(|step| width(&step.name)).fold(0.0, f32::max);
+    let most = MOST_NAME * ui.available_width();
+    (longest + 2.0 * GROUP).clamp(LEAST_NAME.min(most), most)
 }
 
 fn header(ui: &mut Ui) {
@@ -73,11 +83,11 @@ fn header(ui: &mut Ui) {
     ui.end_row();
 }
 
-fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step) {
+fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, width: f32) {
     let name = &step.name;
     let (idle, is_current) = (desk.busy.is_none(), is_current(desk.session, step));
     shown(ui, desk, step, is_current);
-    edit_name(ui, desk, open, step, idle);
+    edit_name(ui, desk, open, step, width);
     ui.label(errors(&step.evaluation.held_out));
     if !is_narrow(ui) {
         details(ui, step);
@@ -145,12 +155,13 @@ fn shown(ui: &mut Ui, desk: &mut Desk, step: &Step, is_current: bool) {
 }
 
 /// A name is written in its place; Enter or a click elsewhere gives it.
-fn edit_name(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, idle: bool) {
+fn edit_name(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, width: f32) {
+    let idle = desk.busy.is_none();
     let of_it = |editing: &&(Generation, String)| editing.0 == step.generation;
     let mut text = open.editing.as_ref().filter(of_it).map_or_else(|| step.name.clone(), |(_, text)| text.clone());
-    let width = if is_narrow(ui) { SHORT_NAME } else { NAME };
-    let edit = TextEdit::singleline(&mut text).id_salt(("name", step.generation)).desired_width(width);
-    let edit = ui.add_enabled(idle, edit);
+    let edit = TextEdit::singleline(&mut text).id_salt(("name", step.generation));
+    let size = vec2(width, ui.spacing().interact_size.y);
+    let edit = ui.add_enabled_ui(idle, |ui| ui.add_sized(size, edit)).inner;
     edit.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, idle, format!("name of {}", step.name)));
     if edit.changed() {
         open.editing = Some((step.generation, text));
