@@ -415,8 +415,8 @@ impl ShapeSearch<'_> {
         let beside = |joint: usize| {
             let correlations = self.equations.correlations(&self.columns, values, self.torque, joint, 1);
             let structure = correlations.first().map_or(0.0, |&correlation| self.design.structure(correlation));
-            // A weight is 1 / variance of what is left, so this many samples' worth of it is structure.
-            structure * self.design.sample_count(joint) as f64 + weights[joint] * unseen(self.design.energy(joint))
+            let left = self.design.sample_count(joint) as f64 / weights[joint].max(f64::MIN_POSITIVE);
+            weights[joint] * (structure * left + unseen(self.design.energy(joint), left))
         };
         let beside: f64 = (0..weights.len()).map(beside).sum();
         let spreads = equations.total(weights, |_| true).spreads();
@@ -425,9 +425,9 @@ impl ShapeSearch<'_> {
     }
 }
 
-/// Energy of what may act unseen on a joint whose torque has this energy.
-pub(crate) fn unseen(energy: f64) -> f64 {
-    UNSEEN.powi(2) * energy
+/// Energy of what may act unseen on a joint whose torque has this energy, not more than is `left` of it.
+pub(crate) fn unseen(energy: f64, left: f64) -> f64 {
+    (UNSEEN.powi(2) * energy).min(left)
 }
 
 fn parameter(factor: &Factor, value: f64, identified: bool, std_error: Option<f64>, quantile: f64) -> Parameter {

@@ -154,9 +154,11 @@ impl Energies {
 
     /// Weighted energy of what is not noise beside the effects found: what is left and not white, and what may act unseen.
     fn beside(&self, search: &Search, rest: &Rest) -> f64 {
+        let factors = search.factors(&search.active);
         let of_joint = |joint: usize| {
-            let left = rest.share[joint].powi(2) * self.joints[joint].1.energy;
-            search.weights[joint] * (left * (1.0 - rest.whiteness[joint]) + unseen(self.joints[joint].1.energy))
+            let energy = self.joints[joint].1.energy;
+            let left = self.left(joint, &factors) * energy;
+            search.weights[joint] * (left * (1.0 - rest.whiteness[joint]) + unseen(energy, left))
         };
         (0..self.joints.len()).map(of_joint).sum()
     }

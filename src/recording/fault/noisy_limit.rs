@@ -19,6 +19,8 @@ const WIDTH: f64 = 3.0;
 const BELOW: f64 = 9.0;
 /// So many times as many means must lie at the level as just below.
 const PILED_UP: f64 = 6.0;
+/// Fewest means at a limit.
+const FEWEST: usize = 20;
 /// Times that the level is found anew from what lies at it.
 const ROUNDS: usize = 6;
 /// Least share of the range of positions, and of that of speeds, over which a joint stays at its limit at least once: what drives it
@@ -41,13 +43,13 @@ pub(super) fn find(recording: &Recording, joint: usize) -> Vec<Segment> {
     stretches
 }
 
-/// Deviation of the noise of the readings, from their second differences: what moves the arm is slow beside them.
+/// Deviation of the noise of the readings, from their fourth differences: what moves the arm is slow beside them.
 fn noise(recording: &Recording, joint: usize) -> f64 {
-    let of_run = |run: &'_ Trajectory| -> Vec<f64> {
-        run.tau[joint].windows(3).map(|three| (three[0] - 2.0 * three[1] + three[2]).abs()).collect()
+    let of_run = |run: &Trajectory| -> Vec<f64> {
+        let fourth = |five: &[f64]| five[0] - 4.0 * five[1] + 6.0 * five[2] - 4.0 * five[3] + five[4];
+        run.tau[joint].windows(5).map(|five| fourth(five).abs()).collect()
     };
-    let bends = recording.trajectories.iter().flat_map(of_run);
-    median(bends.collect()).unwrap_or(0.0) / (MEDIAN * 6f64.sqrt())
+    median(recording.trajectories.iter().flat_map(of_run).collect()).unwrap_or(0.0) / (MEDIAN * 70f64.sqrt())
 }
 
 /// The means of a run's torque over a few readings each, upside down for the lower end.
@@ -99,9 +101,12 @@ fn at_end(recording: &Recording, joint: usize, side: f64, deviation: f64) -> Vec
         let signals = [&run.q[joint], &run.qd[joint]];
         signals.iter().zip(ranges).all(|(signal, whole)| range(&signal[stretch.samples.clone()]) >= CHANGES * whole)
     };
-    let at: usize = stretches.iter().filter(changes).map(|stretch| stretch.samples.len()).sum();
+    let means_in = |stretch: &Segment| stretch.samples.len() + 1 - means[stretch.trajectory].count;
+    let at: usize = stretches.iter().filter(changes).map(means_in).sum();
     let below = all().filter(|mean| (WIDTH * spread..BELOW * spread).contains(&(level - mean))).count();
-    if at as f64 > PILED_UP * below as f64 { stretches } else { Vec::new() }
+    // A torque that rests at zero is at no limit.
+    let is_limit = level.abs() > BELOW * spread && at >= FEWEST && at as f64 > PILED_UP * below as f64;
+    if is_limit { stretches } else { Vec::new() }
 }
 
 /// How far values lie apart.
