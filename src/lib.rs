@@ -13,7 +13,7 @@
 //! | 3 | [`effect`] | one file per physical effect |
 //! | 2 | [`recording`] | what was measured: read, map, check, derive, split, write |
 //! | 1 | [`arm`], [`network`], [`figure`] | the planar arm in closed form; networks with derivatives; figures as data and as files |
-//! | 0 | [`signals`], [`progress`], [`mod@file`] | one value per joint and sample; what work tells and how it is stopped; files are written whole and read through one door |
+//! | 0 | [`signals`], [`statistics`], [`progress`], [`mod@file`] | one value per joint and sample; ends, medians, noise; what work tells and how it is stopped; files are written whole and read through one door |
 //!
 //! The way of the data: bytes → [`recording::Recording`] → split → [`model::Model`] → torques by term → screen, file or
 //! [`diagnosis`], which names what the model lacks; adding it is one undoable [`session`] command:
@@ -46,6 +46,7 @@ pub mod recording;
 pub mod session;
 pub mod signals;
 pub mod simulation;
+pub mod statistics;
 pub mod training;
 pub mod trial;
 pub mod work;

@@ -129,7 +129,7 @@ impl Parameter {
         let (role, start_values): (_, &[f64]) = match spec.role {
             Role::Linear => ("linear", &[]),
             Role::Shape { starts: Starts::Values(values), .. } => ("shape", values),
-            Role::Shape { starts: Starts::Places(shares), .. } => ("place", shares),
+            Role::Shape { starts: Starts::Places(shares), .. } => (PLACE, shares),
             Role::Reading => ("reading", &[]),
         };
         let bound = |value: f64| value.is_finite().then_some(value);
@@ -189,10 +189,16 @@ fn text(effect: &'static Effect) -> String {
     lines.join("\n")
 }
 
+/// The role of a shape parameter that is a place on the joint's way: its start values are shares of that.
+const PLACE: &str = "place";
+
 fn row(spec: &'static ParameterSpec) -> Vec<String> {
     let Parameter { name, symbol, unit, unit_prismatic, min, max, role, start_values } = Parameter::of(spec);
     let end = |value: Option<f64>, open: &str| value.map_or_else(|| open.to_owned(), number);
     let role = match start_values {
+        [first, .., last] if role == PLACE => {
+            format!("{role}, sought from {:.0} to {:.0} % of the way", 100.0 * first, 100.0 * last)
+        }
         [first, .., last] => format!("{role}, sought from {} to {}", number(*first), number(*last)),
         _ => role.to_owned(),
     };

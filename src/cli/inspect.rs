@@ -7,6 +7,7 @@ use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
 use crate::recording::{Joint, Provenance, Recording};
 use crate::signals::Signals;
+use crate::statistics::ends;
 
 /// Show what a recording holds, and what is odd about it.
 #[derive(Args)]
@@ -133,8 +134,7 @@ fn posture_text(recording: &Recording) -> String {
 fn ranges(recording: &Recording) -> String {
     let range = |joint: usize, signal: &dyn Fn(&crate::recording::Trajectory) -> &Signals| {
         let values = recording.trajectories.iter().flat_map(|trajectory| signal(trajectory)[joint].iter().copied());
-        let (low, high) =
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        let [low, high] = ends(values);
         format!("{} … {}", number(low), number(high))
     };
     let [q, qd, qdd, tau] = recording.units();

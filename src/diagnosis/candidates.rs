@@ -44,8 +44,6 @@ pub struct Group {
     pub joint: Option<usize>,
     /// Shape parameters.
     pub shape: Vec<f64>,
-    /// The least values of the shape parameters that the motion can show.
-    pub least_shape: Vec<f64>,
     /// The way of its joint.
     pub way: Way,
     /// Its columns in the library.
@@ -120,12 +118,11 @@ impl<'a> Library<'a> {
                 if is_covered(model, effect, joint) {
                     continue;
                 }
-                let way = design.recording().way(joint.unwrap_or(0));
+                let way = design.way(joint);
                 let least_shape = effect.least_shape(way);
                 let seen = |shape: &Vec<f64>| shape.iter().zip(&least_shape).all(|(value, least)| value >= least);
                 let shapes = start_shapes(effect, way).into_iter().filter(seen);
-                let group =
-                    |shape| Group { effect, joint, shape, least_shape: least_shape.clone(), way, columns: 0..0 };
+                let group = |shape| Group { effect, joint, shape, way, columns: 0..0 };
                 places.extend(shapes.map(group));
             }
         }

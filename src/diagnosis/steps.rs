@@ -42,10 +42,10 @@ pub fn measure(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
-    let mut named = only_shown(named, fitted, recording, design, monitor)?;
+    let (mut named, whole) = only_shown(named, fitted, recording, design, monitor)?;
     let mut may_reorder = true;
     loop {
-        let ladder = climb(&named, fitted, start, recording, split, design, monitor)?;
+        let ladder = climb(&named, fitted, &whole, start, recording, split, design, monitor)?;
         let rises = |(effect, (before, after)): (&Named, &(Vec<f64>, Vec<f64>))| {
             effect.joints.iter().all(|&joint| after[joint] > before[joint])
         };
@@ -63,14 +63,15 @@ pub fn measure(
     }
 }
 
-/// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says.
+/// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says. What
+/// stays, and the model with it.
 fn only_shown(
     mut named: Vec<Named>,
     fitted: &Fitted,
     recording: &Recording,
     design: &Design,
     monitor: &Monitor,
-) -> Result<Vec<Named>, ModelError> {
+) -> Result<(Vec<Named>, Fitted), ModelError> {
     loop {
         let mut model = fitted.model.clone();
         if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), &recording.stated_arm) {
@@ -85,9 +86,9 @@ fn only_shown(
             let shown = |&joint: &usize| (shown(effect.effect, &parameters, joint), number, joint);
             effect.joints.iter().map(shown).collect::<Vec<_>>()
         });
-        let Some((shown, number, joint)) = places.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(named) };
+        let Some((shown, number, joint)) = places.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok((named, whole)) };
         if shown > 1.0 {
-            return Ok(named);
+            return Ok((named, whole));
         }
         let is_of_arm = named[number].effect.scope == Scope::Arm;
         named[number].joints.retain(|&other| other != joint && !is_of_arm);
@@ -126,6 +127,7 @@ struct Ladder {
 fn climb(
     named: &[Named],
     fitted: &Fitted,
+    whole: &Fitted,
     start: &Evaluation,
     recording: &Recording,
     split: &Split,
@@ -146,7 +148,8 @@ fn climb(
         }
         let before = last.held_out_nmse();
         model = model.with_effect(effect.effect, &effect.joints)?;
-        last_fitted = fit::fit_design(&model, design, monitor)?;
+        // The last step is fitted already, unless they are in another order now.
+        last_fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, monitor)? };
         last = Evaluation::of(&last_fitted, recording, split)?;
         errors.push((before, last.held_out_nmse()));
     }

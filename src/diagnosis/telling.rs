@@ -13,6 +13,7 @@ use crate::model::design::Design;
 use crate::model::{EffectTerm, Fitted, Model, Term};
 use crate::recording::split::{Segment, Split};
 use crate::recording::{ChannelsMut, Recording, Trajectory};
+use crate::statistics::ends;
 
 /// Most trajectories of the recording that a motion is made from.
 const MOST_TRAJECTORIES: usize = 4;
@@ -110,8 +111,7 @@ fn apply(motion: Exciting, number: usize, trajectory: &mut Trajectory) {
     let ChannelsMut { time, mut q, mut qd, mut qdd, .. } = trajectory.channels_mut();
     for joint in 0..joints {
         let (q, qd, qdd) = (&mut q[joint], &mut qd[joint], &mut qdd[joint]);
-        let (low, high) =
-            q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &q| (low.min(q), high.max(q)));
+        let [low, high] = ends(q.iter().copied());
         let (middle, range) = (0.5 * (low + high), high - low);
         match motion {
             Exciting::Speed { factor } => {

@@ -23,6 +23,7 @@ use crate::model::Fitted;
 use crate::progress::Monitor;
 use crate::recording::{Recording, Trajectory};
 use crate::signals::Signals;
+use crate::statistics::ends;
 
 /// Runs of a test set that are drawn, as in the paper.
 const RUNS: usize = 3;
@@ -271,8 +272,7 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
 
 /// What is true decides the range: a model that explodes leaves the picture, and is seen to.
 fn with_room(truth: &[f64]) -> [f64; 2] {
-    let ends = |[low, high]: [f64; 2], value: &f64| [low.min(*value), high.max(*value)];
-    let [low, high] = truth.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    let [low, high] = ends(truth.iter().copied());
     let margin = 0.25 * (high - low).max(1e-9);
     [low - margin, high + margin]
 }

@@ -11,7 +11,7 @@ use super::reversal;
 use super::terms::{OperatingPoint, Setting};
 use super::working::Working;
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
-use crate::effect::{Column, Load};
+use crate::effect::{Column, Load, Way};
 use crate::recording::split::{Segment, Split};
 use crate::recording::{Recording, Trajectory};
 use crate::signals::Signals;
@@ -36,6 +36,9 @@ pub struct Design<'a> {
     /// Whether a prepared sample counts: `counts[trajectory][joint][sample]`.
     counts: Vec<Vec<Vec<bool>>>,
     preparations: Vec<Preparation>,
+    ways: Vec<Way>,
+    /// ρ₁ of white noise as the preparations leave it.
+    noise_correlation: f64,
     point: OperatingPoint,
     /// What the rigid body needs, by trajectory.
     loads: Vec<Option<Load>>,
@@ -89,7 +92,10 @@ impl<'a> Design<'a> {
         let blocks = cut_into_blocks(&joined(&split), &preparations);
         let loads = vec![None; recording.trajectories.len()];
         let point = OperatingPoint::default();
-        let design = Design { recording, setting, blocks, torque, counts, preparations, point, loads };
+        let ways = (0..recording.joint_count()).map(|joint| recording.way(joint)).collect();
+        let noise_correlation = noise_correlation(&recording, &preparations);
+        let design =
+            Design { recording, setting, blocks, torque, counts, preparations, ways, noise_correlation, point, loads };
         if (0..design.joint_count()).all(|joint| design.energy(joint) == 0.0) {
             return Err(ModelError::NothingToLearn(
                 "the torque is zero, or no joint moves, in all training samples".to_owned(),
@@ -308,13 +314,12 @@ impl<'a> Design<'a> {
 
     /// The share of a residual that is structure, from its ρ₁: what goes beyond the resemblance that the filter gives to white noise.
     pub fn structure(&self, correlation: f64) -> f64 {
-        let counts = self.preparations.iter().zip(&self.recording.trajectories);
-        let counts = counts.map(|(preparation, run)| (preparation, run.len() as f64 / preparation.every as f64));
-        let (sum, count) = counts.fold((0.0, 0.0), |(sum, all), (preparation, count)| {
-            (sum + count * preparation.noise_correlation(), all + count)
-        });
-        let of_noise = if count > 0.0 { sum / count } else { 0.0 };
-        ((correlation - of_noise) / (1.0 - of_noise)).clamp(0.0, 1.0)
+        ((correlation - self.noise_correlation) / (1.0 - self.noise_correlation)).clamp(0.0, 1.0)
+    }
+
+    /// The way of the joint at which an effect acts; that of the first for one of the whole arm.
+    pub fn way(&self, joint: Option<usize>) -> Way {
+        self.ways.get(joint.unwrap_or(0)).copied().unwrap_or([f64::INFINITY, f64::NEG_INFINITY])
     }
 
     /// RMS speed of each block relative to the mean of all, so that slow and fast blocks can be told apart.
@@ -396,6 +401,16 @@ fn cut_into_blocks(train: &[Segment], preparations: &[Preparation]) -> Vec<Block
         }
     }
     blocks
+}
+
+/// The mean over all samples that are kept.
+fn noise_correlation(recording: &Recording, preparations: &[Preparation]) -> f64 {
+    let kept = preparations.iter().zip(&recording.trajectories);
+    let kept = kept.map(|(preparation, run)| (preparation, run.len() as f64 / preparation.every as f64));
+    let (sum, count) = kept.fold((0.0, 0.0), |(sum, all), (preparation, count)| {
+        (sum + count * preparation.noise_correlation(), all + count)
+    });
+    if count > 0.0 { sum / count } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use super::{Fitted, ModelError};
 use crate::recording::Recording;
 use crate::recording::split::{Segment, Split};
 use crate::signals::Signals;
+use crate::statistics::white_noise;
 
 /// Torque of a model along one trajectory.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,9 +43,6 @@ pub struct JointError {
     /// 1 − Σ(τ − τ̂)² / Σ(τ − mean τ)².
     pub r2: f64,
 }
-
-/// Fewest samples for a noise floor.
-const FEWEST_FOR_FLOOR: usize = 50;
 
 impl Prediction {
     /// Adds up the terms; `zero` is the torque of no term.
@@ -104,29 +102,21 @@ fn joint_error(recording: &Recording, predictions: &[Prediction], segments: &[Se
     JointError { mse: squared_error / count, nmse: squared_error / energy, r2: 1.0 - squared_error / spread }
 }
 
-/// White noise of the torque by the third differences of the residual, in which slow signals vanish: for white noise of
-/// variance σ² their variance is 20 σ². The median of their size is used, so that jumps (dry friction) do not count.
+/// White noise of the torque, as what changes fast in the residual tells it, over its energy.
 fn noise_floor(recording: &Recording, predictions: &[Prediction], segments: &[Segment]) -> Option<Vec<f64>> {
     let of_joint = |joint: usize| {
-        let mut sizes = Vec::new();
+        let mut residuals: Vec<Vec<f64>> = Vec::new();
         let mut energy = 0.0;
         let mut count = 0.0;
         for segment in segments {
             let tau = &recording.trajectories[segment.trajectory].tau[joint][segment.samples.clone()];
             let model = &predictions[segment.trajectory].total[joint][segment.samples.clone()];
-            let residual: Vec<f64> = tau.iter().zip(model).map(|(tau, model)| tau - model).collect();
-            sizes.extend(residual.windows(4).map(|r| (r[3] - 3.0 * r[2] + 3.0 * r[1] - r[0]).abs()));
+            residuals.push(tau.iter().zip(model).map(|(tau, model)| tau - model).collect());
             energy += tau.iter().map(|tau| tau * tau).sum::<f64>();
             count += tau.len() as f64;
         }
-        if sizes.len() < FEWEST_FOR_FLOOR || energy == 0.0 {
-            return None;
-        }
-        let middle = sizes.len() / 2;
-        let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-        // For a Gaussian the median of the size is 0.6745 standard deviations.
-        let variance = (median / 0.6745).powi(2) / 20.0;
-        Some(variance * count / energy)
+        let deviation = white_noise(residuals).filter(|_| energy != 0.0)?;
+        Some(deviation.powi(2) * count / energy)
     };
     (0..recording.joint_count()).map(of_joint).collect()
 }

@@ -16,8 +16,8 @@ use super::equations::{Equations, PreparedColumn};
 use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
 use super::terms::{Factor, Found, OperatingPoint, Setting, identified_torque};
-use super::{EffectTerm, Model, ModelError, RigidBody, Term};
-use crate::effect::{Starts, Way};
+use super::{Model, ModelError, RigidBody, Term};
+use crate::effect::Starts;
 use crate::progress::Monitor;
 use crate::recording::split::Split;
 use crate::recording::{Recording, Trajectory};
@@ -123,6 +123,7 @@ const LOAD_ROUNDS: usize = 2;
 /// 2060 the 95 % intervals hold the truth in 85.6 % without this, in 90.6 % with it
 /// (`torquescope bench diagnosis --world --draws 60 --seed 2001`).
 pub(crate) const ALONG_A_COLUMN: f64 = 0.2;
+/// That share of the torque.
 const UNSEEN: f64 = 0.001;
 /// The coverage of intervals.
 const COVERAGE: f64 = 0.95;
@@ -224,7 +225,7 @@ impl<'a> ShapeSearch<'a> {
             shapes.push(match term {
                 Term::Effect(term) if term.effect.changes_others() => found().collect(),
                 Term::Effect(term) => {
-                    let way = design.recording().way(term.joint.unwrap_or(0));
+                    let way = design.way(term.joint);
                     let middle = |values: Vec<f64>| values[values.len() / 2];
                     term.effect.shapes().map(|(_, starts)| middle(starts.values(way))).collect()
                 }
@@ -234,11 +235,6 @@ impl<'a> ShapeSearch<'a> {
         let columns = design.columns(model, &shapes)?;
         let equations = design.equations(&columns, torque);
         Ok(ShapeSearch { model, design, torque, shapes, columns, equations })
-    }
-
-    /// The way of the joint of an effect.
-    fn way(&self, placed: &EffectTerm) -> Way {
-        self.design.recording().way(placed.joint.unwrap_or(0))
     }
 
     fn solve(&self, weights: &[f64]) -> DVector<f64> {
@@ -261,7 +257,7 @@ impl<'a> ShapeSearch<'a> {
     fn refine_one(&mut self, term: usize, number: usize, weights: &[f64]) -> Result<(), ModelError> {
         let Term::Effect(placed) = &self.model.terms[term] else { return Ok(()) };
         let Some((parameter, starts)) = placed.effect.shapes().nth(number) else { return Ok(()) };
-        let values = starts.values(self.way(placed));
+        let values = starts.values(self.design.way(placed.joint));
         let mut cost = |value: f64| -> Result<f64, ModelError> {
             self.shapes[term][number] = value;
             self.update_columns(term)?;
@@ -300,7 +296,7 @@ impl<'a> ShapeSearch<'a> {
             let Term::Effect(placed) = &self.model.terms[term] else { continue };
             let first = first_column(self.model, self.design, term)?;
             for (number, (_, starts)) in placed.effect.shapes().enumerate() {
-                let step = SHAPE_STEP * starts.unit(&starts.values(self.way(placed)), shape[number]);
+                let step = SHAPE_STEP * starts.unit(&starts.values(self.design.way(placed.joint)), shape[number]);
                 let mut shifted = [shape.clone(), shape.clone()];
                 shifted[0][number] -= step;
                 shifted[1][number] += step;
@@ -358,7 +354,7 @@ impl<'a> ShapeSearch<'a> {
         let Some((parameter, starts)) = placed.effect.shapes().nth(number) else { return Ok(value) };
         let [low, high] = match starts {
             Starts::Values(_) => [value / MOST_MOVED, value * MOST_MOVED],
-            Starts::Places(_) => self.way(placed),
+            Starts::Places(_) => self.design.way(placed.joint),
         };
         Ok((value + moved).clamp(low.max(parameter.min), high.min(parameter.max)))
     }

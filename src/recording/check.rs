@@ -470,7 +470,7 @@ impl Comparison {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Channels, Joint};
+    use crate::recording::Channels;
 
     /// One joint that swings; q̇ = `factor` times the truth, `lag` samples late, likewise q̈.
     fn swinging(factor: f64, lag: f64) -> Recording {
@@ -487,16 +487,7 @@ mod tests {
             tau: sampled(&growth),
             time,
         };
-        Recording {
-            name: "swing".into(),
-            joints: vec![Joint::numbered(1)],
-            trajectories: vec![Trajectory::new("swing", channels).unwrap()],
-            provenance: Provenance::MEASURED,
-            posture: None,
-            stated_arm: None,
-            chain: None,
-            seal: None,
-        }
+        Recording::of_runs(vec![Trajectory::new("swing", channels).unwrap()])
     }
 
     fn kinds(recording: &Recording) -> Vec<FindingKind> {

@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 
 use crate::signals::Signals;
+use crate::statistics::median;
 use nalgebra::{Matrix3, Vector3};
 
 /// The ends of a signal are smoothed over this many periods of the cut-off before they are continued.
@@ -180,12 +181,7 @@ fn run(sections: &[Section; 2], signal: &mut [f64]) {
 
 /// Median time step \[s\]; 0 with fewer than two samples.
 pub(super) fn median_step(time: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    if steps.is_empty() {
-        return 0.0;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    median(time.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use super::check::{Finding, FindingKind, Pick, Place, Severity};
 use super::{JointKind, Origin, Recording, Trajectory};
+use crate::statistics::median;
 
 /// Larger than any reading in SI units, and than any count of an encoder.
 const BEYOND_BELIEF: f64 = 1e9;
@@ -89,10 +90,9 @@ fn beyond_belief(recording: &Recording, joint: usize, (symbol, pick): Channel) -
 
 /// Stretches of a few samples that leap out of all others and back.
 fn far_out(recording: &Recording, joint: usize, (symbol, pick): Channel) -> Option<Finding> {
-    let mut values: Vec<f64> = samples(recording, joint, pick).map(|(_, _, value)| value).collect();
-    let middle = values.len() / 2;
-    let median = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
-    values.iter_mut().for_each(|value| *value = (*value - median).abs());
+    let values: Vec<f64> = samples(recording, joint, pick).map(|(_, _, value)| value).collect();
+    let median = median(values.clone())?;
+    let mut values: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
     let nearly_all = ((values.len() as f64 * NEARLY_ALL) as usize).min(values.len() - 1);
     let spread = *values.select_nth_unstable_by(nearly_all, f64::total_cmp).1;
     // A channel that hardly ever changes has no usual size.
@@ -200,7 +200,7 @@ fn hold(values: &[f64]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Channels, Joint, Provenance};
+    use super::super::Channels;
     use super::*;
     use crate::signals::Signals;
 
@@ -218,16 +218,7 @@ mod tests {
             tau: signal(&|t| 5.0 * (3.0 * t).sin() + (3.0 * t).cos().signum()),
             time: time.clone(),
         };
-        Recording {
-            name: "swing".into(),
-            joints: vec![Joint::numbered(1)],
-            trajectories: vec![Trajectory::new("swing", channels).unwrap()],
-            provenance: Provenance::MEASURED,
-            posture: None,
-            stated_arm: None,
-            chain: None,
-            seal: None,
-        }
+        Recording::of_runs(vec![Trajectory::new("swing", channels).unwrap()])
     }
 
     fn kinds(recording: &Recording) -> Vec<FindingKind> {

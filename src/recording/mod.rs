@@ -203,6 +203,22 @@ impl Recording {
         Trajectory::way(&self.trajectories, joint)
     }
 
+    /// Measured runs of joints that turn, with nothing said about the arm.
+    #[cfg(test)]
+    pub(crate) fn of_runs(trajectories: Vec<Trajectory>) -> Recording {
+        let joints = trajectories.first().map_or(0, Trajectory::joint_count);
+        Recording {
+            name: "test".into(),
+            joints: (1..=joints).map(Joint::numbered).collect(),
+            trajectories,
+            provenance: Provenance::MEASURED,
+            posture: None,
+            stated_arm: None,
+            chain: None,
+            seal: None,
+        }
+    }
+
     /// How many samples all trajectories have together.
     pub fn sample_count(&self) -> usize {
         self.trajectories.iter().map(Trajectory::len).sum()

@@ -6,6 +6,8 @@ use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftDirection};
 
+use crate::statistics::ends;
+
 /// Longest segment of the power spectrum \[samples\].
 const LONGEST_SEGMENT: usize = 4096;
 /// Shortest segment \[samples\].
@@ -61,8 +63,7 @@ pub fn power(pieces: &[&[f64]], step: f64) -> Vec<[f64; 2]> {
 ///
 /// Orders that the range of positions does not hold once are left out.
 pub fn orders(position: &[f64], value: &[f64], most: usize) -> Vec<[f64; 2]> {
-    let ends = |(low, high): (f64, f64), q: &f64| (low.min(*q), high.max(*q));
-    let (low, high) = position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    let [low, high] = ends(position.iter().copied());
     if high - low < 1e-9 || !(high - low).is_finite() {
         return Vec::new();
     }

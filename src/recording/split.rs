@@ -179,7 +179,7 @@ impl TimeBlocks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Channels, Joint, Origin, Provenance};
+    use crate::recording::{Channels, Origin, Provenance};
     use crate::signals::Signals;
 
     fn recording(lengths: &[usize]) -> Recording {
@@ -189,16 +189,7 @@ mod tests {
             let name = format!("run {index}");
             Trajectory::new(name, Channels { time, q: signal(), qd: signal(), qdd: signal(), tau: signal() }).unwrap()
         };
-        Recording {
-            name: "test".into(),
-            joints: vec![Joint::numbered(1)],
-            trajectories: lengths.iter().enumerate().map(trajectory).collect(),
-            provenance: Provenance::MEASURED,
-            posture: None,
-            stated_arm: None,
-            chain: None,
-            seal: None,
-        }
+        Recording::of_runs(lengths.iter().enumerate().map(trajectory).collect())
     }
 
     /// How often each sample is in a part, by trajectory.

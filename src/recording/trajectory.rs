@@ -4,6 +4,7 @@ use std::ops::{Deref, Range};
 
 use super::{RecordingError, differentiate};
 use crate::signals::{ShapeError, Signals, SignalsMut};
+use crate::statistics::ends;
 
 /// One run without interruption of its clock. All channels have as many joints as each other and a sample for each time stamp,
 /// because nothing else can be built; they are read as fields: `trajectory.q[joint][sample]`.
@@ -133,8 +134,7 @@ impl Trajectory {
 
     /// The least and the greatest position of a joint in all of these runs; of a joint that is not there the least lies above.
     pub fn way<'a>(runs: impl IntoIterator<Item = &'a Trajectory>, joint: usize) -> [f64; 2] {
-        let positions = runs.into_iter().filter_map(|run| run.q.get(joint)).flatten();
-        positions.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &q| [low.min(q), high.max(q)])
+        ends(runs.into_iter().filter_map(|run| run.q.get(joint)).flatten().copied())
     }
 
     /// The samples of `range` as a trajectory of their own.

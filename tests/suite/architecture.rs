@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// Rooms by floor; a room may import only from floors below its own.
 const FLOORS: &[&[&str]] = &[
-    &["signals", "progress", "file"],
+    &["signals", "statistics", "progress", "file"],
     &["arm", "network", "figure"],
     &["recording"],
     &["effect"],

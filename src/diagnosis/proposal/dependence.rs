@@ -11,6 +11,7 @@ use crate::effect::sign;
 use crate::model::least_squares::NormalEquations;
 use crate::recording::Trajectory;
 use crate::recording::check::Pick;
+use crate::statistics::ends;
 
 /// Parts of the data, each of which is left out once.
 const FOLDS: usize = 5;
@@ -122,9 +123,7 @@ impl Basis {
         thinning: &Thinning,
         columns: &mut Vec<Vec<f64>>,
     ) {
-        let all = series.iter().flatten();
-        let range =
-            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &value| [low.min(value), high.max(value)]);
+        let range = ends(series.iter().flatten().copied());
         let by_run: Vec<Vec<Vec<f64>>> =
             series.iter().map(|values| functions(values, range, is_speed, count)).collect();
         let functions = by_run.first().map_or(0, Vec::len);

@@ -69,6 +69,7 @@ impl Search<'_> {
             of_library.complete(&mut equations, &kept, &prepared, torque, &self.weights);
             Ok(equations.solve().residual_energy)
         };
+        let least_shape = candidate.effect.least_shape(candidate.way);
         let mut shape = candidate.shape.clone();
         let start = cost(&shape)?;
         let mut least = start;
@@ -77,7 +78,7 @@ impl Search<'_> {
         for (number, (parameter, starts)) in (0..rounds).flat_map(|_| candidate.effect.shapes().enumerate()) {
             let value = shape[number];
             let [below, above] = starts.around(&starts.values(candidate.way), value);
-            let below = below.max(candidate.least_shape[number]);
+            let below = below.max(least_shape[number]);
             let above = above.min(parameter.max);
             let mut trial = shape.clone();
             let (best, found) = minimum(starts.place(below), starts.place(above), steps, |place| {

@@ -287,12 +287,8 @@ pub(super) fn gears(bench: &Bench, far: &[usize], monitor: &Monitor) -> Result<V
 /// Where the search for factors begins: each joint moves as far as joints are likely to, either way round but for the first. Of
 /// many joints, all as far as each other.
 fn starts(thin: &Recording, far: &[usize]) -> Vec<Vec<f64>> {
-    let range = |joint: usize| {
-        let values = thin.trajectories.iter().flat_map(|run| run.q[joint].iter().copied());
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));
-        high - low
-    };
-    let ranges: Vec<f64> = far.iter().map(|&joint| range(joint)).collect();
+    let ranges = far.iter().map(|&joint| thin.way(joint)).map(|[low, high]| high - low);
+    let ranges: Vec<f64> = ranges.collect();
     if far.len() > ALL_RATIOS {
         return LIKELY_RANGES.iter().map(|likely| ranges.iter().map(|range| likely / range).collect()).collect();
     }

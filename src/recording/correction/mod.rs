@@ -289,7 +289,7 @@ fn place_in(time: &[f64], moment: f64) -> (usize, f64) {
 mod tests {
     use super::*;
     use crate::arm::Posture;
-    use crate::recording::{Channels, Joint, Provenance};
+    use crate::recording::Channels;
 
     /// Two joints, four samples a second; each value names its channel, joint and sample.
     fn recording() -> Recording {
@@ -298,16 +298,7 @@ mod tests {
         };
         let time = (0..6).map(|sample| 0.25 * f64::from(sample)).collect();
         let channels = Channels { time, q: channel(1), qd: channel(2), qdd: channel(3), tau: channel(4) };
-        Recording {
-            name: "two".into(),
-            joints: vec![Joint::numbered(1), Joint::numbered(2)],
-            trajectories: vec![Trajectory::new("run", channels).unwrap()],
-            provenance: Provenance::MEASURED,
-            posture: None,
-            stated_arm: None,
-            chain: None,
-            seal: None,
-        }
+        Recording::of_runs(vec![Trajectory::new("run", channels).unwrap()])
     }
 
     fn corrected(text: &str) -> Recording {

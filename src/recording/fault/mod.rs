@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::segment::{Segment, filter_memory};
 use super::{Recording, Trajectory};
+use crate::statistics::{ends, range};
 
 /// What is wrong with the readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -182,9 +183,7 @@ impl Limits {
 }
 
 fn limits(recording: &Recording, joint: usize, runs: &[Run]) -> Limits {
-    let (low, high) = runs
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), run| (low.min(run.value), high.max(run.value)));
+    let [low, high] = ends(runs.iter().map(|run| run.value));
     let readings = || recording.trajectories.iter().flat_map(|trajectory| &trajectory.tau[joint]);
     let is_cut = |limit: f64| {
         let next = readings().map(|tau| (tau - limit).abs()).filter(|gap| *gap > 0.0).fold(f64::INFINITY, f64::min);
@@ -215,16 +214,12 @@ fn stuck<'a>(recording: &Recording, joint: usize, runs: &[&'a Run]) -> Vec<&'a R
         tau.get(place.samples.end).map(|next| (next - tau[place.samples.start]).abs())
     };
     let smallest = runs.iter().filter_map(|run| jumps(&run.place)).fold(f64::INFINITY, f64::min);
-    let spread = |values: &mut dyn Iterator<Item = &f64>| {
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(*q), high.max(*q)));
-        high - low
-    };
-    let range = spread(&mut recording.trajectories.iter().flat_map(|trajectory| &trajectory.q[joint]));
+    let whole = range(recording.trajectories.iter().flat_map(|trajectory| &trajectory.q[joint]));
     let is_stuck = |run: &&&Run| {
         let Segment { trajectory, samples } = &run.place;
         samples.len() >= STUCK_RUN * usual
             && jumps(&run.place).is_none_or(|jump| jump > JUMP * smallest)
-            && spread(&mut recording.trajectories[*trajectory].q[joint][samples.clone()].iter()) > MOVED * range
+            && range(&recording.trajectories[*trajectory].q[joint][samples.clone()]) > MOVED * whole
     };
     runs.iter().filter(is_stuck).copied().collect()
 }
@@ -236,7 +231,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
-    use crate::recording::{Channels, Joint, Provenance};
+    use crate::recording::Channels;
     use crate::signals::Signals;
 
     /// One joint that swings for 20 s at 100 Hz; its torque is read in steps.
@@ -249,16 +244,7 @@ mod tests {
         let tau = wave(8.0, 0.7).map(|tau| if step > 0.0 { (tau / step).round() * step } else { tau });
         let (q, qd, qdd) = (wave(1.0, 0.0), wave(1.0, 1.0), wave(1.0, 2.0));
         let trajectory = Trajectory::new("swing", Channels { time, q, qd, qdd, tau }).unwrap();
-        Recording {
-            name: "swing".into(),
-            joints: vec![Joint::numbered(1)],
-            trajectories: vec![trajectory],
-            provenance: Provenance::MEASURED,
-            posture: None,
-            stated_arm: None,
-            chain: None,
-            seal: None,
-        }
+        Recording::of_runs(vec![trajectory])
     }
 
     fn stretches(faults: &[Fault]) -> Vec<(FaultKind, Range<usize>)> {

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::super::segment::Segment;
 use super::super::{Recording, Trajectory};
+use crate::statistics::{ends, median, range, white_noise};
 
 /// Over so long the mean of readings is taken \[s\].
 const MEAN_OVER: f64 = 0.02;
@@ -26,33 +27,21 @@ const ROUNDS: usize = 6;
 /// Least share of the range of positions, and of that of speeds, over which a joint stays at its limit at least once: what drives it
 /// changes on the way, and a joint that rests or goes steadily has reason for a steady torque.
 const CHANGES: f64 = 0.05;
-/// Median of |x| for x normal with deviation 1.
-const MEDIAN: f64 = 0.6745;
 
 /// Stretches of the readings of a joint's torque that lie at a limit; empty if there is none.
 pub(super) fn find(recording: &Recording, joint: usize) -> Vec<Segment> {
-    let deviation = noise(recording, joint);
-    if deviation <= 0.0 {
-        return Vec::new();
-    }
+    let runs = recording.trajectories.iter().map(|run| &run.tau[joint]);
+    let Some(deviation) = white_noise(runs).filter(|deviation| *deviation > 0.0) else { return Vec::new() };
+    let means: Vec<Means> = recording.trajectories.iter().map(|run| Means::of(run, joint)).collect();
     let mut stretches = Vec::new();
     for side in [-1.0, 1.0] {
-        stretches.extend(at_end(recording, joint, side, deviation));
+        stretches.extend(at_end(recording, joint, &means, side, deviation));
     }
     stretches.sort_by_key(|stretch| (stretch.trajectory, stretch.samples.start));
     stretches
 }
 
-/// Deviation of the noise of the readings, from their fourth differences: what moves the arm is slow beside them.
-fn noise(recording: &Recording, joint: usize) -> f64 {
-    let of_run = |run: &Trajectory| -> Vec<f64> {
-        let fourth = |five: &[f64]| five[0] - 4.0 * five[1] + 6.0 * five[2] - 4.0 * five[3] + five[4];
-        run.tau[joint].windows(5).map(|five| fourth(five).abs()).collect()
-    };
-    median(recording.trajectories.iter().flat_map(of_run).collect()).unwrap_or(0.0) / (MEDIAN * 70f64.sqrt())
-}
-
-/// The means of a run's torque over a few readings each, upside down for the lower end.
+/// The means of a run's torque over a few readings each.
 struct Means {
     values: Vec<f64>,
     /// How many readings are in each.
@@ -60,9 +49,9 @@ struct Means {
 }
 
 impl Means {
-    fn of(run: &Trajectory, joint: usize, side: f64) -> Means {
+    fn of(run: &Trajectory, joint: usize) -> Means {
         let count = (MEAN_OVER / run.time_step().max(f64::MIN_POSITIVE)).round().clamp(1.0, run.len().max(1) as f64);
-        let values = run.tau[joint].windows(count as usize).map(|few| side * few.iter().sum::<f64>() / count);
+        let values = run.tau[joint].windows(count as usize).map(|few| few.iter().sum::<f64>() / count);
         Means { values: values.collect(), count: count as usize }
     }
 
@@ -79,17 +68,17 @@ impl Means {
     }
 }
 
-/// What lies at the limit at one end of the readings.
-fn at_end(recording: &Recording, joint: usize, side: f64, deviation: f64) -> Vec<Segment> {
-    let means: Vec<Means> = recording.trajectories.iter().map(|run| Means::of(run, joint, side)).collect();
+/// What lies at the limit at the upper end of the readings, or at the lower end with `side` -1.
+fn at_end(recording: &Recording, joint: usize, means: &[Means], side: f64, deviation: f64) -> Vec<Segment> {
     let fewest = means.iter().map(|means| means.count).min().unwrap_or(1);
     let spread = deviation / (fewest as f64).sqrt();
-    let all = || means.iter().flat_map(|means| means.values.iter().copied());
-    let mut level = all().fold(f64::NEG_INFINITY, f64::max) - 2.0 * spread;
+    let all = || means.iter().flat_map(|means| means.values.iter().map(|mean| side * mean));
+    let [_, top] = ends(all());
+    let mut level = top - 2.0 * spread;
     for _ in 0..ROUNDS {
         level = median(all().filter(|mean| *mean > level - WIDTH * spread).collect()).unwrap_or(level);
     }
-    let is_at = |mean: f64| (mean - level).abs() <= WIDTH * spread;
+    let is_at = |mean: f64| (side * mean - level).abs() <= WIDTH * spread;
     let of_run = |(trajectory, means): (usize, &Means)| -> Vec<Segment> {
         means.at(is_at).into_iter().map(|samples| Segment { trajectory, samples }).collect()
     };
@@ -107,18 +96,4 @@ fn at_end(recording: &Recording, joint: usize, side: f64, deviation: f64) -> Vec
     // A torque that rests at zero is at no limit.
     let is_limit = level.abs() > BELOW * spread && at >= FEWEST && at as f64 > PILED_UP * below as f64;
     if is_limit { stretches } else { Vec::new() }
-}
-
-/// How far values lie apart.
-fn range<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
-    let [low, high] = values
-        .into_iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &value| [low.min(value), high.max(value)]);
-    high - low
-}
-
-/// The value in the middle; `None` of nothing.
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

@@ -8,6 +8,7 @@ use super::part::Part;
 use super::plan::{Plan, Stages};
 use crate::arm::Arm;
 use crate::recording::Trajectory;
+use crate::statistics::ends;
 
 /// A prescribed motion with the torque that the bare arm needs for it.
 pub(super) struct Course {
@@ -130,10 +131,6 @@ impl Course {
 /// How much stages change a torque.
 fn change(stages: &mut Stages, now: &Moment, torque: f64) -> f64 {
     stages.iter_mut().fold(torque, |torque, (_, stage)| stage.pass(torque, now)) - torque
-}
-
-fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| [least.min(value), most.max(value)])
 }
 
 /// Random numbers of the kinds that parts are drawn with.

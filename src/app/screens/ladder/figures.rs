@@ -6,6 +6,7 @@ use crate::app::desk::Desk;
 use crate::figure::mark::{Bars, Line};
 use crate::figure::{Axis, Ink, Panel, ticks};
 use crate::session::{Session, Step};
+use crate::statistics::ends;
 
 /// The models whose errors are shown: the steps of the ladder, and behind them what is drawn over the current model.
 pub fn models(desk: &Desk) -> Vec<Arc<Step>> {
@@ -39,9 +40,7 @@ pub fn figures(session: &Session, models: &[Arc<Step>]) -> Vec<Panel> {
 
 /// From the power of ten below the smallest error to that above the largest; `None` if there is none above 0.
 fn decades(errors: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    let ends = |[low, high]: [f64; 2], error: f64| [low.min(error), high.max(error)];
-    let shown = errors.filter(|error| error.is_finite() && *error > 0.0);
-    let [low, high] = shown.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    let [low, high] = ends(errors.filter(|error| error.is_finite() && *error > 0.0));
     let decade = |error: f64| 10f64.powf(error);
     (low <= high).then(|| [decade((0.7 * low).log10().floor()), decade((1.05 * high).log10().ceil())])
 }

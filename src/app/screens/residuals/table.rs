@@ -9,6 +9,7 @@ use crate::effect::Axis;
 use crate::figure::mark::{Cells, Shades};
 use crate::recording::spectrum;
 use crate::session::{Generation, Session};
+use crate::statistics::ends;
 
 /// Most points that one plot draws.
 const MOST_POINTS: usize = 4000;
@@ -456,7 +457,6 @@ impl Table {
 
 /// Smallest and largest; 0 and 1 if there is nothing.
 fn extent(values: &[f64]) -> [f64; 2] {
-    let ends = |[low, high]: [f64; 2], value: &f64| [low.min(*value), high.max(*value)];
-    let [low, high] = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+    let [low, high] = ends(values.iter().copied());
     if low < high { [low, high] } else { [0.0, 1.0] }
 }
