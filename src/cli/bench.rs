@@ -3,6 +3,7 @@
 mod calibrate;
 mod diagnosis;
 mod planted;
+mod rates;
 mod recipe;
 mod recordings;
 mod speed;

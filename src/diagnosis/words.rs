@@ -8,7 +8,7 @@ use super::report::{
     Alternative, Candidate, Completeness, Exciting, Ground, MissingEffect, NotKnown, Note, Presence, Refusal, Report,
     TellingMotion,
 };
-use crate::effect::{Effect, NotApplicable, Scope};
+use crate::effect::NotApplicable;
 use crate::model::Preset;
 use crate::recording::joints_text;
 
@@ -24,19 +24,10 @@ impl Report {
     }
 }
 
-/// The effect and its place: `Coulomb friction on joint 2`.
-pub(super) fn placed(effect: &Effect, joint: Option<usize>) -> String {
-    match (effect.scope, joint) {
-        (Scope::Joint, Some(joint)) => format!("{} on joint {}", effect.name, joint + 1),
-        (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", effect.name, joint, joint + 1),
-        _ => effect.name.to_owned(),
-    }
-}
-
 impl Alternative {
     /// Its name, and where it is if not in the same place.
     pub fn text(&self) -> String {
-        placed(self.effect, self.elsewhere)
+        self.effect.placed(self.elsewhere)
     }
 }
 
@@ -46,7 +37,7 @@ impl NotKnown {
         match *self {
             NotKnown::NotComputed { effect, lack } => NotApplicable { effect: effect.name, lack }.to_string(),
             NotKnown::AbsorbedByBody { effect, joint } => {
-                format!("{} can't be told from the base parameters: state the arm", placed(effect, joint))
+                format!("{} can't be told from the base parameters: state the arm", effect.placed(joint))
             }
         }
     }

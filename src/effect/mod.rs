@@ -209,6 +209,15 @@ impl Facts {
 }
 
 impl Effect {
+    /// It and its place, in words: `Coulomb friction on joint 2`.
+    pub fn placed(&self, joint: Option<usize>) -> String {
+        match (self.scope, joint) {
+            (Scope::Joint, Some(joint)) => format!("{} on joint {}", self.name, joint + 1),
+            (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", self.name, joint, joint + 1),
+            _ => self.name.to_owned(),
+        }
+    }
+
     /// Whether each of the two alone does nearly what the other does.
     pub fn looks_like(&self, other: &Effect) -> bool {
         self.facts.look_alikes.iter().any(|look_alike| look_alike.effects == [other.id])

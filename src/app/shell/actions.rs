@@ -94,7 +94,7 @@ pub fn all(shell: &Shell) -> Vec<Action> {
             let first = usize::from(effect.scope == Scope::Pair);
             offer(format!("Add {} on all joints", effect.name), (first..joints).collect());
             for joint in first..joints {
-                offer(format!("Add {} on joint {}", effect.name, joint + 1), vec![joint]);
+                offer(format!("Add {}", effect.placed(Some(joint))), vec![joint]);
             }
         }
     }

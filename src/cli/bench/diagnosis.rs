@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
+use super::rates::{percent, print_reliability};
 use super::recordings;
 use crate::cli::progress;
 use crate::cli::table::{number, table};
@@ -15,7 +16,7 @@ use crate::effect::registry;
 use crate::figure;
 use crate::simulation::{Excitation, Scenario};
 use crate::trial::blind::{Drawing, Trial};
-use crate::trial::rates::{EffectRates, Rates, Reliability};
+use crate::trial::rates::{EffectRates, Rates};
 use crate::trial::{TrialError, answer_of};
 
 /// How often the diagnosis is right on blind draws: arm, motion, noise, sensors, effects, strengths and joints are random.
@@ -213,14 +214,4 @@ fn print(rates: &Rates) {
     let cells: Vec<Vec<String>> = rates.by_effect.iter().map(of_effect).collect();
     println!("{}\n", table(&["effect", "hidden", "named", "named falsely"], &cells));
     print_reliability(&rates.reliability);
-}
-
-pub(super) fn print_reliability(classes: &[Reliability]) {
-    let of_class = |class: &Reliability| vec![number(class.confidence), number(class.right), class.names.to_string()];
-    let cells: Vec<Vec<String>> = classes.iter().map(of_class).collect();
-    println!("{}", table(&["confidence", "right", "names"], &cells));
-}
-
-pub(super) fn percent(share: Option<f64>) -> String {
-    share.map_or("–".to_owned(), |share| format!("{:.1} %", 100.0 * share))
 }

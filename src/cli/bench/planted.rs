@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::diagnosis::{percent, print_reliability};
+use super::rates::{percent, print_reliability};
 use super::recordings::{at, word};
 use crate::cli::data::Files;
 use crate::cli::progress;

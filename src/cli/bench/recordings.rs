@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
-use super::diagnosis::{percent, print_reliability};
+use super::rates::{percent, print_reliability};
 use crate::cli::progress;
 use crate::cli::table::{number, table};
 use crate::simulation::world;

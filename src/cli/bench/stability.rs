@@ -2,8 +2,8 @@
 
 use clap::Args;
 
-use super::diagnosis::percent;
 use super::planted::names_text;
+use super::rates::percent;
 use super::recordings::at;
 use crate::cli::data::Files;
 use crate::cli::progress;

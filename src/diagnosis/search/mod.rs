@@ -18,7 +18,6 @@ pub use state::{CLOSE, MARGIN, Search};
 pub use swap::Rival;
 
 use super::report::Refusal;
-use super::words::placed;
 use crate::model::ModelError;
 use crate::progress::{Event, Monitor};
 
@@ -58,7 +57,7 @@ impl Search<'_> {
                 self.settle()?;
                 self.follow()?;
                 let groups = self.active.iter().map(|&group| &self.library.groups[group]);
-                monitor.tell(Event::Found(groups.map(|group| placed(group.effect, group.joint)).collect()));
+                monitor.tell(Event::Found(groups.map(|group| group.effect.placed(group.joint)).collect()));
             }
             if self.active == before {
                 break;
