@@ -130,6 +130,9 @@ impl Parameter {
             Role::Linear => ("linear", &[]),
             Role::Shape { starts: Starts::Values(values), .. } => ("shape", values),
             Role::Shape { starts: Starts::Places(shares), .. } => (PLACE, shares),
+            Role::Shape { starts: Starts::Waves, .. } => {
+                ("wave number, sought from a period over the joint's way on", &[])
+            }
             Role::Reading => ("reading", &[]),
         };
         let bound = |value: f64| value.is_finite().then_some(value);

@@ -18,22 +18,10 @@ pub static EFFECT: Effect = Effect {
     parameters: &[
         ParameterSpec::linear("sine_torque", "a", Dimension::Torque),
         ParameterSpec::linear("cosine_torque", "b", Dimension::Torque),
-        ParameterSpec::shape(
-            "wave_number",
-            "k",
-            Dimension::WaveNumber,
-            &[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0],
-        )
-        .between(1.0, 1000.0)
-        .shown_from(half_a_period),
+        ParameterSpec::wave("wave_number", "k").between(1.0, 1000.0),
     ],
     facts: Facts::USUAL,
 };
-
-/// Less than half a period of a wave over the position can't be told from a spring.
-pub(super) fn half_a_period([low, high]: Way) -> f64 {
-    std::f64::consts::PI / (high - low).max(f64::MIN_POSITIVE)
-}
 
 struct Cogging;
 

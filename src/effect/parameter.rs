@@ -1,5 +1,7 @@
 //! The parameters of an effect: names, dimensions, bounds, and how each enters the torque.
 
+use std::f64::consts::{PI, TAU};
+
 use crate::recording::JointKind;
 
 /// One parameter of an effect.
@@ -45,6 +47,9 @@ pub enum Starts {
     Values(&'static [f64]),
     /// Places on the joint's way, as shares of it from its lower end.
     Places(&'static [f64]),
+    /// Wave numbers of a torque that repeats with the position, from one period over the joint's way on: less can't be told from a
+    /// spring.
+    Waves,
 }
 
 impl Starts {
@@ -53,6 +58,11 @@ impl Starts {
         match self {
             Starts::Values(values) => values.to_vec(),
             Starts::Places(shares) => shares.iter().map(|share| low + share * (high - low)).collect(),
+            Starts::Waves => {
+                let half_a_period = PI / (high - low).max(f64::MIN_POSITIVE);
+                let wave = |number: usize| 2.0 * half_a_period + number as f64 * half_a_period.max(LEAST_WAVE_STEP);
+                (0..WAVES).map(wave).collect()
+            }
         }
     }
 
@@ -63,8 +73,9 @@ impl Starts {
         let above = values.iter().copied().find(|&other| other > value + near);
         match self {
             Starts::Values(_) => [below.unwrap_or(value / BEYOND), above.unwrap_or(value * BEYOND)],
-            Starts::Places(_) => {
-                let step = self.unit(values, value) / values.len().max(2) as f64;
+            Starts::Places(_) | Starts::Waves => {
+                let all = values.last().zip(values.first()).map_or(0.0, |(last, first)| last - first);
+                let step = all / values.len().max(2) as f64;
                 [below.unwrap_or(value - step), above.unwrap_or(value + step)]
             }
         }
@@ -73,7 +84,7 @@ impl Starts {
     /// By what a change of a value is measured: the value itself, or how far apart the start values are.
     pub fn unit(self, values: &[f64], value: f64) -> f64 {
         match self {
-            Starts::Values(_) => value,
+            Starts::Values(_) | Starts::Waves => value,
             Starts::Places(_) => values.last().zip(values.first()).map_or(1.0, |(last, first)| last - first),
         }
     }
@@ -82,7 +93,7 @@ impl Starts {
     pub fn place(self, value: f64) -> f64 {
         match self {
             Starts::Values(_) => value.ln(),
-            Starts::Places(_) => value,
+            Starts::Places(_) | Starts::Waves => value,
         }
     }
 
@@ -90,13 +101,17 @@ impl Starts {
     pub fn value(self, place: f64) -> f64 {
         match self {
             Starts::Values(_) => place.exp(),
-            Starts::Places(_) => place,
+            Starts::Places(_) | Starts::Waves => place,
         }
     }
 }
 
 /// So many times beyond the first and the last start value a search goes on.
 const BEYOND: f64 = 4.0;
+/// So many wave numbers are tried first, half a period over the joint's way apart, which is half of what tells two waves apart.
+const WAVES: usize = 15;
+/// Over ways of more than half a turn they are further apart \[rad⁻¹\], so that as many reach as far.
+const LEAST_WAVE_STEP: f64 = 1.0;
 
 impl ParameterSpec {
     /// A factor of a column, of either sign unless bounds are added.
@@ -116,6 +131,12 @@ impl ParameterSpec {
         let role = Role::Shape { starts: Starts::Places(shares), least_shown: any_place };
         let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
         ParameterSpec { name, symbol, dimension: Dimension::Position, min, max, role }
+    }
+
+    /// A wave number in the shape.
+    pub const fn wave(name: &'static str, symbol: &'static str) -> Self {
+        let role = Role::Shape { starts: Starts::Waves, least_shown: a_period };
+        ParameterSpec { name, symbol, dimension: Dimension::WaveNumber, min: 0.0, max: f64::INFINITY, role }
     }
 
     /// A measure of faulty readings, not negative.
@@ -150,6 +171,11 @@ impl ParameterSpec {
 
 fn any_motion(_way: Way) -> f64 {
     0.0
+}
+
+/// Once around over the way, but for what a search does not tell apart.
+fn a_period([low, high]: Way) -> f64 {
+    0.99 * TAU / (high - low).max(f64::MIN_POSITIVE)
 }
 
 fn any_place(_way: Way) -> f64 {

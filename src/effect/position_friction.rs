@@ -1,4 +1,3 @@
-use super::cogging::half_a_period;
 use super::*;
 
 /// The part of dry friction that changes with the position.
@@ -26,6 +25,11 @@ pub static EFFECT: Effect = Effect {
     ],
     facts: Facts::USUAL,
 };
+
+/// Less than half a period over the position can't be told from friction that is the same everywhere.
+fn half_a_period([low, high]: Way) -> f64 {
+    std::f64::consts::PI / (high - low).max(f64::MIN_POSITIVE)
+}
 
 struct PositionFriction;
 

@@ -355,6 +355,7 @@ impl<'a> ShapeSearch<'a> {
         let [low, high] = match starts {
             Starts::Values(_) => [value / MOST_MOVED, value * MOST_MOVED],
             Starts::Places(_) => self.design.way(placed.joint),
+            Starts::Waves => starts.around(&starts.values(self.design.way(placed.joint)), value),
         };
         Ok((value + moved).clamp(low.max(parameter.min), high.min(parameter.max)))
     }
