@@ -337,4 +337,24 @@ mod tests {
         assert!(low == values[1] && high > values[2] && high < -0.9, "{high}");
         assert_eq!(starts.value(starts.place(-1.3)), -1.3);
     }
+
+    #[test]
+    fn waves_begin_with_a_period_over_the_way_of_the_joint() {
+        let starts = Starts::Waves;
+        let short = starts.values([0.1, 0.35]);
+        for (value, periods) in short.iter().zip([1.0, 1.5, 2.0]) {
+            assert!((value - TAU * periods / 0.25).abs() < 1e-9, "{short:?}");
+        }
+        // A way of two turns tells waves apart that are half a radian's inverse apart; they are tried a whole one apart.
+        let long = starts.values([-TAU, TAU]);
+        assert!((long[0] - 0.5).abs() < 1e-12 && (long[1] - 1.5).abs() < 1e-12, "{long:?}");
+        assert_eq!(starts.around(&long, long[1]), [long[0], long[2]]);
+        let [below, above] = starts.around(&long, long[14]);
+        assert!(below == long[13] && above > long[14] && above < long[14] + 1.0, "{above}");
+        let ParameterSpec { role: Role::Shape { least_shown, .. }, .. } = ParameterSpec::wave("wave_number", "k") else {
+            panic!("a wave number is a shape")
+        };
+        let least = least_shown([0.1, 0.35]);
+        assert!(least < short[0] && least > 0.95 * short[0], "{least}");
+    }
 }

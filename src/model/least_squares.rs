@@ -114,10 +114,7 @@ impl NormalEquations {
     /// Eliminates all columns, so that more of them can be tried beside these.
     pub fn eliminate(&self) -> Elimination {
         let mut elimination = Elimination { energy: self.energy, ..Elimination::default() };
-        for i in 0..self.moment.len() {
-            let products: Vec<f64> = (0..i).map(|j| self.gram[(j, i)]).collect();
-            elimination.push(&products, self.gram[(i, i)], self.moment[i]);
-        }
+        (0..self.moment.len()).for_each(|column| elimination.push_column(self, column));
         elimination
     }
 }
@@ -158,6 +155,12 @@ impl Elimination {
         self.rows.push(row.into());
         self.half.push(half);
         self.identified.push(identified);
+    }
+
+    /// The next column of these equations, of which all earlier ones are in.
+    pub fn push_column(&mut self, equations: &NormalEquations, column: usize) {
+        let products: Vec<f64> = (0..column).map(|earlier| equations.gram[(earlier, column)]).collect();
+        self.push(&products, equations.gram[(column, column)], equations.moment[column]);
     }
 
     /// What is left of yᵀy.

@@ -62,12 +62,15 @@ impl Search<'_> {
         let others = self.columns(&groups);
         groups.push(group);
         let mut equations = self.equations_of(&groups);
+        let beside = self.whole_of(&others).eliminate();
         let kept: Vec<&PreparedColumn> = others.iter().map(|&column| &self.library.columns[column]).collect();
         let Library { design, torque, equations: of_library, .. } = &self.library;
         let mut cost = |shape: &[f64]| -> Result<f64, ModelError> {
             let prepared = design.effect_columns(&candidate.term(), shape)?;
             of_library.complete(&mut equations, &kept, &prepared, torque, &self.weights);
-            Ok(equations.solve().residual_energy)
+            let mut elimination = beside.clone();
+            (others.len()..equations.moment.len()).for_each(|column| elimination.push_column(&equations, column));
+            Ok(elimination.residual_energy())
         };
         let least_shape = candidate.effect.least_shape(candidate.way);
         let mut shape = candidate.shape.clone();

@@ -89,7 +89,12 @@ impl<'a> Search<'a> {
 
     /// Normal equations of the model and these groups on all blocks.
     pub fn equations_of(&self, groups: &[usize]) -> NormalEquations {
-        self.whole.select(&self.columns(groups))
+        self.whole_of(&self.columns(groups))
+    }
+
+    /// Normal equations of these columns on all blocks.
+    pub(super) fn whole_of(&self, columns: &[usize]) -> NormalEquations {
+        self.whole.select(columns)
     }
 
     /// Least squares with these groups on all blocks.
@@ -132,7 +137,7 @@ impl<'a> Search<'a> {
 
     /// Weighted squared error that is left with these groups.
     pub fn cost(&self, groups: &[usize]) -> f64 {
-        self.solve(groups).residual_energy
+        self.equations_of(groups).eliminate().residual_energy()
     }
 
     /// [`Search::cost`] plus the price of the parameters.
@@ -305,7 +310,7 @@ impl Base {
     /// The model and these groups.
     pub fn new(search: &Search, groups: Vec<usize>) -> Self {
         let columns = search.columns(&groups);
-        let elimination = search.whole.select(&columns).eliminate();
+        let elimination = search.whole_of(&columns).eliminate();
         Base { groups, columns, cost: elimination.residual_energy(), elimination }
     }
 
