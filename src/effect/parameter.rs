@@ -351,7 +351,8 @@ mod tests {
         assert_eq!(starts.around(&long, long[1]), [long[0], long[2]]);
         let [below, above] = starts.around(&long, long[14]);
         assert!(below == long[13] && above > long[14] && above < long[14] + 1.0, "{above}");
-        let ParameterSpec { role: Role::Shape { least_shown, .. }, .. } = ParameterSpec::wave("wave_number", "k") else {
+        let ParameterSpec { role: Role::Shape { least_shown, .. }, .. } = ParameterSpec::wave("wave_number", "k")
+        else {
             panic!("a wave number is a shape")
         };
         let least = least_shown([0.1, 0.35]);

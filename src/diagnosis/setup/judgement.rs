@@ -123,15 +123,28 @@ fn is_quarter(angle: f64) -> bool {
     (quarters - quarters.round()).abs() < 1e-9
 }
 
-/// What explains what the stated set-up does not, decisively better than everything else.
-pub(super) fn decided(stated: &Fit, trials: Vec<Trial>) -> Option<Told> {
+/// Those that can exist and explain what a set-up does not.
+pub(super) fn answers(stated: &Fit, trials: Vec<Trial>) -> Vec<Trial> {
     let as_good = |fit: &Fit| !is_possible(stated) && gain(stated, fit) > -SAME;
     let is_answer = |trial: &Trial| {
         let is_sound = !trial.corrections.iter().any(is_searched) || explains_all(&trial.fit);
         is_sound && (is_decisive(stated, &trial.fit) || as_good(&trial.fit))
     };
-    let possible = trials.into_iter().filter(|trial| is_possible(&trial.fit) && is_answer(trial));
-    simplest(stated, possible.collect(), false)
+    trials.into_iter().filter(|trial| is_possible(&trial.fit) && is_answer(trial)).collect()
+}
+
+/// The best that another direction of the first link alone does, or the set-up as it is stated: what two mistakes have to beat, the one
+/// of which is the direction.
+pub(super) fn best_direction(stated: &Fit, trials: &[Trial]) -> Fit {
+    let is_direction = |trial: &&Trial| matches!(trial.corrections[..], [Correction::Zero { .. }]);
+    let directions = trials.iter().filter(is_direction).filter(|trial| is_possible(&trial.fit)).map(|trial| &trial.fit);
+    let best = directions.max_by(|one, other| gain(stated, one).total_cmp(&gain(stated, other)));
+    best.filter(|best| gain(stated, best) > 0.0).unwrap_or(stated).clone()
+}
+
+/// Of the answers the one that is decisively better than everything else.
+pub(super) fn decided(stated: &Fit, answers: Vec<Trial>) -> Option<Told> {
+    simplest(stated, answers, false)
 }
 
 /// What ends a contradiction of the derivatives and makes nothing worse.

@@ -43,8 +43,10 @@ pub fn check(recording: &Recording, found: &[Finding], monitor: &Monitor) -> Res
     if !judgement::is_doubtful(&stated) {
         return Ok(None);
     }
-    let mut trials = single(&bench, monitor)?;
-    let told = judgement::decided(&stated, trials.clone());
+    let trials = single(&bench, monitor)?;
+    let best_direction = judgement::best_direction(&stated, &trials);
+    let mut answers = judgement::answers(&stated, trials);
+    let told = judgement::decided(&stated, answers.clone());
     let is_explained = told.as_ref().is_some_and(|told| !judgement::fails(&told.trial.fit));
     let is_stated = recording.posture.is_some() || recording.stated_arm.is_some();
     let may_point_elsewhere =
@@ -57,8 +59,8 @@ pub fn check(recording: &Recording, found: &[Finding], monitor: &Monitor) -> Res
         let beside = hypotheses::listed(&bench).into_iter().filter(|other| !matches!(other, Correction::Zero { .. }));
         beside.map(|other| vec![zero.clone(), other]).collect::<Vec<_>>()
     });
-    trials.extend(tried(&bench, also.collect(), monitor)?);
-    Ok(judgement::decided(&stated, trials).map(|told| finding(&stated, &told)))
+    answers.extend(judgement::answers(&best_direction, tried(&bench, also.collect(), monitor)?));
+    Ok(judgement::decided(&stated, answers).map(|told| finding(&stated, &told)))
 }
 
 /// Everything that may be wrong alone. Where joints reach too far nothing else than that is: no other answer would mend it.
