@@ -25,7 +25,7 @@ pub const LARGEST: u64 = 1 << 30;
 /// No model and no checkpoint is larger \[bytes\].
 pub const LARGEST_MODEL: u64 = 1 << 28;
 /// No text that people write (an arm, a scenario, a mapping, an experiment) is larger \[bytes\].
-pub const LARGEST_TEXT: u64 = 1 << 20;
+pub const LARGEST_TEXT: u64 = 1 << 19;
 
 /// A message without the number by which the system knows an error, as in `No such file or directory (os error 2)`: it tells
 /// people nothing.
@@ -96,7 +96,8 @@ pub fn remains(path: &Path) -> Vec<PathBuf> {
 /// As [`size`], and if the file is larger.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let too_large = || {
-        let what = format!("it has more than {} MB, which nothing of its kind has; name another file", most >> 20);
+        let most = if most < 1 << 20 { format!("{} KB", most >> 10) } else { format!("{} MB", most >> 20) };
+        let what = format!("it has more than {most}, which nothing of its kind has; name another file");
         Err(io::Error::other(what))
     };
     let size = size(path)?;
