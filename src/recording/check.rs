@@ -234,15 +234,13 @@ fn clock(recording: &Recording, findings: &mut Vec<Finding>) {
                 set_right: Vec::new(),
             });
         }
-        let is_off = |step: &f64| (step / median - 1.0).abs() > 0.2 && *step <= GAP_STEPS * median;
-        let mut off = steps().enumerate().filter(|(_, step)| is_off(step));
-        let (first, count) = (off.next(), off.count() + 1);
-        if let Some((at, step)) = first {
-            if count * 100 > trajectory.len() {
-                uneven.push((count as f64 / trajectory.len() as f64, trajectory.name.as_str(), place));
-            } else {
-                findings.push(odd_step(&trajectory.name, at, step / median, count, place));
-            }
+        let differs = |step: f64, by: f64| (step / median - 1.0).abs() > by && step <= GAP_STEPS * median;
+        let off = steps().filter(|step| differs(*step, 0.2)).count();
+        let mut odd = steps().enumerate().filter(|(_, step)| differs(*step, 0.4));
+        if off * 100 > trajectory.len() {
+            uneven.push((off as f64 / trajectory.len() as f64, trajectory.name.as_str(), place));
+        } else if let Some((at, step)) = odd.next() {
+            findings.push(odd_step(&trajectory.name, at, step / median, odd.count() + 1, place));
         }
     }
     if let Some((share, name, place)) = uneven.iter().max_by(|a, b| a.0.total_cmp(&b.0)) {

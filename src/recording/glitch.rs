@@ -28,6 +28,8 @@ const LONGEST: usize = 3;
 const LEAP: f64 = 8.0;
 /// and further than this share of what nearly all samples of the channel go.
 const LEAST_LEAP: f64 = 0.25;
+/// It has come back if its neighbours differ by no more than this share of its leap: an impact dies away more slowly.
+const COME_BACK: f64 = 0.25;
 /// How many samples on either side are near.
 const NEAR: usize = 12;
 /// A channel of which more than this share leaps does so by nature.
@@ -221,9 +223,11 @@ fn leaps(values: &[f64], spread: f64) -> impl Iterator<Item = usize> {
     let is_leap = move |at: usize| {
         let size = bends[at];
         let is_answered = [bends[at - 1], bends[at + 1]].iter().all(|bend| (0.25..0.75).contains(&(-bend / size)));
+        let has_come_back = (values[at + 2] - values[at]).abs() < COME_BACK * size.abs();
         let near = at.saturating_sub(NEAR)..(at + NEAR + 1).min(bends.len());
         let others = near.filter(|other| other.abs_diff(at) > 1).map(|other| bends[other].abs());
-        size.abs() > LEAST_LEAP * spread && is_answered && size.abs() > LEAP * others.fold(0.0, f64::max)
+        let is_far = size.abs() > LEAST_LEAP * spread && size.abs() > LEAP * others.fold(0.0, f64::max);
+        is_far && is_answered && has_come_back
     };
     let count = values.len().saturating_sub(2);
     (1..count.saturating_sub(1)).filter(move |at| is_leap(*at)).map(|at| at + 1)
