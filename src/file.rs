@@ -17,12 +17,15 @@ pub const OLD: &str = ".bak";
 /// Ending of what is being written.
 const NEW: &str = ".new";
 
+/// No file system that is in use takes shorter names only \[bytes\].
+const LONGEST_NAME: usize = 255;
+
 /// No recording, and no session that holds one, is larger \[bytes\], unless somebody says so.
 pub const LARGEST: u64 = 1 << 30;
 /// No model and no checkpoint is larger \[bytes\].
 pub const LARGEST_MODEL: u64 = 1 << 28;
 /// No text that people write (an arm, a scenario, a mapping, an experiment) is larger \[bytes\].
-pub const LARGEST_TEXT: u64 = 1 << 24;
+pub const LARGEST_TEXT: u64 = 1 << 19;
 
 /// A message without the number by which the system knows an error, as in `No such file or directory (os error 2)`: it tells
 /// people nothing.
@@ -93,7 +96,8 @@ pub fn remains(path: &Path) -> Vec<PathBuf> {
 /// As [`size`], and if the file is larger.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let too_large = || {
-        let what = format!("it has more than {} MB, which nothing of its kind has; name another file", most >> 20);
+        let most = if most < 1 << 20 { format!("{} KB", most >> 10) } else { format!("{} MB", most >> 20) };
+        let what = format!("it has more than {most}, which nothing of its kind has; name another file");
         Err(io::Error::other(what))
     };
     let size = size(path)?;
@@ -113,6 +117,46 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path, LARGEST_TEXT)?)
         .map_err(|_| io::Error::other("it is no text in UTF-8; save it as that"))
+}
+
+/// What the parts of an archive of this program may take when they are unpacked: a few bytes may say that they are gigabytes, and hold
+/// archives that say so again.
+#[derive(Debug)]
+pub struct Unpacking {
+    size: u64,
+    left: u64,
+}
+
+impl Unpacking {
+    /// Every archive may take so much \[bytes\], however small it is.
+    const LEAST: u64 = 4 << 20;
+    /// How many times its size the parts of an archive may take together.
+    const DENSEST: u64 = 32;
+    /// How many times its size an archive in it may have, since what is packed already hardly gets smaller, and how much more \[bytes\].
+    const AGAIN: [u64; 2] = [2, 1 << 16];
+
+    /// For an archive of so many bytes.
+    pub fn of(size: usize) -> Unpacking {
+        let size = size as u64;
+        Unpacking { size, left: Unpacking::LEAST.max(size.saturating_mul(Unpacking::DENSEST)) }
+    }
+
+    /// The bytes of a part.
+    ///
+    /// # Errors
+    /// What the unpacking says, and if it takes too much.
+    pub fn part(&mut self, part: impl Read) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        part.take(self.left + 1).read_to_end(&mut bytes)?;
+        let size = bytes.len() as u64;
+        self.left =
+            self.left.checked_sub(size).ok_or_else(|| io::Error::other("unpacked it takes more than any such file"))?;
+        let [times, more] = Unpacking::AGAIN;
+        if bytes.starts_with(b"PK") && size > times * self.size + more {
+            return Err(io::Error::other("it holds an archive that is packed more tightly than one can be"));
+        }
+        Ok(bytes)
+    }
 }
 
 /// Writes a file, in the place of the one that is there.
@@ -217,7 +261,12 @@ impl Draft {
     fn new(path: &Path) -> Draft {
         static DRAFTS: AtomicU64 = AtomicU64::new(0);
         let number = DRAFTS.fetch_add(1, Ordering::Relaxed);
-        Draft(beside(path, &format!(".{}-{number}{NEW}", std::process::id())))
+        let ending = format!(".{}-{number}{NEW}", std::process::id());
+        // What is as long as a name can be has no room for an ending.
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let short: String = name.chars().take(LONGEST_NAME / 4).collect();
+        let is_long = name.len() + ending.len() > LONGEST_NAME;
+        Draft(if is_long { path.with_file_name(short + &ending) } else { beside(path, &ending) })
     }
 }
 
@@ -307,6 +356,31 @@ mod tests {
         let old = beside(&path, OLD);
         assert_eq!((fs::read(&path).unwrap(), fs::read(&old).unwrap()), (b"four".to_vec(), b"three".to_vec()));
         assert_eq!(names(folder.path()), ["a.txt", "a.txt.bak"]);
+    }
+
+    #[test]
+    fn a_name_may_be_as_long_as_names_can_be() {
+        let folder = tempfile::tempdir().unwrap();
+        for letter in ["x", "ü"] {
+            let path = folder.path().join(letter.repeat(LONGEST_NAME / letter.len()));
+            write(&path, b"one").unwrap();
+            write(&path, b"two").unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"two");
+        }
+        assert_eq!(names(folder.path()).len(), 2);
+    }
+
+    #[test]
+    fn what_is_unpacked_is_counted() {
+        let mut honest = Unpacking::of(1000);
+        assert_eq!(honest.part(&[7u8; 3000][..]).unwrap().len(), 3000);
+        assert!(honest.part(io::repeat(0)).unwrap_err().to_string().contains("more than any such file"));
+        let mut all = Unpacking::of(1000);
+        let half = (Unpacking::LEAST / 2 + 1) as usize;
+        assert!(all.part(&vec![7u8; half][..]).is_ok() && all.part(&vec![7u8; half][..]).is_err());
+        let inner = [b"PK".to_vec(), vec![0; 1 << 17]].concat();
+        assert!(Unpacking::of(1000).part(&inner[..]).unwrap_err().to_string().contains("more tightly"));
+        assert!(Unpacking::of(1 << 16).part(&inner[..]).is_ok());
     }
 
     #[test]

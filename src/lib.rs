@@ -6,7 +6,7 @@
 //! | floor | module | what lives there |
 //! |---|---|---|
 //! | 8 | [`cli`] | the command line; opens the window |
-//! | 7 | [`app`] | the window |
+//! | 7 | [`app`], [`selftest`] | the window; the program tries to break itself, and counts |
 //! | 6 | [`session`], [`work`], [`experiment`], [`trial`] | the document and its commands; background jobs; data × models × seeds, resumable; how often the diagnosis is right |
 //! | 5 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
 //! | 4 | [`model`] | a model is a sum of torque terms; identification by least squares |
@@ -43,6 +43,7 @@ pub mod model;
 pub mod network;
 pub mod progress;
 pub mod recording;
+pub mod selftest;
 pub mod session;
 pub mod signals;
 pub mod simulation;

@@ -25,6 +25,7 @@ mod predict;
 mod progress;
 mod propose;
 mod screenshot;
+mod selftest;
 mod simulate;
 mod table;
 mod train;
@@ -82,6 +83,7 @@ enum Command {
     Screenshot(screenshot::Screenshot),
     #[command(subcommand)]
     Bench(bench::Bench),
+    Selftest(selftest::Selftest),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -126,6 +128,7 @@ impl Arguments {
             Some(Command::Figure(command)) => command.run(),
             Some(Command::Screenshot(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
+            Some(Command::Selftest(command)) => command.run(),
             Some(Command::Completions(command)) => command.run(),
             Some(Command::Man(command)) => command.run(),
         }

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{Experiment, ExperimentError, store};
+use super::{Experiment, ExperimentError};
+use crate::file;
 
 /// Name and text of each, in the order in which lists show them.
 pub const ALL: &[(&str, &str)] = &[
@@ -39,10 +40,7 @@ pub fn open(name_or_file: &str) -> Result<Experiment, ExperimentError> {
     if path.extension().is_none_or(|ending| ending != "toml") {
         return find(name_or_file);
     }
-    let text = String::from_utf8(store::read(path)?).map_err(|problem| ExperimentError::File {
-        file: name_or_file.to_owned(),
-        problem: format!("{problem}: save it as UTF-8"),
-    })?;
+    let text = file::read_text(path).map_err(|problem| ExperimentError::Store { path: path.to_owned(), problem })?;
     Experiment::parse(name_or_file, &text)
 }
 

@@ -234,9 +234,13 @@ fn clock(recording: &Recording, findings: &mut Vec<Finding>) {
                 set_right: Vec::new(),
             });
         }
-        let off = steps().filter(|step| (step / median - 1.0).abs() > 0.2).count();
+        let differs = |step: f64, by: f64| (step / median - 1.0).abs() > by && step <= GAP_STEPS * median;
+        let off = steps().filter(|step| differs(*step, 0.2)).count();
+        let mut odd = steps().enumerate().filter(|(_, step)| differs(*step, 0.4));
         if off * 100 > trajectory.len() {
             uneven.push((off as f64 / trajectory.len() as f64, trajectory.name.as_str(), place));
+        } else if let Some((at, step)) = odd.next() {
+            findings.push(odd_step(&trajectory.name, at, step / median, odd.count() + 1, place));
         }
     }
     if let Some((share, name, place)) = uneven.iter().max_by(|a, b| a.0.total_cmp(&b.0)) {
@@ -265,6 +269,21 @@ fn clock(recording: &Recording, findings: &mut Vec<Finding>) {
             remedy: "Name the unit in the column, such as `time[ms]`, and read the file again.".to_owned(),
             set_right: Vec::new(),
         });
+    }
+}
+
+/// Of a clock that else is even.
+fn odd_step(name: &str, at: usize, times: f64, count: usize, place: Place) -> Finding {
+    let others = if count == 1 { String::new() } else { format!(", and {} more are as odd", count - 1) };
+    Finding {
+        severity: Severity::Info,
+        kind: FindingKind::UnevenTime,
+        what: format!(
+            "the time step of `{name}` after sample {at} is {times:.2} times the usual one{others}: samples may be missing there."
+        ),
+        place: Place { samples: Some(at..at + 2), ..place },
+        remedy: "Derivatives use the actual times.".to_owned(),
+        set_right: Vec::new(),
     }
 }
 
@@ -553,6 +572,12 @@ mod tests {
         let mut recording = swinging(1.0, 0.0);
         recording.trajectories[0].channels_mut().time.iter_mut().skip(1500).for_each(|t| *t += 1.0);
         assert_eq!(kinds(&recording), [FindingKind::TimeGap]);
+
+        let mut recording = swinging(1.0, 0.0);
+        recording.trajectories[0].channels_mut().time.iter_mut().skip(1500).for_each(|t| *t += 0.002);
+        let missing = &check(&recording)[0];
+        assert_eq!((missing.kind, missing.place.samples.clone()), (FindingKind::UnevenTime, Some(1499..1501)));
+        assert!(missing.what.contains("2.00 times the usual"), "{}", missing.what);
 
         let mut recording = swinging(1.0, 0.0);
         recording.trajectories[0].channels_mut().tau[0].fill(0.0);

@@ -5,19 +5,35 @@
 //! the bounds stand many times beyond what such logs show.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::check::{Finding, FindingKind, Pick, Place, Severity};
+use super::segment::Segment;
 use super::{JointKind, Origin, Recording, Trajectory};
 use crate::statistics::median;
 
 /// Larger than any reading in SI units, and than any count of an encoder.
 const BEYOND_BELIEF: f64 = 1e9;
+/// Smaller than any reading but none at all: bytes that were shifted or overwritten are such numbers,
+const BELOW_BELIEF: f64 = 1e-40;
+/// where they stand beside readings of at least this size; what fades away gets there step by step.
+const BELIEVED: f64 = 1e-12;
 /// A sample that is so many times as far from the median as nearly all others are is not of the same making.
 const FAR_OUT: f64 = 10.0;
 /// Share of the samples that are nearly all.
 const NEARLY_ALL: f64 = 0.995;
 /// A glitch is no longer than this \[samples\]; what is longer may be a motion.
 const LONGEST: usize = 3;
+/// A sample leaps out of its neighbours if it does so further than this many times what any other near it does,
+const LEAP: f64 = 8.0;
+/// and further than this share of what nearly all samples of the channel go.
+const LEAST_LEAP: f64 = 0.25;
+/// It has come back if its neighbours differ by no more than this share of its leap: an impact dies away more slowly.
+const COME_BACK: f64 = 0.25;
+/// How many samples on either side are near.
+const NEAR: usize = 12;
+/// A channel of which more than this share leaps does so by nature.
+const BY_NATURE: f64 = 0.002;
 /// How far from a whole turn a jump may be \[rad\].
 const TURN: f64 = 0.3;
 /// Most samples over which a derivative is taken to be held.
@@ -31,8 +47,7 @@ type Channel = (&'static str, Pick);
 /// What is found on one joint.
 pub(super) fn find(recording: &Recording, joint: usize) -> Vec<Finding> {
     let measured = measured(recording);
-    let beyond: Vec<Finding> =
-        measured.iter().filter_map(|channel| beyond_belief(recording, joint, *channel)).collect();
+    let beyond: Vec<Finding> = measured.iter().filter_map(|channel| unbelievable(recording, joint, *channel)).collect();
     if !beyond.is_empty() {
         // Beside such values nothing else can be judged.
         return beyond;
@@ -41,7 +56,7 @@ pub(super) fn find(recording: &Recording, joint: usize) -> Vec<Finding> {
     let is_wound = turns.is_some();
     // A turn is told once, and not as a sample far out too.
     let others = measured.iter().filter(|(symbol, _)| !(is_wound && *symbol == "q"));
-    let mut findings: Vec<Finding> = others.filter_map(|channel| far_out(recording, joint, *channel)).collect();
+    let mut findings: Vec<Finding> = others.filter_map(|channel| leap(recording, joint, *channel)).collect();
     findings.extend(turns);
     let derivatives = measured.iter().filter(|(symbol, _)| ["q̇", "q̈"].contains(symbol));
     findings.extend(derivatives.filter_map(|channel| held(recording, joint, *channel)));
@@ -60,72 +75,162 @@ fn measured(recording: &Recording) -> Vec<Channel> {
     channels
 }
 
-/// All samples of a channel, each with its trajectory and its number there.
-fn samples(recording: &Recording, joint: usize, pick: Pick) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
-    recording.trajectories.iter().enumerate().flat_map(move |(index, trajectory)| {
-        pick(trajectory)[joint].iter().enumerate().map(move |(sample, value)| (index, sample, *value))
+/// All values of a channel.
+fn values(recording: &Recording, joint: usize, pick: Pick) -> impl Iterator<Item = f64> + '_ {
+    recording.trajectories.iter().flat_map(move |trajectory| pick(trajectory)[joint].iter().copied())
+}
+
+fn at(joint: usize, place: &Segment) -> Place {
+    Place { trajectory: Some(place.trajectory), samples: Some(place.samples.clone()), ..Place::joint(joint) }
+}
+
+/// Where no motion made the readings of any channel: nothing is learned from them, since a single one can outweigh all others.
+pub(super) fn places(recording: &Recording) -> Vec<Segment> {
+    let channels = measured(recording);
+    let of_channel = |joint: usize, (_, pick): Channel| {
+        let beyond = beyond_belief(recording, joint, pick);
+        if beyond.is_empty() {
+            single(recording, joint, pick).map_or_else(Vec::new, |single| single.places)
+        } else {
+            beyond
+        }
+    };
+    (0..recording.joint_count())
+        .flat_map(|joint| channels.iter().flat_map(move |channel| of_channel(joint, *channel)))
+        .collect()
+}
+
+/// Stretches of a channel, of one trajectory after the other.
+fn stretches(
+    recording: &Recording,
+    joint: usize,
+    pick: Pick,
+    of_run: impl Fn(&[f64]) -> Vec<Range<usize>>,
+) -> Vec<Segment> {
+    let runs = recording.trajectories.iter().enumerate();
+    let of_run = |(trajectory, run): (usize, &Trajectory)| {
+        let found = of_run(&pick(run)[joint]).into_iter();
+        found.map(|samples| Segment { trajectory, samples }).collect::<Vec<_>>()
+    };
+    runs.flat_map(of_run).collect()
+}
+
+/// Where a channel has values that no robot has, too large or too small.
+fn beyond_belief(recording: &Recording, joint: usize, pick: Pick) -> Vec<Segment> {
+    let is_below = |value: f64| value != 0.0 && value.abs() < BELOW_BELIEF;
+    stretches(recording, joint, pick, |values| {
+        let is_beside = |at: usize| {
+            let around = &values[at.saturating_sub(1)..(at + 2).min(values.len())];
+            around.iter().any(|value| value.abs() > BELIEVED)
+        };
+        let is_beyond = |at: &usize| values[*at].abs() > BEYOND_BELIEF || is_below(values[*at]) && is_beside(*at);
+        (0..values.len()).filter(is_beyond).map(|at| at..at + 1).collect()
     })
 }
 
-fn at(joint: usize, trajectory: usize, samples: std::ops::Range<usize>) -> Place {
-    Place { trajectory: Some(trajectory), samples: Some(samples), ..Place::joint(joint) }
-}
-
-fn beyond_belief(recording: &Recording, joint: usize, (symbol, pick): Channel) -> Option<Finding> {
-    let (trajectory, sample, value) =
-        samples(recording, joint, pick).max_by(|one, other| one.2.abs().total_cmp(&other.2.abs()))?;
-    (value.abs() > BEYOND_BELIEF).then(|| Finding {
+fn unbelievable(recording: &Recording, joint: usize, (symbol, pick): Channel) -> Option<Finding> {
+    let places = beyond_belief(recording, joint, pick);
+    let reading = |place: &Segment| pick(&recording.trajectories[place.trajectory])[joint][place.samples.start];
+    let worst = places.iter().max_by(|one, other| reading(one).abs().total_cmp(&reading(other).abs()))?;
+    Some(Finding {
         severity: Severity::Error,
         kind: FindingKind::BeyondBelief,
         what: format!(
-            "{symbol} of {} is {value:.3e} at sample {sample}, as no robot's is.",
-            recording.joints[joint].name
+            "{symbol} of {} is {:.3e} at sample {}, as no robot's is.",
+            recording.joints[joint].name,
+            reading(worst),
+            worst.samples.start
         ),
-        place: at(joint, trajectory, sample..sample + 1),
+        place: at(joint, worst),
         remedy: "Such a value marks a missing one, or is damage: write `nan` in its place, or leave its rows out."
             .to_owned(),
         set_right: Vec::new(),
     })
 }
 
-/// Stretches of a few samples that leap out of all others and back.
-fn far_out(recording: &Recording, joint: usize, (symbol, pick): Channel) -> Option<Finding> {
-    let values: Vec<f64> = samples(recording, joint, pick).map(|(_, _, value)| value).collect();
-    let median = median(values.clone())?;
-    let mut values: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
-    let nearly_all = ((values.len() as f64 * NEARLY_ALL) as usize).min(values.len() - 1);
-    let spread = *values.select_nth_unstable_by(nearly_all, f64::total_cmp).1;
-    // A channel that hardly ever changes has no usual size.
-    if spread == 0.0 {
-        return None;
+/// Single readings that leap away and back.
+struct Single {
+    places: Vec<Segment>,
+    /// How they leap, in words that go on after how many there are.
+    how: String,
+}
+
+fn single(recording: &Recording, joint: usize, pick: Pick) -> Option<Single> {
+    let (median, spread) = usual(recording, joint, pick)?;
+    let from = |value: f64| (value - median).abs();
+    let far = stretches(recording, joint, pick, |values| far_out(values, |value| from(value) > FAR_OUT * spread));
+    if !far.is_empty() {
+        let readings =
+            |place: &Segment| pick(&recording.trajectories[place.trajectory])[joint][place.samples.clone()].to_vec();
+        let largest = far.iter().flat_map(readings).map(from).fold(0.0, f64::max);
+        return Some(Single { places: far, how: format!("{:.0} times as far as it else goes", largest / spread) });
     }
-    let is_far = |value: f64| (value - median).abs() > FAR_OUT * spread;
-    let (mut count, mut first, mut largest) = (0, None, 0.0f64);
-    for (index, trajectory) in recording.trajectories.iter().enumerate() {
-        let mut start = 0;
-        for stretch in pick(trajectory)[joint].chunk_by(|one, other| is_far(*one) == is_far(*other)) {
-            if is_far(stretch[0]) && stretch.len() <= LONGEST {
-                count += stretch.len();
-                first.get_or_insert((index, start));
-                largest = stretch.iter().fold(largest, |far, value| far.max((value - median).abs()));
-            }
-            start += stretch.len();
-        }
-    }
-    let (trajectory, sample) = first?;
+    let near = stretches(recording, joint, pick, |values| leaps(values, spread).map(|at| at..at + 1).collect());
+    let is_by_nature = near.len() as f64 > BY_NATURE * recording.sample_count() as f64 && near.len() > 1;
+    (!near.is_empty() && !is_by_nature)
+        .then(|| Single { places: near, how: "out of its neighbours and back".to_owned() })
+}
+
+fn leap(recording: &Recording, joint: usize, (symbol, pick): Channel) -> Option<Finding> {
+    let Single { places, how } = single(recording, joint, pick)?;
+    let count: usize = places.iter().map(|place| place.samples.len()).sum();
     let samples = if count == 1 { "1 sample".to_owned() } else { format!("{count} samples") };
+    let first = Segment { samples: places[0].samples.start..places[0].samples.start + 1, ..places[0] };
     Some(Finding {
         severity: Severity::Warning,
         kind: FindingKind::FarOut,
         what: format!(
-            "{symbol} of {} leaps in {samples} {:.0} times as far as it else goes (first: sample {sample}).",
-            recording.joints[joint].name,
-            largest / spread
+            "{symbol} of {} leaps in {samples} {how} (first: sample {}).",
+            recording.joints[joint].name, first.samples.start
         ),
-        place: at(joint, trajectory, sample..sample + 1),
-        remedy: "One such sample can outweigh all others: write `nan` in its place, or leave its row out.".to_owned(),
+        place: at(joint, &first),
+        remedy:
+            "These samples and some around them train nothing and count in no error; check the sensor and its line."
+                .to_owned(),
         set_right: Vec::new(),
     })
+}
+
+/// The median of a channel, and how far nearly all of its samples are from it; `None` of a channel that hardly ever changes: it has no
+/// usual size.
+fn usual(recording: &Recording, joint: usize, pick: Pick) -> Option<(f64, f64)> {
+    let values: Vec<f64> = values(recording, joint, pick).collect();
+    let median = median(values.clone())?;
+    let mut values: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
+    let nearly_all = ((values.len() as f64 * NEARLY_ALL) as usize).min(values.len() - 1);
+    let spread = *values.select_nth_unstable_by(nearly_all, f64::total_cmp).1;
+    (spread > 0.0).then_some((median, spread))
+}
+
+/// Stretches of a few samples that leap out of all others and back.
+fn far_out(values: &[f64], is_far: impl Fn(f64) -> bool) -> Vec<Range<usize>> {
+    let (mut found, mut start) = (Vec::new(), 0);
+    for stretch in values.chunk_by(|one, other| is_far(*one) == is_far(*other)) {
+        if is_far(stretch[0]) && stretch.len() <= LONGEST {
+            found.push(start..start + stretch.len());
+        }
+        start += stretch.len();
+    }
+    found
+}
+
+/// Where a signal leaps out of its neighbours and back, within what it else goes. What a sample is beside the middle of its two
+/// neighbours is S at a leap and −S/2 before and after it; a step, as of dry friction, has two of opposite signs in turn.
+fn leaps(values: &[f64], spread: f64) -> impl Iterator<Item = usize> {
+    let beside = |at: usize| values[at] - 0.5 * (values[at - 1] + values[at + 1]);
+    let inner = 1..values.len().saturating_sub(1);
+    let bends: Vec<f64> = inner.map(beside).collect();
+    let is_leap = move |at: usize| {
+        let size = bends[at];
+        let is_answered = [bends[at - 1], bends[at + 1]].iter().all(|bend| (0.25..0.75).contains(&(-bend / size)));
+        let has_come_back = (values[at + 2] - values[at]).abs() < COME_BACK * size.abs();
+        let near = at.saturating_sub(NEAR)..(at + NEAR + 1).min(bends.len());
+        let others = near.filter(|other| other.abs_diff(at) > 1).map(|other| bends[other].abs());
+        let is_far = size.abs() > LEAST_LEAP * spread && size.abs() > LEAP * others.fold(0.0, f64::max);
+        is_far && is_answered && has_come_back
+    };
+    let count = values.len().saturating_sub(2);
+    (1..count.saturating_sub(1)).filter(move |at| is_leap(*at)).map(|at| at + 1)
 }
 
 /// Jumps by a whole turn between two samples, where the steps around are small.
@@ -154,7 +259,7 @@ fn turns(recording: &Recording, joint: usize) -> Option<Finding> {
             "q of {} jumps by a whole turn {times} (first: after sample {sample}).",
             recording.joints[joint].name
         ),
-        place: at(joint, trajectory, sample..sample + 2),
+        place: at(joint, &Segment { trajectory, samples: sample..sample + 2 }),
         remedy: "The joint did not: the angle was wrapped. Unwrap it before (in Python `numpy.unwrap`), or its derivatives are \
                  wrong there."
             .to_owned(),
@@ -244,6 +349,22 @@ mod tests {
         assert!(beside[0].place == found[0].place && beside[0].what.contains("1 sample"), "{}", beside[0].what);
     }
 
+    /// One reading in the place of another, as a flipped bit or a digit makes it, is no larger than others are.
+    #[test]
+    fn a_sample_that_leaps_out_of_its_neighbours_is_found() {
+        for (sample, factor) in [(1234, 2.0), (700, 0.5), (2345, -1.0)] {
+            let mut recording = swinging();
+            recording.trajectories[0].channels_mut().tau[0][sample] *= factor;
+            let found = find(&recording, 0);
+            assert_eq!(kinds(&recording), [FindingKind::FarOut], "{factor}");
+            assert_eq!(found[0].place.samples, Some(sample..sample + 1));
+        }
+        // Dry friction steps, and a contact bends; neither comes back at once.
+        let mut recording = swinging();
+        recording.trajectories[0].channels_mut().tau[0][2000..].iter_mut().for_each(|tau| *tau += 4.0);
+        assert_eq!(kinds(&recording), []);
+    }
+
     #[test]
     fn a_wrapped_angle_is_found() {
         let mut recording = swinging();
@@ -260,6 +381,13 @@ mod tests {
         let mut recording = swinging();
         recording.trajectories[0].channels_mut().tau[0][7] = -1e301;
         assert_eq!(kinds(&recording), [FindingKind::BeyondBelief]);
+        recording.trajectories[0].channels_mut().tau[0][7] = 2.6e-260;
+        let found = find(&recording, 0);
+        assert!(found.len() == 1 && found[0].what.contains("2.600e-260 at sample 7"), "{found:?}");
+        // What fades away to nothing is no damage.
+        let mut run = recording.trajectories[0].channels_mut();
+        run.tau[0].iter_mut().enumerate().for_each(|(at, tau)| *tau = (-0.1 * at as f64).exp());
+        assert!(!kinds(&recording).contains(&FindingKind::BeyondBelief));
     }
 
     #[test]

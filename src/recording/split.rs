@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check::{Finding, FindingKind, Place, Severity};
 use super::segment::filter_memory;
-use super::{Recording, Trajectory, fault};
+use super::{Recording, Trajectory, fault, glitch};
 
 pub use super::segment::Segment;
 
@@ -133,15 +133,16 @@ impl Split {
 
     /// Without the readings of this recording that are none, unless nothing would be left to train on.
     pub fn clear_of_faults(self, recording: &Recording) -> Split {
-        let faults = fault::find(recording);
-        if faults.is_empty() {
+        let mut none: Vec<Segment> = fault::find(recording).into_iter().flat_map(|fault| fault.stretches).collect();
+        none.extend(glitch::places(recording));
+        if none.is_empty() {
             return self;
         }
-        let train = fault::without(recording, &faults, self.train.clone());
+        let train = fault::without(recording, &none, self.train.clone());
         if train.is_empty() {
             return self;
         }
-        Split { train, held_out: fault::without(recording, &faults, self.held_out) }
+        Split { train, held_out: fault::without(recording, &none, self.held_out) }
     }
 
     fn by_trajectory(trajectories: &[Trajectory], held_out: impl Fn(usize) -> bool) -> Split {
@@ -190,6 +191,21 @@ mod tests {
             Trajectory::new(name, Channels { time, q: signal(), qd: signal(), qdd: signal(), tau: signal() }).unwrap()
         };
         Recording::of_runs(lengths.iter().enumerate().map(trajectory).collect())
+    }
+
+    /// One reading of a hundred times the usual size would outweigh all others.
+    #[test]
+    fn a_reading_that_no_motion_makes_is_in_no_part() {
+        let mut recording = recording(&[1000, 1000]);
+        for run in &mut recording.trajectories {
+            run.channels_mut().tau[0].iter_mut().enumerate().for_each(|(at, tau)| *tau = (0.01 * at as f64).sin());
+        }
+        let all = Split::automatic(&recording);
+        assert_eq!(all.clone().clear_of_faults(&recording), all);
+        recording.trajectories[1].channels_mut().tau[0][500] = 70.0;
+        let clear = Split::automatic(&recording);
+        let uses = uses(&recording, &clear);
+        assert!(uses[1][500] == 0 && uses[1][490] + uses[1][510] == 2 && uses[0].iter().all(|count| *count == 1));
     }
 
     /// How often each sample is in a part, by trajectory.

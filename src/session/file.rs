@@ -4,7 +4,7 @@
 //! that was trained, and the reports, proposals and curves outside the data, each once; predictions and errors are computed anew when it is
 //! opened. Of the sessions before and after, those of the same recording are kept. What the file was before stays as `.bak`.
 
-use std::io::{Cursor, Read, Write};
+use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -19,13 +19,13 @@ use super::{Bets, Document, Generation, History, Kept, Session, Step, View, defa
 use crate::diagnosis::proposal::Proposals;
 use crate::diagnosis::{Evidence, Report};
 use crate::effect::own::{self, OwnEffectError};
-use crate::file;
+use crate::file::{self, Unpacking};
 use crate::model::file::load_own_effects;
 use crate::model::{Evaluation, ModelError, Preset, Term};
 use crate::progress::{Epoch, Event, Monitor, Stopped};
 use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
-use crate::recording::read::{ReadError, ReadOptions, own_recording};
+use crate::recording::read::{ReadError, own_recording};
 use crate::recording::seal::SealError;
 use crate::recording::split::Split;
 use crate::recording::write::{WriteError, to_npz_bytes};
@@ -394,14 +394,16 @@ fn to_cbor(value: &impl Serialize) -> Result<Vec<u8>, SessionFileError> {
 }
 
 /// The entries of a session's archive.
-struct Entries<'a>(ZipArchive<Cursor<&'a [u8]>>);
+struct Entries<'a>(ZipArchive<Cursor<&'a [u8]>>, Unpacking);
 
-impl Entries<'_> {
+impl<'a> Entries<'a> {
+    fn of(bytes: &'a [u8]) -> Result<Self, SessionFileError> {
+        Ok(Entries(ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?, Unpacking::of(bytes.len())))
+    }
+
     fn bytes(&mut self, name: &str) -> Result<Vec<u8>, SessionFileError> {
-        let file = self.0.by_name(name).map_err(|error| damaged(format!("{name}: {error}")))?;
-        let mut content = Vec::new();
-        file.take(ReadOptions::default().largest).read_to_end(&mut content).map_err(damaged)?;
-        Ok(content)
+        let part = self.0.by_name(name).map_err(|error| damaged(format!("{name}: {error}")))?;
+        self.1.part(part).map_err(|error| damaged(format!("{name}: {error}")))
     }
 
     fn has(&self, name: &str) -> bool {
@@ -451,7 +453,7 @@ impl Entries<'_> {
 /// # Errors
 /// [`SessionFileError`] says what is damaged; nothing is opened then.
 pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFileError> {
-    let mut entries = Entries(ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?);
+    let mut entries = Entries::of(bytes)?;
     let contents = entries.contents()?;
     let has_readable_reports = contents.torquescope_session >= REPORTS_SINCE;
     if !has_readable_reports && entries.has(&report_name(0)) {
@@ -767,7 +769,7 @@ mod tests {
     fn older_files_still_open() {
         let session = run_diagnosis(&run(train(), &repaired()));
         let bytes = bytes_of(&session);
-        let mut entries = Entries(ZipArchive::new(Cursor::new(&bytes[..])).unwrap());
+        let mut entries = Entries::of(&bytes).unwrap();
         let mut whole: serde_json::Value = serde_json::from_slice(&entries.bytes(CONTENTS).unwrap()).unwrap();
         // The only one that was kept then: the trained one, which has the first place.
         whole["steps"].as_array_mut().unwrap().truncate(1);

@@ -4,7 +4,7 @@
 //! parameters are trained together with the weights.
 
 use std::any::Any;
-use std::io::{Cursor, Read, Write};
+use std::io::{Cursor, Write};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -17,6 +17,7 @@ use super::learn::{Begin, Ending, Outcome, TrainingData, train};
 use super::learned::{Checkpoint, LearnedModel, same_settings};
 use super::options::{Options, Precision, Recipe, scale_to};
 use super::{Samples, TrainError};
+use crate::file::Unpacking;
 use crate::model::file::load_own_effects;
 use crate::model::fit::TrainedTerms;
 use crate::model::learned::{Architecture, Features, Layers, LearnedTerm, Scales};
@@ -374,11 +375,10 @@ fn holds(bytes: &[u8], name: &str) -> bool {
 
 fn unpack(bytes: &[u8], names: [&str; 2]) -> Result<[Vec<u8>; 2], TrainError> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+    let mut unpacking = Unpacking::of(bytes.len());
     let mut entry = |name: &str| -> Result<Vec<u8>, TrainError> {
-        let file = archive.by_name(name).map_err(|error| damaged(format!("`{name}`: {error}")))?;
-        let mut content = Vec::new();
-        file.take(1 << 30).read_to_end(&mut content).map_err(damaged)?;
-        Ok(content)
+        let part = archive.by_name(name).map_err(|error| damaged(format!("`{name}`: {error}")))?;
+        unpacking.part(part).map_err(|error| damaged(format!("`{name}`: {error}")))
     };
     Ok([entry(names[0])?, entry(names[1])?])
 }

@@ -1,7 +1,7 @@
 //! A trained model and a checkpoint of its training: what they hold, as bytes and back.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Write};
+use std::io::{Cursor, Write};
 
 use serde::{Deserialize, Serialize};
 use zip::write::SimpleFileOptions;
@@ -12,6 +12,7 @@ use super::options::Options;
 use super::predict::{Components, component_program, torque_program};
 use super::{Samples, TrainError};
 use crate::effect::Dimension;
+use crate::file::Unpacking;
 use crate::model::learned::Architecture;
 use crate::network::{Element, Layout};
 use crate::progress::Epoch;
@@ -339,11 +340,11 @@ fn pack(header: &Header, groups: &[(&str, &BTreeMap<String, Vec<f64>>)]) -> Resu
 fn unpack(bytes: &[u8]) -> Result<(Header, Weights), TrainError> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
     let (mut header, mut arrays) = (None, Weights::new());
+    let mut unpacking = Unpacking::of(bytes.len());
     for index in 0..archive.len() {
-        let file = archive.by_index(index).map_err(damaged)?;
-        let name = file.name().map_err(damaged)?.into_owned();
-        let mut content = Vec::new();
-        file.take(8 * MOST_VALUES as u64).read_to_end(&mut content).map_err(damaged)?;
+        let part = archive.by_index(index).map_err(damaged)?;
+        let name = part.name().map_err(damaged)?.into_owned();
+        let content = unpacking.part(part).map_err(damaged)?;
         if name == HEADER {
             header = Some(serde_json::from_slice(&content).map_err(damaged)?);
         } else if let Some(name) = name.strip_suffix(".npy") {

@@ -17,5 +17,6 @@ mod pairs;
 mod real_logs;
 mod recordings;
 mod runner;
+mod selftest;
 mod set_up;
 mod training;

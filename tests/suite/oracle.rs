@@ -11,10 +11,10 @@ use crate::outside;
 pub struct Oracle(ZipArchive<File>);
 
 impl Oracle {
-    /// Opens a file by its path below the folder of the reference vectors; `None`, and a line that says so, without it.
-    pub fn open(path: &str) -> Option<Self> {
-        let file = File::open(outside::reference(path)?).unwrap();
-        Some(Oracle(ZipArchive::new(file).unwrap()))
+    /// Opens a file by its path below the folder of the reference vectors.
+    pub fn open(path: &str) -> Self {
+        let file = File::open(outside::reference(path)).unwrap();
+        Oracle(ZipArchive::new(file).unwrap())
     }
 
     /// An array of whole or real numbers of 8 bytes, in C order.

@@ -1,5 +1,6 @@
-//! Data that are not part of the repository: logs of real robots and reference vectors of other programs. They are looked for in
-//! `../shared`, or where an environment variable says. Tests that need them are left out where they are absent, and say so.
+//! Data that are not part of the repository: logs of real robots, and most reference vectors of other programs. They are looked for
+//! in `../shared`, or where an environment variable says. Tests that need logs are left out where these are absent, and say so; of the
+//! reference vectors a small part is in `tests/reference`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,14 +10,19 @@ pub fn real_logs(folder: &str) -> Option<PathBuf> {
     find("TORQUESCOPE_REAL_DATA", "../shared/real", folder)
 }
 
-/// A file or folder of reference vectors.
-pub fn reference(path: &str) -> Option<PathBuf> {
-    find("TORQUESCOPE_ORACLE", "../shared/oracle", path)
+/// A file or folder of reference vectors: of all of them, or of the small part that comes with the repository.
+pub fn reference(path: &str) -> PathBuf {
+    let whole = place("TORQUESCOPE_ORACLE", "../shared/oracle").join(path);
+    if whole.exists() { whole } else { Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(path) }
+}
+
+fn place(variable: &str, beside: &str) -> PathBuf {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join(beside);
+    std::env::var_os(variable).map_or_else(beside, PathBuf::from)
 }
 
 fn find(variable: &str, beside: &str, path: &str) -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join(beside);
-    let full = std::env::var_os(variable).map_or_else(beside, PathBuf::from).join(path);
+    let full = place(variable, beside).join(path);
     if full.exists() {
         return Some(full);
     }

@@ -109,10 +109,10 @@ impl Fault {
     }
 }
 
-/// Parts of `segments` that keep clear of all faults.
-pub fn without(recording: &Recording, faults: &[Fault], segments: Vec<Segment>) -> Vec<Segment> {
+/// Parts of `segments` that keep clear of all these stretches.
+pub fn without(recording: &Recording, stretches: &[Segment], segments: Vec<Segment>) -> Vec<Segment> {
     let mut bad: BTreeMap<usize, Vec<Range<usize>>> = BTreeMap::new();
-    for stretch in faults.iter().flat_map(|fault| &fault.stretches) {
+    for stretch in stretches {
         let margin = margin(recording, stretch.trajectory);
         let widened = stretch.samples.start.saturating_sub(margin)..stretch.samples.end + margin;
         bad.entry(stretch.trajectory).or_default().push(widened);
@@ -337,8 +337,7 @@ mod tests {
     fn what_is_left_keeps_clear_of_the_faults() {
         let recording = swinging(0.0);
         let stretch = |samples| Segment { trajectory: 0, samples };
-        let faults =
-            [Fault { kind: FaultKind::Stuck, joint: 0, stretches: vec![stretch(100..120), stretch(145..150)] }];
+        let faults = [stretch(100..120), stretch(145..150)];
         let clear = without(&recording, &faults, vec![stretch(0..1000), stretch(1000..2000)]);
         // Ten samples either side, and the scrap between the two is dropped.
         assert_eq!(clear, [stretch(0..90), stretch(160..1000), stretch(1000..2000)]);

@@ -32,7 +32,7 @@ pub enum TooMuch {
 }
 
 /// Every file may take so much \[bytes\], however small it is.
-const LEAST: u64 = 64 << 20;
+const LEAST: u64 = 48 << 20;
 /// How many times its size may be unpacked: logs of 64-bit numbers are packed to a tenth of their size, not to a thousandth.
 const DENSEST: u64 = 32;
 /// How many times its size may be held beside the numbers.
@@ -102,10 +102,10 @@ mod tests {
         assert_eq!(budget.unpack(1 << 19), Ok(()));
         assert_eq!(budget.unpack(1 << 19), Ok(()));
         assert_eq!(budget.unpack(1), Err(TooMuch::Limit { limit: 1 }));
-        assert_eq!(Budget::of(1000, 1 << 30).unpack(LEAST + 1), Err(TooMuch::Dense { limit: 64 }));
+        assert_eq!(Budget::of(1000, 1 << 30).unpack(LEAST + 1), Err(TooMuch::Dense { limit: 48 }));
         assert_eq!(Budget::of(10 << 20, 1 << 30).unpack(320 << 20), Ok(()));
         assert_eq!(Budget::of(100 << 20, 1 << 30).hold(400 << 20), Ok(()));
-        assert_eq!(Budget::of(1000, 1 << 30).hold(LEAST + 1), Err(TooMuch::Beside { limit: 64 }));
+        assert_eq!(Budget::of(1000, 1 << 30).hold(LEAST + 1), Err(TooMuch::Beside { limit: 48 }));
         assert!(Budget::of(1000, 1 << 30).name(&"x".repeat(1 << 21)).is_err());
     }
 }
