@@ -49,7 +49,7 @@ fn hundred_steps(bencher: Bencher, preset: &str) {
     let architecture = preset.architecture(3, &layers());
     let options = Options { epochs: 1, threads: Some(2), ..Options::paper() };
     bencher.counter(ItemsCount::new(samples.len())).bench_local(|| {
-        let data = TrainingData { train: &samples, held_out: None };
+        let data = TrainingData { train: &samples, validation: None, held_out: None };
         train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {})
     });
 }

@@ -52,7 +52,10 @@ pub struct Epoch {
     pub epochs: u64,
     /// Mean loss over the epoch.
     pub loss: f64,
-    /// nMSE of the held-out samples.
+    /// nMSE of the validation samples, by which the best epoch is chosen.
+    #[serde(default)]
+    pub validation: Option<f64>,
+    /// nMSE of the held-out samples, which decides nothing.
     pub held_out: Option<f64>,
     /// Learning rate of the last step.
     pub rate: f64,
@@ -62,6 +65,13 @@ pub struct Epoch {
     pub elapsed_s: f64,
     /// Until its end, by the speed so far \[s\].
     pub remaining_s: f64,
+}
+
+impl Epoch {
+    /// The error by which the best epoch is chosen: of the validation samples, or the loss where there are none.
+    pub fn deciding_error(&self) -> f64 {
+        self.validation.unwrap_or(self.loss)
+    }
 }
 
 /// The line between running work and those who watch it. Clones share one line.
@@ -226,11 +236,12 @@ mod tests {
     }
 
     fn epoch(epoch: u64) -> Event {
-        let (loss, held_out, rate) = (1.0 / epoch as f64, None, 1e-3);
+        let (loss, validation, held_out, rate) = (1.0 / epoch as f64, None, None, 1e-3);
         Event::Epoch(Epoch {
             epoch,
             epochs: 1000,
             loss,
+            validation,
             held_out,
             rate,
             samples_per_s: 1.0,

@@ -6,7 +6,8 @@ use super::desk::{Desk, Order, is_held_out};
 use crate::recording::Recording;
 
 /// How charts are used.
-pub const HINT: &str = "Drag: time cursor. Ctrl+wheel, Ctrl+drag: zoom. Right drag: move. Double click: all.";
+pub const HINT: &str =
+    "Drag: cursor. M+drag: measure. Ctrl+wheel, Ctrl+drag: zoom. Right drag: move. Double click: all.";
 
 /// Lets the user choose a trajectory by name.
 pub fn trajectory(ui: &mut Ui, desk: &mut Desk) {

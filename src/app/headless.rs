@@ -11,7 +11,7 @@ use super::raster::{Picture, Raster};
 use super::theme::{self, Palette};
 use super::{About, Order, Shown, TorquescopeApp, screens};
 use crate::figure::Panel;
-use crate::session::{Command, Session};
+use crate::session::{Command, Session, View};
 
 /// Frames that are drawn at least, since egui measures in one what it uses in the next.
 const FEWEST_FRAMES: usize = 4;
@@ -81,13 +81,14 @@ impl Default for ScreenshotOptions {
     }
 }
 
-/// A picture of one screen as PNG.
+/// A picture of one screen as PNG, as somebody looked at it.
 ///
 /// # Errors
 /// If there is no such screen, the size can't be, or the window does not settle.
-pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Result<Vec<u8>> {
+pub fn screenshot(session: Session, view: View, options: &ScreenshotOptions) -> anyhow::Result<Vec<u8>> {
     let mut app = TorquescopeApp::new(session);
     let screen = screens::find(&options.screen)?;
+    app.look(view);
     if let Some(shown) = &options.experiment {
         app.order(Order::Experiment(shown.clone()));
     }
@@ -96,9 +97,10 @@ pub fn screenshot(session: Session, options: &ScreenshotOptions) -> anyhow::Resu
     picture.png().context("the picture can't be written as PNG")
 }
 
-/// The plots of one screen, with all samples in view.
-pub fn plots(session: Session, screen: &About) -> Vec<Panel> {
+/// The plots of one screen with all samples in view, of the trajectory and the models that somebody looked at.
+pub fn plots(session: Session, view: View, screen: &About) -> Vec<Panel> {
     let mut app = TorquescopeApp::new(session);
+    app.look(view);
     app.show_screen(screen);
     app.figures()
 }

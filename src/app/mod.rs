@@ -262,6 +262,7 @@ impl TorquescopeApp {
             || self.keeper.is_busy()
             || self.screens.busy().is_some()
             || self.memo.is_busy()
+            || self.overlays.is_busy()
     }
 
     /// Gives an order, as a click would.

@@ -1,5 +1,7 @@
 //! Tables that several screens have: parameters with their intervals, and errors by joint.
 
+use std::sync::Arc;
+
 use egui::{RichText, Ui, WidgetText};
 
 use super::plot::ticks;
@@ -7,7 +9,7 @@ use super::theme::{Palette, SMALL};
 use super::{glossary, widgets};
 use crate::model::Parameter;
 use crate::recording::Recording;
-use crate::session::Step;
+use crate::session::{Spread, Step};
 use crate::training::Recipe;
 use crate::training::fit::Plan;
 
@@ -51,6 +53,25 @@ pub fn errors(ui: &mut Ui, recording: &Recording, step: &Step) {
         let text = "nMSE: squared error over squared torque; 0 % is perfect.";
         let label = ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
         glossary::explained(label, glossary::Word::Nmse);
+    });
+}
+
+/// The error of each joint over several trainings of one model.
+pub fn errors_of_seeds(ui: &mut Ui, recording: &Recording, seeds: &[Arc<Step>]) {
+    widgets::card(ui, &format!("Error on held-out data, {} seeds", seeds.len()), |ui| {
+        let row = |joint: usize| {
+            let errors = seeds.iter().map(|step| step.evaluation.held_out[joint].nmse);
+            let numbers = Spread::of(errors).map(|spread| [spread.mean, spread.least, spread.greatest]);
+            let name = WidgetText::from(recording.joints[joint].name.clone());
+            [name]
+                .into_iter()
+                .chain(numbers.into_iter().flatten().map(|number| ticks::percent(number).into()))
+                .collect()
+        };
+        let rows: Vec<Vec<WidgetText>> = (0..recording.joint_count()).map(row).collect();
+        widgets::table(ui, "errors of seeds", &["", "mean nMSE", "least", "greatest"], &rows);
+        let text = "The current model is the seed with the smallest validation error; all are in the table of models (Ctrl+M).";
+        ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
     });
 }
 

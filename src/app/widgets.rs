@@ -4,7 +4,6 @@ use egui::{Align, Color32, Frame, Layout, Margin, ProgressBar, Response, RichTex
 
 use super::glossary;
 use super::theme::{CHIP, GAP, HEADLINE, Palette, RADIUS, SMALL, TITLE};
-use crate::recording::{JointKind, Recording};
 
 /// A headline with a sentence below it.
 pub fn headline(ui: &mut Ui, title: &str, sentence: &str) {
@@ -146,12 +145,6 @@ pub fn share_bar(ui: &mut Ui, share: f64, width: f32, color: Color32) {
 /// Whether the window, at this size of text, has no room for long names side by side.
 pub fn is_narrow(ui: &Ui) -> bool {
     ui.ctx().content_rect().width() < 1100.0
-}
-
-/// What moves the joints of a recording, in a word: torque, unless all of them slide.
-pub fn effort(recording: &Recording) -> &'static str {
-    let slides = recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic);
-    if slides { JointKind::Prismatic.effort() } else { JointKind::Revolute.effort() }
 }
 
 /// 12345 as `12 345`.

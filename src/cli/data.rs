@@ -23,7 +23,7 @@ use crate::recording::catalogue;
 use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions, endings, parts};
-use crate::session::{Command, Session, default_name, runs};
+use crate::session::{self, Command, Document, Session, default_name, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
 use crate::training::optimiser::Optimiser;
@@ -173,7 +173,7 @@ pub struct Training {
     /// What is calculated with.
     #[arg(long, value_parser = one_of(PRECISIONS))]
     precision: Option<Precision>,
-    /// Ends as soon as the held-out nMSE is this low.
+    /// Ends as soon as the nMSE of the validation part is this low.
     #[arg(long, value_name = "NMSE")]
     goal: Option<f64>,
     /// Seed of first weights and of the order of samples.
@@ -375,9 +375,16 @@ impl OptionalData {
         Ok(command)
     }
 
-    /// A session with the files, or with the embedded recording.
-    pub fn session_or_embedded(&self) -> anyhow::Result<Session> {
-        progress::run(self.command()?, &self.start()?)
+    /// A session with the files, or with the embedded recording; of a saved one also where one looked.
+    pub fn document_or_embedded(&self) -> anyhow::Result<Document> {
+        let start = self.start()?;
+        match self.command()? {
+            Command::Restore { path } => {
+                let opened = progress::watch("open the session", move |monitor| session::file::open(&path, monitor))?;
+                Ok(opened.document.knowing(&start.own_effects))
+            }
+            command => Ok(progress::run(command, &start)?.into()),
+        }
     }
 
     /// What the command is given: an empty session that knows the effects of one's own.

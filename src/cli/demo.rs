@@ -9,7 +9,7 @@ use super::{output_folder, progress, write_file};
 use crate::app::screens::{self, ladder};
 use crate::app::{self, ScreenshotOptions};
 use crate::recording::{joints_text, write};
-use crate::session::{Command, Session};
+use crate::session::{Command, Session, View};
 use crate::simulation::Scenario;
 
 /// The whole story without a window: simulate an arm with a hidden effect, fit, diagnose, add, report, draw.
@@ -71,7 +71,7 @@ impl Demo {
                 // The ladder shows the repaired model, the other screens the one that still lacks the effect.
                 let shown = if *screen == ladder::ABOUT { &session } else { &diagnosed };
                 let options = ScreenshotOptions { screen: screen.id.to_owned(), ..ScreenshotOptions::default() };
-                let picture = app::screenshot(shown.clone(), &options)?;
+                let picture = app::screenshot(shown.clone(), View::default(), &options)?;
                 write_file(&self.output.join(format!("{}.png", screen.id)), &picture)?;
             }
         }

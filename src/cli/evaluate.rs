@@ -102,9 +102,11 @@ impl Evaluate {
                 vec![term.term.clone(), term.share.iter().map(percent).collect::<Vec<_>>().join(", ")]
             };
             let rows: Vec<Vec<String>> = terms.iter().map(row).collect();
-            println!("{}", table(&["term", "share of the torque by joint [%]"], &rows));
+            let share = format!("share of the {} by joint [%]", recording.effort());
+            println!("{}", table(&["term", &share], &rows));
             for error in components.iter().flatten() {
-                println!("{} torque, against the truth (nMSE): {}", error.component, number(error.nmse));
+                let (part, effort) = (&error.component, recording.effort());
+                println!("{part} {effort}, against the truth (nMSE): {}", number(error.nmse));
             }
             if let Some(parameters) = parameters.filter(|parameters| !parameters.is_empty()) {
                 println!("{}", parameter_table(&parameters));

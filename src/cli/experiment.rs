@@ -4,9 +4,9 @@ use anyhow::{anyhow, bail};
 use clap::{Args, Subcommand};
 use serde_json::json;
 
-use super::choice::{Choice, one_of};
+use super::choice::one_of;
 use super::failure::OrUsage;
-use super::figure::FigureLook;
+use super::figure::{FORMATS, FigureLook};
 use super::table::{number, numbers, table};
 use super::{output_folder, progress, write_file};
 use crate::experiment::figures::{NamedFigure, figures};
@@ -107,13 +107,6 @@ pub struct Figures {
     #[arg(short, long, value_name = "DIR", default_value = "figures")]
     output: PathBuf,
 }
-
-const FORMATS: [Choice<Format>; 4] = [
-    ("svg", "vectors for the web", Format::Svg),
-    ("pdf", "vectors for print", Format::Pdf),
-    ("png", "pixels", Format::Png),
-    ("csv", "the numbers", Format::Csv),
-];
 
 /// List the built-in experiments.
 #[derive(Args)]

@@ -57,7 +57,7 @@ impl Propose {
             let count = proposals.formulas.len();
             let chosen = number.checked_sub(1).and_then(|place| proposals.formulas.get(place));
             let chosen = chosen.ok_or(SessionError::NoSuchProposal { number, count }).or_usage()?;
-            let draft = chosen.draft();
+            let draft = chosen.draft(recording.joints[chosen.joint].kind);
             write_file(path, draft.to_toml().as_bytes())?;
             if !self.json {
                 let (path, id, joint) = (path.display(), &draft.id, chosen.joint + 1);

@@ -9,7 +9,7 @@ use crate::app::headless::Look;
 use crate::app::screens::{self, diagnose, extrapolation, ladder, model, train};
 use crate::app::{self, About, ScreenshotOptions, Shown};
 use crate::model::learned::LearnedPreset;
-use crate::session::{Command, Session};
+use crate::session::{Command, Document, Session};
 use crate::simulation::extrapolation::Stretch;
 use crate::training::fit::Plan;
 
@@ -56,7 +56,7 @@ impl Screenshot {
     /// Reads or simulates, does what the screen is about, draws.
     pub fn run(&self) -> anyhow::Result<()> {
         self.data.check_output(&self.output)?;
-        let start = self.data.session_or_embedded()?;
+        let start = self.data.document_or_embedded()?;
         let Some(screen) = self.screen else {
             output_folder(&self.output)?;
             for screen in screens::all() {
@@ -68,8 +68,8 @@ impl Screenshot {
         write_file(&self.output, &self.draw(screen, &start)?)
     }
 
-    fn draw(&self, screen: &About, start: &Session) -> anyhow::Result<Vec<u8>> {
-        let session = prepared(screen, start)?;
+    fn draw(&self, screen: &About, start: &Document) -> anyhow::Result<Vec<u8>> {
+        let session = prepared(screen, start.history.current())?;
         let options = ScreenshotOptions {
             screen: screen.id.to_owned(),
             theme: self.theme,
@@ -83,7 +83,7 @@ impl Screenshot {
                 ..Shown::default()
             }),
         };
-        app::screenshot(session, &options)
+        app::screenshot(session, start.view.clone(), &options)
     }
 }
 

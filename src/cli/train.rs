@@ -9,7 +9,9 @@ use super::table::{number, table};
 use super::{evaluate, progress, write_file};
 use crate::model::{JointError, Parameter};
 use crate::progress::Epoch;
-use crate::training;
+use crate::recording::Recording;
+use crate::session::{Command, Spread, Step};
+use crate::training::{self, OtherStart};
 
 /// Identify a model from recordings and save it.
 #[derive(Args)]
@@ -17,7 +19,8 @@ use crate::training;
   torquescope train arm.npz --add stribeck-friction@2 -o model.json
   torquescope train arm.npz --model structured-delan -o delan.model
   torquescope train arm.npz --model delan-friction --recipe thorough --hidden 64,64 --checkpoint run.npz
-  torquescope train arm.npz --resume run.npz -o friction.model")]
+  torquescope train arm.npz --resume run.npz -o friction.model
+  torquescope train arm.npz --model structured-delan --seeds 5")]
 pub struct Train {
     /// Where to save the model: JSON, or an archive of JSON and weights if it has networks.
     #[arg(short, long, value_name = "MODEL")]
@@ -29,11 +32,37 @@ pub struct Train {
     /// the same recordings.
     #[arg(long, value_name = "RUN")]
     resume: Option<PathBuf>,
+    /// Train networks from so many seeds, and tell mean, least and greatest of the held-out error; saved is the one with the
+    /// smallest validation error.
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=MOST_SEEDS), conflicts_with_all = ["checkpoint", "resume"])]
+    seeds: u64,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     data: Data,
+}
+
+/// Most seeds that a model is trained from.
+const MOST_SEEDS: u64 = 100;
+
+/// One of several trainings of a model.
+#[derive(Serialize)]
+struct OfSeed<'a> {
+    name: &'a str,
+    seed: u64,
+    held_out: &'a [JointError],
+    other_starts: &'a [OtherStart],
+    history: &'a [Epoch],
+}
+
+impl<'a> OfSeed<'a> {
+    fn of(step: &'a Step) -> Option<Self> {
+        let run = step.run.as_deref()?;
+        let held_out = &step.evaluation.held_out;
+        let (name, seed, history) = (&step.name, run.plan.options.seed, &step.history);
+        Some(OfSeed { name, seed, held_out, other_starts: &run.other_starts, history })
+    }
 }
 
 #[derive(Serialize)]
@@ -44,8 +73,14 @@ struct Answer<'a> {
     train: &'a [JointError],
     held_out: &'a [JointError],
     noise_floor_nmse: &'a Option<Vec<f64>>,
+    /// Starts that were tried beside the one that was kept, since a training got stuck.
+    other_starts: &'a [OtherStart],
     /// Epochs of training; empty for models without networks.
     history: &'a [Epoch],
+    /// All trainings, where several seeds were asked for.
+    seeds: Vec<OfSeed<'a>>,
+    /// Their held-out nMSE by joint.
+    held_out_nmse_of_seeds: Vec<Spread>,
 }
 
 impl Train {
@@ -56,7 +91,16 @@ impl Train {
             Some(run) => self.data.session_resuming(run, self.checkpoint.clone())?,
             None => self.data.session_keeping(self.checkpoint.clone())?,
         };
+        let session = match self.seeds {
+            1 => session,
+            seeds => progress::run(Command::TrainSeeds { begin: None, seeds }, &session)?,
+        };
         let step = session.current().context("no model was fitted")?;
+        let seeds: Vec<OfSeed> = match self.seeds {
+            1 => Vec::new(),
+            _ => session.seeds_of(step).into_iter().filter_map(|step| OfSeed::of(step)).collect(),
+        };
+        let of_seeds = spreads(&seeds);
         if self.checkpoint.is_some() && step.run.is_none() {
             bail!("--checkpoint is for models with networks: this one is solved for at once");
         }
@@ -78,7 +122,10 @@ impl Train {
                 train: &evaluation.train,
                 held_out: &evaluation.held_out,
                 noise_floor_nmse: &evaluation.noise_floor_nmse,
+                other_starts: step.run.as_ref().map_or(&[], |run| &run.other_starts),
                 history: &step.history,
+                seeds,
+                held_out_nmse_of_seeds: of_seeds,
             };
             println!("{}", serde_json::to_string_pretty(&answer)?);
             return Ok(());
@@ -107,15 +154,36 @@ impl Train {
                 number(last.samples_per_s)
             );
         }
+        if let Some(starts) = step.run.as_ref().and_then(|run| run.starts_text()) {
+            println!("{starts}\n");
+        }
         if !rows.is_empty() {
             println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
         }
         let recording = session.recording.as_deref().context("no recording was read")?;
         println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train));
         println!("held-out data:\n{}", evaluate::error_table(recording, &evaluation.held_out));
+        if !of_seeds.is_empty() {
+            println!("\nheld-out nMSE of {} seeds:\n{}", seeds.len(), seeds_table(recording, &of_seeds));
+        }
         if let Some(path) = &self.output {
             progress::told(format_args!("\nsaved as {}", path.display()));
         }
         Ok(())
     }
+}
+
+/// Held-out nMSE of each joint over several trainings; of none there is nothing.
+fn spreads(seeds: &[OfSeed]) -> Vec<Spread> {
+    let joints = seeds.first().map_or(0, |seed| seed.held_out.len());
+    (0..joints).filter_map(|joint| Spread::of(seeds.iter().map(|seed| seed.held_out[joint].nmse))).collect()
+}
+
+fn seeds_table(recording: &Recording, spreads: &[Spread]) -> String {
+    let row = |(joint, spread): (&crate::recording::Joint, &Spread)| {
+        let Spread { mean, least, greatest } = *spread;
+        [joint.name.clone()].into_iter().chain([mean, least, greatest].map(number)).collect()
+    };
+    let rows: Vec<Vec<String>> = recording.joints.iter().zip(spreads).map(row).collect();
+    table(&["joint", "mean", "least", "greatest"], &rows)
 }

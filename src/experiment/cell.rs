@@ -16,6 +16,8 @@ use crate::training::fit::Plan;
 const VERSION: u32 = 1;
 /// The same for the answers of the diagnosis, so that models without it need no new training.
 const DIAGNOSIS_VERSION: u32 = 5;
+/// The same for how networks are trained, so that what is solved for stays as it is.
+const TRAINING_VERSION: u32 = 2;
 /// The same for what hidden effects do to the torque of a simulation.
 const EFFECTS_VERSION: u32 = 2;
 /// Letters of a key: enough that no two of them ever meet.
@@ -47,6 +49,8 @@ pub struct Inputs {
     pub(super) effects: Effects,
     #[serde(skip_serializing_if = "Option::is_none")]
     diagnosis: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    training: Option<u32>,
     pub(super) hidden: Option<Vec<usize>>,
     pub(super) activation: Option<Activation>,
     /// What is solved for has none, so that all its seeds on the same recordings are one cell.
@@ -80,6 +84,7 @@ pub fn plan(experiment: &Experiment, data: Option<&Path>) -> Result<Vec<Cell>, E
                 terms: model.terms.clone(),
                 effects: model.effects.clone(),
                 diagnosis: (model.effects == Effects::Diagnosed).then_some(DIAGNOSIS_VERSION),
+                training: model.is_trained().then_some(TRAINING_VERSION),
                 hidden: hidden.cloned(),
                 activation,
                 plan: model.is_trained().then(|| experiment.plan_of(model, seed)),

@@ -160,6 +160,25 @@ const PRINT: Colours = Colours {
     ..LIGHT
 };
 
+/// On paper without colours: lines are told apart by their dashes, and a little by how dark they are.
+const GREY: Colours = Colours {
+    predicted: [0x50, 0x50, 0x50],
+    residual: [0x38, 0x38, 0x38],
+    held_out: [0xee, 0xee, 0xee],
+    marked: [0x20, 0x20, 0x20],
+    cursor: [0x20, 0x20, 0x20],
+    series: [
+        [0x10, 0x10, 0x10],
+        [0x58, 0x58, 0x58],
+        [0x88, 0x88, 0x88],
+        [0x30, 0x30, 0x30],
+        [0x48, 0x48, 0x48],
+        [0x70, 0x70, 0x70],
+        [0x80, 0x80, 0x80],
+    ],
+    ..PRINT
+};
+
 /// A set of colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Theme {
@@ -170,6 +189,8 @@ pub enum Theme {
     Light,
     /// As the dark window.
     Dark,
+    /// For paper without colours.
+    Grey,
 }
 
 impl FromStr for Theme {
@@ -180,7 +201,8 @@ impl FromStr for Theme {
             "print" => Ok(Theme::Print),
             "light" => Ok(Theme::Light),
             "dark" => Ok(Theme::Dark),
-            other => Err(format!("there is no theme `{other}`: choose print, light or dark")),
+            "grey" => Ok(Theme::Grey),
+            other => Err(format!("there is no theme `{other}`: choose print, light, dark or grey")),
         }
     }
 }
@@ -192,6 +214,7 @@ impl Theme {
             Theme::Print => &PRINT,
             Theme::Light => &LIGHT,
             Theme::Dark => &DARK,
+            Theme::Grey => &GREY,
         }
     }
 }

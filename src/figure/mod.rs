@@ -36,6 +36,7 @@ use std::str::FromStr;
 
 pub use axis::{Axis, Scale, with_unit};
 pub use colours::{Ink, Theme};
+pub use font::Family;
 pub use panel::{Figure, Panel};
 pub use place::{Area, Place};
 pub use shared::Shared;
@@ -114,11 +115,43 @@ pub struct Style {
     pub theme: Theme,
     /// Pixels per inch of a PNG.
     pub dpi: f64,
+    /// How many panels stand beside each other; `None` as the figure says.
+    pub columns: Option<usize>,
+    /// Height of each plot \[mm\]; `None` takes what suits its width. Slides share their height.
+    pub height: Option<f64>,
+    /// Height of the letters \[points\]; `None` takes what suits the size.
+    pub letter: Option<f64>,
+    /// Their font.
+    pub family: Family,
+    /// Whether panels are called (a), (b), …
+    pub lettered: bool,
+    /// Where the legends stand.
+    pub legend: Legend,
+}
+
+/// Where the legends of a figure stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Legend {
+    /// Above each panel, or above all of them where they all have the same.
+    #[default]
+    Own,
+    /// One for all panels, above them.
+    Shared,
 }
 
 impl Default for Style {
     fn default() -> Self {
-        Style { size: Size::default(), theme: Theme::default(), dpi: 300.0 }
+        Style {
+            size: Size::default(),
+            theme: Theme::default(),
+            dpi: 300.0,
+            columns: None,
+            height: None,
+            letter: None,
+            family: Family::default(),
+            lettered: false,
+            legend: Legend::default(),
+        }
     }
 }
 
@@ -159,10 +192,31 @@ pub fn render(figure: &Figure, format: Format, style: &Style) -> Result<Vec<u8>,
     }
     match format {
         Format::Svg => Ok(svg::draw(figure, style, svg::Letters::Embedded).into_bytes()),
-        Format::Pdf => page::pdf(&svg::draw(figure, style, svg::Letters::Named)),
-        Format::Png => page::png(&svg::draw(figure, style, svg::Letters::Named), style.dpi),
+        Format::Pdf => page::pdf(&svg::draw(figure, style, svg::Letters::Named), style.family),
+        Format::Png => page::png(&svg::draw(figure, style, svg::Letters::Named), style.family, style.dpi),
         Format::Csv => csv::table(figure),
     }
+}
+
+/// A picture as it is.
+pub struct Pixels {
+    /// Width and height.
+    pub size: [usize; 2],
+    /// Red, green, blue and opacity of each pixel, row after row, the colours multiplied by the opacity.
+    pub rgba: Vec<u8>,
+}
+
+/// The pixels of a PNG of `figure`.
+///
+/// # Errors
+/// As [`render`].
+pub fn pixels(figure: &Figure, style: &Style) -> Result<Pixels, FigureError> {
+    if figure.panels.is_empty() {
+        return Err(FigureError::Empty);
+    }
+    let picture = page::pixels(&svg::draw(figure, style, svg::Letters::Named), style.family, style.dpi)?;
+    let size = [picture.width(), picture.height()].map(|side| side as usize);
+    Ok(Pixels { size, rgba: picture.take() })
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
 
 use super::FigureError;
-use super::font::DEJAVU_SANS;
+use super::font::Family;
 
 /// Points of an inch, which are the units of our SVG.
 const POINTS_PER_INCH: f64 = 72.0;
@@ -19,17 +19,17 @@ fn failed(format: &'static str, reason: impl ToString) -> FigureError {
     FigureError::Conversion { format, reason: reason.to_string() }
 }
 
-fn parse(svg: &str, format: &'static str) -> Result<Tree, FigureError> {
+fn parse(svg: &str, family: Family, format: &'static str) -> Result<Tree, FigureError> {
     let mut fonts = Database::new();
-    fonts.load_font_data(DEJAVU_SANS.to_vec());
-    let (fontdb, font_family) = (Arc::new(fonts), "DejaVu Sans".to_owned());
+    fonts.load_font_data(family.bytes().to_vec());
+    let (fontdb, font_family) = (Arc::new(fonts), family.name().to_owned());
     let options = Options { fontdb, font_family, dpi: POINTS_PER_INCH as f32, ..Options::default() };
     Tree::from_str(svg, &options).map_err(|error| failed(format, error))
 }
 
 /// One page of the size of the figure; of the font it holds the letters that are used.
-pub fn pdf(svg: &str) -> Result<Vec<u8>, FigureError> {
-    let tree = parse(svg, "PDF")?;
+pub fn pdf(svg: &str, family: Family) -> Result<Vec<u8>, FigureError> {
+    let tree = parse(svg, family, "PDF")?;
     let (width, height) = (tree.size().width(), tree.size().height());
     let no_page = || failed("PDF", "its page has no size");
     let settings = krilla::page::PageSettings::from_wh(width, height).ok_or_else(no_page)?;
@@ -44,13 +44,18 @@ pub fn pdf(svg: &str) -> Result<Vec<u8>, FigureError> {
 }
 
 /// Pixels at a resolution.
-pub fn png(svg: &str, dpi: f64) -> Result<Vec<u8>, FigureError> {
-    let tree = parse(svg, "PNG")?;
+pub fn png(svg: &str, family: Family, dpi: f64) -> Result<Vec<u8>, FigureError> {
+    pixels(svg, family, dpi)?.encode_png().map_err(|error| failed("PNG", error))
+}
+
+/// The same as they are.
+pub fn pixels(svg: &str, family: Family, dpi: f64) -> Result<Pixmap, FigureError> {
+    let tree = parse(svg, family, "PNG")?;
     let scale = dpi / POINTS_PER_INCH;
     let [width, height] = [tree.size().width(), tree.size().height()].map(|side| (f64::from(side) * scale).round());
     let fits = |side: f64| (1.0..=LARGEST_SIDE).contains(&side);
     let pixmap = if fits(width) && fits(height) { Pixmap::new(width as u32, height as u32) } else { None };
     let mut pixmap = pixmap.ok_or(FigureError::Pixels { width, height })?;
     resvg::render(&tree, Transform::from_scale(scale as f32, scale as f32), &mut pixmap.as_mut());
-    pixmap.encode_png().map_err(|error| failed("PNG", error))
+    Ok(pixmap)
 }

@@ -193,6 +193,12 @@ impl Recording {
         [0, 1, 2, 3].map(|channel| kinds.iter().map(|kind| kind.units()[channel]).collect::<Vec<_>>().join(" or "))
     }
 
+    /// What moves its joints, in a word: torque, unless all of them slide.
+    pub fn effort(&self) -> &'static str {
+        let slides = self.joints.iter().all(|joint| joint.kind == JointKind::Prismatic);
+        if slides { JointKind::Prismatic.effort() } else { JointKind::Revolute.effort() }
+    }
+
     /// How many joints the arm has.
     pub fn joint_count(&self) -> usize {
         self.joints.len()

@@ -44,6 +44,11 @@ const FEWEST_TRAJECTORIES: usize = 4;
 const BLOCKS: usize = 20;
 /// Every how manieth trajectory or block is held out.
 const EVERY: usize = 5;
+/// One in so many training stretches tells when a training has learned enough; where there are fewer, one in so many blocks of
+/// each.
+pub const VALIDATION_SHARE: usize = 10;
+/// How many blocks later the next stretch gives its own.
+const VALIDATION_TURN: usize = 3;
 /// A time block is at least so many times as long as what is left out at each of its ends.
 const LONGEST_GUARD: usize = 4;
 
@@ -114,6 +119,31 @@ impl Split {
         }]
     }
 
+    /// The training part cut in two for models that are trained by epochs: what is learned from, and about a tenth that says
+    /// which epoch is the best. So nothing is chosen by the held-out part. With ten stretches and more it is every tenth of
+    /// them, with fewer one of ten time blocks of each, apart from the rest as far as a filter carries.
+    pub fn with_validation(&self, recording: &Recording) -> [Vec<Segment>; 2] {
+        let [mut learned, mut validation] = [Vec::new(), Vec::new()];
+        let by_stretch = self.train.len() >= VALIDATION_SHARE;
+        for (index, stretch) in self.train.iter().enumerate() {
+            if by_stretch {
+                let is_validation = index % VALIDATION_SHARE == VALIDATION_SHARE / 2;
+                let part = if is_validation { &mut validation } else { &mut learned };
+                part.push(stretch.clone());
+                continue;
+            }
+            let Segment { trajectory, samples } = stretch;
+            let block = (VALIDATION_SHARE / 2 + index * VALIDATION_TURN) % VALIDATION_SHARE;
+            let cut = |block: usize| samples.start + samples.len() * block / VALIDATION_SHARE;
+            let (from, to) = (cut(block), cut(block + 1));
+            let guard = TimeBlocks::wanted_guard(recording, *trajectory).min((to - from) / LONGEST_GUARD);
+            let part = |samples: std::ops::Range<usize>| Segment { trajectory: *trajectory, samples };
+            learned.extend([part(samples.start..from.saturating_sub(guard)), part(to + guard..samples.end)]);
+            validation.push(part(from + guard..to - guard));
+        }
+        [learned, validation].map(|part| part.into_iter().filter(|segment| !segment.samples.is_empty()).collect())
+    }
+
     /// Holds out the trajectories with these names.
     ///
     /// # Errors
@@ -166,14 +196,20 @@ struct TimeBlocks {
 impl TimeBlocks {
     fn of(recording: &Recording, trajectory: usize) -> Self {
         let data = &recording.trajectories[trajectory];
-        let (samples, step) = (data.len(), data.time_step());
+        let samples = data.len();
         let most = BLOCKS.div_ceil(recording.trajectories.len());
-        let memory = filter_memory(recording, trajectory).filter(|_| step > 0.0);
-        let wanted = memory.map_or(0, |seconds| (seconds / step).round() as usize);
+        let wanted = TimeBlocks::wanted_guard(recording, trajectory);
         // Fewer and longer blocks where the filter remembers long; in a log of a few seconds it is given less than it wants.
         let longest = samples / (LONGEST_GUARD * wanted).max(1);
         let count = if wanted == 0 { most } else { longest.clamp(EVERY.min(most), most) };
         TimeBlocks { count, guard: wanted.min(samples / count / LONGEST_GUARD) }
+    }
+
+    /// How many samples a filter of this trajectory remembers.
+    fn wanted_guard(recording: &Recording, trajectory: usize) -> usize {
+        let step = recording.trajectories[trajectory].time_step();
+        let memory = filter_memory(recording, trajectory).filter(|_| step > 0.0);
+        memory.map_or(0, |seconds| (seconds / step).round() as usize)
     }
 }
 
@@ -297,6 +333,25 @@ mod tests {
             let held_out: usize = splits.iter().map(|split| size(&split.held_out)).sum();
             assert_eq!(held_out, recording.sample_count(), "{lengths:?}");
         }
+    }
+
+    /// What is learned from and what says when to end are parts of the training part, and nothing is in both.
+    #[test]
+    fn a_tenth_of_the_training_part_chooses_the_epoch() {
+        for lengths in [&[1000][..], &[500, 500], &[100; 4], &[100; 10], &[100; 40], &[7]] {
+            let recording = recording(lengths);
+            let split = Split::automatic(&recording);
+            let [learned, validation] = split.with_validation(&recording);
+            let both = Split { train: learned.clone(), held_out: validation.clone() };
+            let trained = uses(&recording, &Split { train: split.train.clone(), held_out: Vec::new() });
+            assert_eq!(uses(&recording, &both), trained, "{lengths:?}");
+            let share = size(&validation) as f64 / size(&split.train) as f64;
+            assert!(size(&split.train) < 10 || (0.07..=0.14).contains(&share), "{lengths:?}: {share}");
+        }
+        let filtered = filtered(&[4000, 4000], 6.0);
+        let [learned, validation] = Split::automatic(&filtered).with_validation(&filtered);
+        let gaps = gaps(&Split { train: learned, held_out: validation.clone() });
+        assert!(!validation.is_empty() && gaps.iter().all(|gap| *gap > 0), "{gaps:?}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::error::SessionError;
 use super::step::{step, trained};
 use super::terms::{self, TermEdit};
-use super::{Bets, Generation, Guess, Session, Step, default_name, file, models};
+use super::{Bets, Generation, Guess, Session, Step, default_name, file, models, seeds};
 use crate::diagnosis;
 use crate::diagnosis::proposal::propose;
 use crate::effect::registry;
@@ -60,6 +60,13 @@ pub enum Command {
         plan: Box<Plan>,
         /// Whether the weights of the current model are where it begins.
         warm: bool,
+    },
+    /// Trains one model from several seeds; all are kept, the one with the smallest validation error is the current model then.
+    TrainSeeds {
+        /// What trains the first of them; without it, that is the current model.
+        begin: Option<Box<Command>>,
+        /// How many.
+        seeds: u64,
     },
     /// Goes on with a training that was stopped, as if it had never been.
     Resume(Arc<SavedRun>),
@@ -215,6 +222,7 @@ impl Command {
                 ladder.push(step);
                 Ok(Session { ladder, report: None, proposals: None, ..planned })
             }
+            Command::TrainSeeds { begin, seeds } => seeds::train(session, begin.as_deref(), *seeds, monitor),
             Command::Resume(run) => {
                 let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
                 let is_current = |step: &Arc<Step>| step.run.as_ref().is_some_and(|current| Arc::ptr_eq(current, run));
@@ -310,6 +318,7 @@ impl Command {
             Command::ChoosePreset(preset) => format!("start from {}", preset.title()),
             Command::TrainPreset { preset, .. } => format!("train {}", preset.title()),
             Command::Train { warm, .. } => if *warm { "train on" } else { "train anew" }.to_owned(),
+            Command::TrainSeeds { seeds, .. } => format!("train {seeds} seeds"),
             Command::Resume(_) => "resume training".to_owned(),
             Command::TakeUp { name } => format!("use {name}"),
             Command::Rename { name, to } => format!("rename {name} to {}", to.trim()),
@@ -352,7 +361,9 @@ impl Command {
     pub fn trains(&self, session: &Session) -> bool {
         match self {
             Command::ChoosePreset(preset) => matches!(preset, Preset::Learned(_)),
-            Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) => true,
+            Command::TrainPreset { .. } | Command::Train { .. } | Command::TrainSeeds { .. } | Command::Resume(_) => {
+                true
+            }
             Command::Make { presets } => presets.iter().any(|preset| matches!(preset, Preset::Learned(_))),
             Command::UseModel { model } => model.is_learned(),
             Command::AddEffect { .. } | Command::Adopt { .. } | Command::EditTerms(_) => {
@@ -366,6 +377,7 @@ impl Command {
     pub fn plan<'a>(&'a self, session: &'a Session) -> Option<&'a Plan> {
         match self {
             Command::TrainPreset { plan, .. } | Command::Train { plan, .. } => Some(plan),
+            Command::TrainSeeds { begin: Some(begin), .. } => begin.plan(session),
             Command::Resume(run) => Some(&run.plan),
             _ => self.trains(session).then_some(&session.plan),
         }

@@ -14,6 +14,7 @@ mod history;
 mod models;
 mod name;
 pub mod runs;
+mod seeds;
 mod step;
 mod terms;
 
@@ -28,6 +29,7 @@ pub use generation::Generation;
 pub use history::History;
 pub use models::Kept;
 pub use name::default_name;
+pub use seeds::Spread;
 pub use terms::TermEdit;
 
 use crate::diagnosis::Report;

@@ -9,7 +9,7 @@ use crate::effect::{Effect, Scope, own, registry};
 use crate::file;
 use crate::model::{Model, Term};
 use crate::progress::Monitor;
-use crate::recording::joints_text;
+use crate::recording::{JointKind, joints_text};
 
 /// A change of the list of terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -130,7 +130,9 @@ pub(super) fn adopt(session: &Session, number: usize, monitor: &Monitor) -> Resu
     if let Some(known) = proposal.known {
         return add(session, known.id, &[proposal.joint], monitor);
     }
-    let effect = own::load(&proposal.draft().to_toml()).map_err(SessionError::Adoption)?;
+    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+    let kind = recording.joints.get(proposal.joint).map_or(JointKind::Revolute, |joint| joint.kind);
+    let effect = own::load(&proposal.draft(kind).to_toml()).map_err(SessionError::Adoption)?;
     add(&with_own(session, effect), effect.id, &[proposal.joint], monitor)
 }
 

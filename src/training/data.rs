@@ -27,6 +27,8 @@ pub struct Samples<E: Element> {
 pub struct Mark {
     joints: usize,
     train: usize,
+    #[serde(default)]
+    validation: usize,
     held_out: usize,
     /// Of all values: FNV-1a by words, turned so that all digits take part.
     hash: u64,
@@ -34,22 +36,26 @@ pub struct Mark {
 
 impl Mark {
     /// The mark of the samples of a run.
-    pub(super) fn of<E: Element>(train: &Samples<E>, held_out: Option<&Samples<E>>) -> Self {
-        let values = train.values.iter().chain(held_out.into_iter().flat_map(|samples| samples.values.iter()));
+    pub(super) fn of<E: Element>(train: &Samples<E>, watched: [Option<&Samples<E>>; 2]) -> Self {
+        let values = train.values.iter().chain(watched.into_iter().flatten().flat_map(|samples| samples.values.iter()));
+        let [validation, held_out] = watched.map(|samples| samples.map_or(0, Samples::len));
         let mix =
             |hash: u64, value: &E| (hash ^ value.to_f64().to_bits()).wrapping_mul(0x0100_0000_01b3).rotate_left(29);
         Mark {
             joints: train.joints,
             train: train.len(),
-            held_out: held_out.map_or(0, Samples::len),
+            validation,
+            held_out,
             hash: values.fold(0xcbf2_9ce4_8422_2325, mix),
         }
     }
 
     /// In a few words, for messages.
     pub(super) fn describe(&self) -> String {
-        let Mark { joints, train, held_out, hash } = self;
-        format!("{train} training and {held_out} held-out samples of {joints} joints, check sum {hash:016x}")
+        let Mark { joints, train, validation, held_out, hash } = self;
+        format!(
+            "{train} training, {validation} validation and {held_out} held-out samples of {joints} joints, check sum {hash:016x}"
+        )
     }
 }
 

@@ -16,6 +16,7 @@ use super::effects::{self, AddedEffect};
 use super::learn::{Begin, Ending, Outcome, TrainingData, train};
 use super::learned::{Checkpoint, LearnedModel, same_settings};
 use super::options::{Options, Precision, Recipe, scale_to};
+use super::restart::{self, OtherStart};
 use super::{Samples, TrainError};
 use crate::file::Unpacking;
 use crate::model::file::load_own_effects;
@@ -24,8 +25,8 @@ use crate::model::learned::{Architecture, Features, Layers, LearnedTerm, Scales}
 use crate::model::terms::Setting;
 use crate::model::{self, Fitted, Model, ModelError, Parameter, RigidBody, Term};
 use crate::network::Element;
-use crate::progress::{Epoch, Monitor};
-use crate::recording::split::{Segment, Split};
+use crate::progress::{Epoch, Event, Monitor};
+use crate::recording::split::{Segment, Split, VALIDATION_SHARE};
 use crate::recording::{JointKind, Recording, Trajectory};
 use crate::signals::Signals;
 
@@ -112,6 +113,10 @@ pub struct SavedRun {
     pub plan: Plan,
     /// How far it is.
     pub checkpoint: Checkpoint,
+    /// Whether it began with the weights of another model, so that there is no other start.
+    pub is_warm: bool,
+    /// Starts that were tried beside this one, since it or they got stuck.
+    pub other_starts: Vec<OtherStart>,
 }
 
 /// Called after every epoch; can ask for the run as it stands there, to keep it.
@@ -176,10 +181,9 @@ pub fn fit(
     keep: &mut KeepRun,
 ) -> Result<Trained, TrainError> {
     let begin = before.and_then(networks).map_or(Begin::Fresh, Begin::Warm);
-    match plan.precision {
-        Precision::F32 => fit_from::<f32>(model, recording, split, plan, begin, monitor, keep),
-        Precision::F64 => fit_from::<f64>(model, recording, split, plan, begin, monitor, keep),
-    }
+    let course = Course { model, plan, is_warm: matches!(begin, Begin::Warm(_)), other_starts: &[] };
+    let trained = course.run(recording, split, begin, monitor, keep)?;
+    unstuck(trained, recording, split, monitor, keep)
 }
 
 /// Goes on with a run on the recording where it began; the result is that of a run that was never interrupted.
@@ -193,23 +197,82 @@ pub fn resume(
     monitor: &Monitor,
     keep: &mut KeepRun,
 ) -> Result<Trained, TrainError> {
-    let SavedRun { model, plan, checkpoint } = run;
-    let begin = Begin::Resume(checkpoint);
-    match plan.precision {
-        Precision::F32 => fit_from::<f32>(model, recording, split, plan, begin, monitor, keep),
-        Precision::F64 => fit_from::<f64>(model, recording, split, plan, begin, monitor, keep),
+    let SavedRun { model, plan, checkpoint, is_warm, other_starts } = run;
+    let course = Course { model, plan, is_warm: *is_warm, other_starts };
+    let trained = course.run(recording, split, Begin::Resume(checkpoint), monitor, keep)?;
+    unstuck(trained, recording, split, monitor, keep)
+}
+
+/// The training itself or, where it got stuck, the best of a few starts; of each the watcher is told.
+fn unstuck(
+    mut best: Trained,
+    recording: &Recording,
+    split: &Split,
+    monitor: &Monitor,
+    keep: &mut KeepRun,
+) -> Result<Trained, TrainError> {
+    let mut newest = best.clone();
+    while let Some(seed) = restart::next_start(&newest, recording, split, monitor)? {
+        let left = OtherStart { seed: newest.run.plan.options.seed, unexplained: restart::unexplained(&newest) };
+        monitor.tell(Event::Warning(format!(
+            "the training got stuck: {:.1} % of the torque's variance is left in what it learned from, far more than a rigid body \
+             leaves. It begins anew from another start (seed {seed} instead of {})",
+            100.0 * left.unexplained,
+            left.seed
+        )));
+        let run = &newest.run;
+        let mut plan = run.plan.clone();
+        plan.options.seed = seed;
+        let other_starts = [&run.other_starts[..], &[left]].concat();
+        let course = Course { model: &run.model, plan: &plan, is_warm: false, other_starts: &other_starts };
+        newest = match course.run(recording, split, Begin::Fresh, monitor, keep) {
+            // Stopped before its first epoch: what was there before is what is kept.
+            Err(TrainError::Stopped(_)) => break,
+            next => next?,
+        };
+        if restart::unexplained(&newest) < restart::unexplained(&best) {
+            best = newest.clone();
+        } else {
+            let unexplained = restart::unexplained(&newest);
+            best.run.other_starts.push(OtherStart { seed, unexplained });
+        }
+    }
+    Ok(best)
+}
+
+/// What is trained how, from one start.
+struct Course<'a> {
+    model: &'a Model,
+    plan: &'a Plan,
+    is_warm: bool,
+    other_starts: &'a [OtherStart],
+}
+
+impl Course<'_> {
+    fn run(
+        &self,
+        recording: &Recording,
+        split: &Split,
+        begin: Begin,
+        monitor: &Monitor,
+        keep: &mut KeepRun,
+    ) -> Result<Trained, TrainError> {
+        match self.plan.precision {
+            Precision::F32 => fit_from::<f32>(self, recording, split, begin, monitor, keep),
+            Precision::F64 => fit_from::<f64>(self, recording, split, begin, monitor, keep),
+        }
     }
 }
 
 fn fit_from<E: Element>(
-    model: &Model,
+    course: &Course,
     recording: &Recording,
     split: &Split,
-    plan: &Plan,
     begin: Begin,
     monitor: &Monitor,
     keep: &mut KeepRun,
 ) -> Result<Trained, TrainError> {
+    let Course { model, plan, is_warm, other_starts } = *course;
     let (effects, setting) = added_effects(model, recording, split, monitor)?;
     let samples = |segments: &[Segment]| -> Result<Samples<E>, TrainError> {
         let (mut cuts, mut columns) = (Vec::new(), Vec::new());
@@ -223,11 +286,18 @@ fn fit_from<E: Element>(
         }
         Samples::new(recording.joint_count(), &cuts, &columns)
     };
-    let train_samples = samples(&split.train)?;
-    let held_out = if split.held_out.is_empty() { None } else { Some(samples(&split.held_out)?) };
+    let [learned, validation] = parts(recording, split);
+    let watched = |segments: &[Segment]| if segments.is_empty() { Ok(None) } else { samples(segments).map(Some) };
+    let (train_samples, validation, held_out) = (samples(&learned)?, watched(&validation)?, watched(&split.held_out)?);
     let architecture = architecture(model, &effects, &setting, plan, &train_samples)?;
-    let data = TrainingData { train: &train_samples, held_out: held_out.as_ref() };
-    let run = |checkpoint: Checkpoint| SavedRun { model: model.clone(), plan: plan.clone(), checkpoint };
+    let data = TrainingData { train: &train_samples, validation: validation.as_ref(), held_out: held_out.as_ref() };
+    let run = |checkpoint: Checkpoint| SavedRun {
+        model: model.clone(),
+        plan: plan.clone(),
+        checkpoint,
+        is_warm,
+        other_starts: other_starts.to_vec(),
+    };
     let Outcome { model: learned, ending, history, checkpoint } =
         train(&architecture, &plan.options, data, begin, monitor, &mut |checkpoint| keep(&|| run(checkpoint())))?;
     if history.is_empty()
@@ -236,6 +306,18 @@ fn fit_from<E: Element>(
         return Err(crate::progress::Stopped { reason: reason.clone() }.into());
     }
     Ok(Trained { fitted: fitted(model, learned, effects, setting)?, ending, history, run: run(checkpoint) })
+}
+
+/// What a training learns from, and what chooses its best epoch. Where nothing is held out, all of it is learned from: what is
+/// reported then is measured elsewhere.
+pub fn parts(recording: &Recording, split: &Split) -> [Vec<Segment>; 2] {
+    if split.held_out.is_empty() { [split.train.clone(), Vec::new()] } else { split.with_validation(recording) }
+}
+
+/// About how many samples a training learns from: [`parts`] without looking at the recording.
+pub fn about_learned(split: &Split) -> usize {
+    let samples: usize = split.train.iter().map(|segment| segment.samples.len()).sum();
+    if split.held_out.is_empty() { samples } else { samples - samples / VALIDATION_SHARE }
 }
 
 fn failed(error: ModelError) -> TrainError {
@@ -392,6 +474,10 @@ struct RunFile {
     own_effects: Vec<String>,
     model: Model,
     plan: Plan,
+    #[serde(default)]
+    is_warm: bool,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    other_starts: Vec<OtherStart>,
 }
 
 impl SavedRun {
@@ -407,13 +493,38 @@ impl SavedRun {
         Ok(SavedRun { plan, ..self })
     }
 
+    /// Whether another run trains the same model in the same way, from whichever seed.
+    pub fn differs_by_seed_only(&self, other: &SavedRun) -> bool {
+        let mut plan = other.plan.clone();
+        plan.options.seed = self.plan.options.seed;
+        self.model == other.model && self.plan == plan
+    }
+
+    /// In a sentence, which other starts were tried and what they left; `None` if the first one was good.
+    pub fn starts_text(&self) -> Option<String> {
+        let seeds: Vec<String> = self.other_starts.iter().map(OtherStart::to_string).collect();
+        (!seeds.is_empty()).then(|| {
+            format!(
+                "Kept is the start from seed {}; others got stuck, and left more of the torque's variance in what they learned \
+                 from: {}.",
+                self.plan.options.seed,
+                seeds.join(", ")
+            )
+        })
+    }
+
     /// The run as a file.
     ///
     /// # Errors
     /// As [`to_bytes`].
     pub fn to_bytes(&self) -> Result<Vec<u8>, TrainError> {
-        let file =
-            RunFile { own_effects: self.model.own_effects(), model: self.model.clone(), plan: self.plan.clone() };
+        let file = RunFile {
+            own_effects: self.model.own_effects(),
+            model: self.model.clone(),
+            plan: self.plan.clone(),
+            is_warm: self.is_warm,
+            other_starts: self.other_starts.clone(),
+        };
         pack([(RUN, serde_json::to_vec(&file).map_err(damaged)?), (CHECKPOINT, self.checkpoint.to_bytes()?)])
     }
 
@@ -427,8 +538,8 @@ impl SavedRun {
         }
         let [file, checkpoint] = unpack(bytes, [RUN, CHECKPOINT])?;
         load_own_effects(&serde_json::from_slice(&file).map_err(damaged)?).map_err(damaged)?;
-        let RunFile { model, plan, .. } = serde_json::from_slice(&file).map_err(damaged)?;
-        Ok(SavedRun { model, plan, checkpoint: Checkpoint::from_bytes(&checkpoint)? })
+        let RunFile { model, plan, is_warm, other_starts, .. } = serde_json::from_slice(&file).map_err(damaged)?;
+        Ok(SavedRun { model, plan, checkpoint: Checkpoint::from_bytes(&checkpoint)?, is_warm, other_starts })
     }
 }
 

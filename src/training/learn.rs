@@ -35,8 +35,17 @@ const REPORT_EVERY: Duration = Duration::from_millis(50);
 pub struct TrainingData<'a, E: Element> {
     /// Samples for the gradients.
     pub train: &'a Samples<E>,
-    /// Samples that only measure the error; without them the best weights are those of the smallest loss.
+    /// Samples that say which epoch is the best; without them it is that of the smallest loss.
+    pub validation: Option<&'a Samples<E>>,
+    /// Samples whose error is told after every epoch, and decides nothing.
     pub held_out: Option<&'a Samples<E>>,
+}
+
+impl<'a, E: Element> TrainingData<'a, E> {
+    /// What is measured after every epoch: validation samples, held-out samples.
+    fn watched(&self) -> [Option<&'a Samples<E>>; 2] {
+        [self.validation, self.held_out]
+    }
 }
 
 /// Where a run begins.
@@ -57,7 +66,7 @@ pub enum Begin<'a> {
 pub enum Ending {
     /// All epochs are done.
     Finished,
-    /// The held-out error is as low as asked for.
+    /// The validation error is as low as asked for.
     GoalReached,
     /// Somebody stopped it, for this reason.
     Stopped(String),
@@ -68,7 +77,7 @@ pub enum Ending {
 /// What a run leaves.
 #[derive(Debug, Clone)]
 pub struct Outcome {
-    /// The best model: of the smallest held-out error, or loss.
+    /// The best model: of the smallest validation error, or loss.
     pub model: LearnedModel,
     /// How it ended.
     pub ending: Ending,
@@ -142,8 +151,8 @@ struct Step {
 struct Group<E> {
     gradient: Buffer<E>,
     loss: f64,
-    /// Σ ‖τ̂ − τ‖² and Σ ‖τ‖² of its held-out samples.
-    errors: (f64, f64),
+    /// Σ ‖τ̂ − τ‖² and Σ ‖τ‖² of its validation samples and of its held-out samples.
+    errors: [(f64, f64); 2],
 }
 
 struct ThreadMemory<E> {
@@ -180,7 +189,7 @@ impl<'a, E: Element> Engine<'a, E> {
             return Err(TrainError::TooFewSamples { samples: data.train.len(), batch: options.batch });
         }
         data.train.check(architecture)?;
-        data.held_out.map_or(Ok(()), |samples| samples.check(architecture))?;
+        data.watched().into_iter().flatten().try_for_each(|samples| samples.check(architecture))?;
         let mut loss_weights = Vec::new();
         for joint in 0..architecture.joints {
             let (mean, variance) = data.train.mean_and_variance(3, joint);
@@ -189,7 +198,7 @@ impl<'a, E: Element> Engine<'a, E> {
             }
             loss_weights.push(1.0 / variance);
         }
-        let mark = Mark::of(data.train, data.held_out);
+        let mark = Mark::of(data.train, data.watched());
         if let Begin::Resume(checkpoint) = begin {
             checkpoint.check(architecture, options, &mark)?;
         }
@@ -207,7 +216,7 @@ impl<'a, E: Element> Engine<'a, E> {
             }
         }
         let size = program.layout().size();
-        let group = || Group { gradient: Buffer::zeros(size), loss: 0.0, errors: (0.0, 0.0) };
+        let group = || Group { gradient: Buffer::zeros(size), loss: 0.0, errors: [(0.0, 0.0); 2] };
         let memory = || ThreadMemory {
             weights: Buffer::zeros(size),
             updates: None,
@@ -315,16 +324,16 @@ impl<'a, E: Element> Engine<'a, E> {
         }
     }
 
-    /// The error of one share of the held-out samples.
+    /// The errors of one share of the samples that are watched.
     fn evaluate(&self, index: usize, thread: usize) {
         let mut memory = self.memory(thread);
-        let mut errors = (0.0, 0.0);
-        if let Some(samples) = self.data.held_out {
+        let ThreadMemory { weights, evaluation, .. } = &mut *memory;
+        let mut errors = |samples: &Samples<E>| {
             let tiles = samples.len().div_ceil(TILE);
             let range = tiles * index / GROUPS * TILE..(tiles * (index + 1) / GROUPS * TILE).min(samples.len());
-            let ThreadMemory { weights, evaluation, .. } = &mut *memory;
-            errors = self.torque.squared_errors(weights, evaluation, samples, range);
-        }
+            self.torque.squared_errors(weights, evaluation, samples, range)
+        };
+        let errors = self.data.watched().map(|samples| samples.map_or((0.0, 0.0), &mut errors));
         write(&self.groups[index]).errors = errors;
     }
 }
@@ -434,7 +443,7 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
             let epoch = self.close_epoch(team, samples_per_s);
             monitor.tell(Event::Epoch(epoch));
             keep(&|| self.checkpoint());
-            if epoch.held_out.is_some_and(|error| engine.options.goal.is_some_and(|goal| error <= goal)) {
+            if epoch.validation.is_some_and(|error| engine.options.goal.is_some_and(|goal| error <= goal)) {
                 return Ending::GoalReached;
             }
         }
@@ -479,8 +488,8 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
         self.last_report = Instant::now();
         let epochs = self.engine.options.epochs;
         let mut activity = format!("epoch {} of {epochs}", self.epoch + 1);
-        if let Some(error) = self.history.last().and_then(|epoch| epoch.held_out) {
-            activity += &format!(", held-out nMSE {error:.1e}");
+        if let Some(error) = self.history.last().and_then(|epoch| epoch.validation) {
+            activity += &format!(", validation nMSE {error:.1e}");
         }
         monitor.report(((self.epoch as f64 + share) / epochs as f64) as f32, &activity)
     }
@@ -489,34 +498,43 @@ impl<'e, 'a, E: Element> Run<'e, 'a, E> {
     fn close_epoch(&mut self, team: &mut Team, samples_per_s: f64) -> Epoch {
         let engine = self.engine;
         let loss = std::mem::take(&mut self.epoch_loss);
-        let held_out = engine.data.held_out.map(|_| {
-            engine.run(team, EVALUATE);
-            let add = |sum: (f64, f64), group: &RwLock<Group<E>>| {
-                let errors = read(group).errors;
-                (sum.0 + errors.0, sum.1 + errors.1)
-            };
-            let (error, size) = engine.groups.iter().fold((0.0, 0.0), add);
-            error / size.max(f64::MIN_POSITIVE)
-        });
-        let error = held_out.unwrap_or(loss);
-        if error < self.best_error {
-            self.best_error = error;
-            engine.copy_weights(&mut self.best);
-        }
+        let [validation, held_out] = self.watched_errors(team);
         let elapsed_s = self.before_s + self.began.elapsed().as_secs_f64();
         let left = (engine.options.epochs - self.epoch) as f64;
         let epoch = Epoch {
             epoch: self.epoch,
             epochs: engine.options.epochs,
             loss,
+            validation,
             held_out,
             rate: read(&engine.step).rate,
             samples_per_s,
             elapsed_s,
             remaining_s: elapsed_s / self.epoch as f64 * left,
         };
+        if epoch.deciding_error() < self.best_error {
+            self.best_error = epoch.deciding_error();
+            engine.copy_weights(&mut self.best);
+        }
         self.history.push(epoch);
         epoch
+    }
+
+    /// nMSE of the validation samples and of the held-out samples, as far as there are any.
+    fn watched_errors(&self, team: &mut Team) -> [Option<f64>; 2] {
+        let engine = self.engine;
+        let watched = engine.data.watched();
+        if watched.iter().any(Option::is_some) {
+            engine.run(team, EVALUATE);
+        }
+        [0, 1].map(|which| {
+            let add = |sum: (f64, f64), group: &RwLock<Group<E>>| {
+                let errors = read(group).errors[which];
+                (sum.0 + errors.0, sum.1 + errors.1)
+            };
+            let (error, size) = engine.groups.iter().fold((0.0, 0.0), add);
+            watched[which].map(|_| error / size.max(f64::MIN_POSITIVE))
+        })
     }
 
     fn outcome(self, ending: Ending) -> Outcome {

@@ -2,18 +2,20 @@
 //!
 //! [`mod@fit`] trains a model of the session; inside it
 //! [`data`] (samples, checked) → [`learn`] (a run: [`loss`], [`optimiser`], [`schedule`]) → [`learned::LearnedModel`] → [`predict`]
-//! (torque and components). [`options`] holds the two recipes, the paper's and ours.
+//! (torque and components), which [`inside`] looks into; `restart` begins anew what got stuck. [`options`] holds the two recipes, the paper's and ours.
 
 mod components;
 pub mod data;
 pub mod effects;
 pub mod fit;
+pub mod inside;
 pub mod learn;
 pub mod learned;
 pub mod loss;
 pub mod optimiser;
 pub mod options;
 pub mod predict;
+mod restart;
 pub mod schedule;
 
 use crate::model::learned::ArchitectureError;
@@ -24,6 +26,7 @@ pub use data::Samples;
 pub use learn::{Ending, Outcome, TrainingData, train};
 pub use learned::LearnedModel;
 pub use options::{Options, Precision, Recipe};
+pub use restart::OtherStart;
 
 /// Training can't start.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

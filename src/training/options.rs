@@ -29,7 +29,7 @@ pub struct Options {
     pub seed: u64,
     /// Threads; the result does not depend on them. `None`: all cores.
     pub threads: Option<usize>,
-    /// Ends the run as soon as the held-out nMSE is this low.
+    /// Ends the run as soon as the validation nMSE is this low.
     pub goal: Option<f64>,
 }
 
@@ -171,7 +171,9 @@ pub fn scale_to<E: Element>(architecture: &mut Architecture, samples: &Samples<E
         let size = ((0..n).map(mean_square).sum::<f64>() / n as f64).sqrt();
         if size > 0.0 && size.is_finite() { size } else { 1.0 }
     };
-    architecture.scales = Scales { velocity: typical(1), acceleration: typical(2), torque: typical(3) };
+    let [velocity, acceleration, torque] = [1, 2, 3].map(typical);
+    // Of a slow arm gravity makes the torque, which says nothing of its inertia.
+    architecture.scales = Scales { velocity, acceleration, torque, inertia: Some(torque / acceleration.max(1.0)) };
     for term in &mut architecture.terms {
         if let LearnedTerm::StructuredLagrangian { positive, .. } = term {
             *positive = Positive { shift: 0.0, floor: 1e-3, inertia: 0.0 };

@@ -73,6 +73,57 @@ fn a_model_is_saved_and_measured_on_another_recording() {
     assert_eq!(report["verdict"], "nothing-missing");
 }
 
+/// Mean, least and greatest over seeds; the held-out runs choose none of them.
+#[test]
+fn several_seeds_are_trained_and_told_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(&["simulate", "--joints", "2", "--motion", "paper", "--trajectories", "8", "-o", "x.npz"], at);
+    let options = ["--model", "structured-delan", "--epochs", "2", "--batch", "64", "--hidden", "4", "--seeds", "3"];
+    let trained = json(&[["train", "x.npz", "--json"].as_slice(), &options].concat(), at);
+    let seeds = trained["seeds"].as_array().unwrap();
+    assert_eq!(seeds.iter().map(|seed| seed["seed"].as_u64().unwrap()).collect::<Vec<_>>(), [0, 1, 2]);
+    let joints = trained["held_out_nmse_of_seeds"].as_array().unwrap();
+    assert_eq!(joints.len(), 2);
+    for (joint, spread) in joints.iter().enumerate() {
+        let errors = seeds.iter().map(|seed| seed["held_out"][joint]["nmse"].as_f64().unwrap());
+        let mean = errors.sum::<f64>() / 3.0;
+        assert!((spread["mean"].as_f64().unwrap() / mean - 1.0).abs() < 1e-12);
+        assert!(spread["least"].as_f64() < spread["greatest"].as_f64());
+    }
+    let validation = |history: &Value| history.as_array().unwrap().last().unwrap()["validation"].as_f64().unwrap();
+    let best = seeds.iter().map(|seed| validation(&seed["history"])).fold(f64::INFINITY, f64::min);
+    assert_eq!(validation(&trained["history"]), best, "the one that is kept is the best by validation");
+    assert!(fails(&["train", "x.npz", "--seeds", "2"], at, 1).contains("nothing to train"));
+}
+
+/// Columns, letters, fonts and greys of a figure are asked for; an SVG brings only the letters along that it has.
+#[test]
+fn a_figure_is_made_for_a_paper() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let figure = ["figure", "compare", "--only", "torque"];
+    let look = ["--columns", "3", "--letters", "--font", "serif", "--font-size", "9", "--height", "30"];
+    succeeds(&[&figure[..], &look, &["--shared-legend", "--theme", "grey", "-o", "a.svg"]].concat(), at);
+    let svg = std::fs::read_to_string(at.join("a.svg")).unwrap();
+    assert!(svg.contains("(a) joint 1: torque") && svg.contains("(c) joint 3: torque"), "{}", &svg[..2000]);
+    assert!(svg.contains("DejaVu Serif") && svg.contains("font-size=\"9"));
+    assert_eq!(svg.matches("predicted τ̂").count(), 1, "one legend for all");
+    let top = |text: &str| svg[..svg.find(text).unwrap()].rfind(" y=\"").map(|at| svg[at + 4..at + 9].to_owned());
+    assert_eq!(top("(a) joint 1"), top("(c) joint 3"), "they stand beside each other");
+    let font = svg.split("base64,").nth(1).unwrap().split(')').next().unwrap();
+    assert!(font.len() < 40_000, "the font takes {} bytes", font.len());
+    // Every colour is a grey.
+    for color in svg.split("=\"#").skip(1).map(|rest| &rest[..6]) {
+        assert!(color[..2] == color[2..4] && color[2..4] == color[4..], "{color}");
+    }
+    fails(&[&figure[..], &["--columns", "5", "-o", "b.svg"]].concat(), at, 2);
+    // All screens in one go: those that have such plots.
+    succeeds(&["figure", "all", "--only", "torque", "--format", "csv", "-o", "all"], at);
+    let files = std::fs::read_dir(at.join("all")).unwrap().count();
+    assert!(at.join("all/compare.csv").exists() && (2..9).contains(&files), "{files} files");
+}
+
 #[test]
 fn a_network_is_trained_saved_measured_and_taken_apart() {
     let folder = tempfile::tempdir().unwrap();
@@ -221,7 +272,7 @@ fn bad_settings_of_training_are_explained() {
         ["--learning-rate", "1e-2", "--schedule", "one-cycle", "--goal", "1.1", "--training-seed", "3", "--json"];
     let trained = json(&train(&[all.as_slice(), &more].concat()), at);
     let history = trained["history"].as_array().unwrap();
-    assert!(history.len() < 40 && history.last().unwrap()["held_out"].as_f64().unwrap() <= 1.1, "{history:?}");
+    assert!(history.len() < 40 && history.last().unwrap()["validation"].as_f64().unwrap() <= 1.1, "{history:?}");
 }
 
 #[test]

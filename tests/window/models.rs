@@ -141,3 +141,22 @@ fn the_next_step_makes_the_models_that_are_ticked() {
     assert!(is_spoken(&window, "FF-NN in joint 1: torque") && is_spoken(&window, "stated arm in joint 1: torque"));
     assert!(window.query_by_label_contains("Next: Make").is_none());
 }
+
+/// Five trainings by one click: their mean and band are drawn, the table tells their spread, and all are models.
+#[test]
+fn a_model_is_trained_from_five_seeds() {
+    let mut window = window(Session { plan: short_plan(3), ..support::trained() }, &train::ABOUT, Theme::Dark);
+    click(&mut window, "Train five seeds");
+    let session = window.state().session();
+    assert_eq!(session.seeds_of(session.current().unwrap()).len(), 5);
+    assert!(window.query_by_label_contains("Error on held-out data, 5 seeds").is_some());
+    let legend = |window: &mut Window| -> Vec<String> {
+        let panels = window.state_mut().figures();
+        panels[0].legend().iter().map(|entry| entry.name.to_owned()).collect()
+    };
+    let mean = "held-out nMSE, mean of 5 seeds".to_owned();
+    assert!(legend(&mut window).contains(&mean), "{:?}", legend(&mut window));
+    window.get_by_role_and_label(Role::CheckBox, "This seed alone").click();
+    settle(&mut window);
+    assert!(!legend(&mut window).contains(&mean) && legend(&mut window).contains(&"validation nMSE".to_owned()));
+}

@@ -74,6 +74,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (diagnosed(), Command::ChoosePreset(Preset::StatedArm)),
         (small(), Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan: plan() }),
         (trained(), Command::Train { plan: plan(), warm: false }),
+        (trained(), Command::TrainSeeds { begin: None, seeds: 2 }),
         (other.clone(), Command::Resume(stopped)),
         (other.clone(), Command::TakeUp { name: "structured DeLaN".to_owned() }),
         (other.clone(), Command::Rename { name: "structured DeLaN".to_owned(), to: "mine".to_owned() }),
@@ -96,7 +97,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     for (_, command) in &all {
         match command {
             Command::Open { .. } | Command::Restore { .. } | Command::Simulate(_) | Command::ChoosePreset(_) => (),
-            Command::TrainPreset { .. } | Command::Train { .. } | Command::Resume(_) => (),
+            Command::TrainPreset { .. } | Command::Train { .. } | Command::TrainSeeds { .. } | Command::Resume(_) => (),
             Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. } | Command::Make { .. } => (),
             Command::SetRight(_)
             | Command::UseModel { .. }

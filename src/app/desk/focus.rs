@@ -25,6 +25,10 @@ pub struct Focus {
     pub wanted: Vec<Preset>,
     /// Whether time goes on by itself.
     pub is_playing: bool,
+    /// How many times as fast as it was recorded.
+    pub speed: f64,
+    /// Whether it begins anew at the end.
+    pub loops: bool,
     /// Whether the view moves with the time cursor.
     pub follows: bool,
 }
@@ -39,6 +43,8 @@ impl Default for Focus {
             overlaid: Overlaid::default(),
             wanted: Vec::new(),
             is_playing: false,
+            speed: 1.0,
+            loops: true,
             follows: true,
         }
     }

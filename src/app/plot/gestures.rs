@@ -38,7 +38,11 @@ impl Gestures<'_> {
             *self.window = Window::default();
             return;
         }
-        let measuring = self.cursor.is_some() && ctx.input(|input| input.modifiers.alt);
+        let measuring = self.cursor.is_some()
+            && ctx.input(|input| {
+                // Window managers take Alt and a drag for themselves.
+                input.modifiers.alt || (input.key_down(Key::M) && !ctx.text_edit_focused())
+            });
         if measuring && (response.drag_started() || response.dragged()) {
             let begin = ctx.input(|input| input.pointer.press_origin());
             if let (Some(begin), Some(end)) = (begin, response.interact_pointer_pos()) {

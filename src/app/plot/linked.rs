@@ -32,6 +32,8 @@ pub enum Along {
     Lag,
     /// Epoch of a training.
     Epoch,
+    /// Position of the joint that goes while the others stand.
+    Slice,
     /// How much faster or wider than the data.
     Stretch,
 }

@@ -2,7 +2,7 @@
 //!
 //! Ctrl and the wheel zoom about the pointer, Ctrl and a drag zoom to a box, Shift or the right button drags the view, a double
 //! click shows everything again. A click or drag puts the cursor; with the keyboard the arrow keys move it, F shows everything.
-//! Alt and drag measure between two cursors. Where a brush is asked for, a drag marks a region instead. The legend stands above
+//! M (or Alt) and drag measure between two cursors. Where a brush is asked for, a drag marks a region instead. The legend stands above
 //! the plot, never on the data, and shows the values at the cursor, or mean and RMS between the two.
 
 use std::cell::RefCell;

@@ -2,7 +2,7 @@
 
 use super::frame::Shell;
 use crate::app::desk::{Change, Desk, Order, Question, Side};
-use crate::app::screens;
+use crate::app::screens::{self, train};
 use crate::effect::{Scope, registry};
 use crate::model::Preset;
 use crate::model::learned::LearnedPreset;
@@ -69,6 +69,7 @@ pub fn all(shell: &Shell) -> Vec<Action> {
         }
         if desk.session.current().is_some_and(|step| step.fitted.model.is_learned()) {
             add("Train on".into(), "", Order::run(Command::Train { plan: plan(), warm: true }));
+            add("Train five seeds".into(), "", Order::run(Command::TrainSeeds { begin: None, seeds: train::SEEDS }));
         }
         if recording.seal.is_some() && desk.session.truth.is_none() {
             add("Open the seal".into(), "", Question::open_seal());

@@ -1,14 +1,15 @@
 //! Export: the plots of the screen, or one of them, as a file.
 
-use egui::{Button, DragValue, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo};
+use egui::{Button, DragValue, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 
 use super::frame::Shell;
+use super::preview::Preview;
 use super::primary::primary;
 use crate::app::desk::{About, Desk, Drawing, Order};
 use crate::app::plot::export;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets;
-use crate::figure::{Figure, Format, Panel, Size, Style, Theme};
+use crate::figure::{Family, Figure, Format, Legend, Panel, Size, Style, Theme};
 use crate::session::Session;
 
 const FORMATS: [(Format, &str, &str); 4] = [
@@ -19,10 +20,15 @@ const FORMATS: [(Format, &str, &str); 4] = [
 ];
 const SIZES: [(Size, &str); 3] =
     [(Size::OneColumn, "one column, 85 mm"), (Size::TwoColumn, "two columns, 175 mm"), (Size::Slide, "slide")];
-const THEMES: [(Theme, &str); 3] = [(Theme::Print, "for print"), (Theme::Light, "light"), (Theme::Dark, "dark")];
+const THEMES: [(Theme, &str); 4] =
+    [(Theme::Print, "for print"), (Theme::Grey, "grey"), (Theme::Light, "light"), (Theme::Dark, "dark")];
+/// Plots beside each other, as far as they can be told apart.
+const COLUMNS: std::ops::RangeInclusive<usize> = 1..=4;
+/// Width of the questions, and room of the picture beside them \[points\].
+const QUESTIONS: f32 = 470.0;
+const PICTURE: f32 = 430.0;
 
 /// What is exported and how, while it is asked.
-#[derive(Debug)]
 pub struct Exporting {
     /// Only the plot of this title.
     only: Option<String>,
@@ -30,6 +36,7 @@ pub struct Exporting {
     plots: Option<Vec<(Panel, bool)>>,
     format: Format,
     style: Style,
+    preview: Preview,
     /// Where to.
     pub path: String,
 }
@@ -41,7 +48,19 @@ impl Exporting {
         let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
         let name: String = name.chars().map(plain).collect();
         let path = format!("{name}-{}.svg", screen.id);
-        Exporting { only, plots: None, format: Format::Svg, style: Style::default(), path }
+        let (style, preview) = (Style::default(), Preview::default());
+        Exporting { only, plots: None, format: Format::Svg, style, preview, path }
+    }
+
+    /// Whether its picture is being drawn.
+    pub fn is_busy(&self) -> bool {
+        self.preview.is_busy()
+    }
+
+    /// The plots that are wanted.
+    fn figure(&self) -> Figure {
+        let wanted = self.plots.iter().flatten().filter(|(_, on)| *on);
+        Figure::new(wanted.map(|(panel, _)| panel.clone()).collect())
     }
 }
 
@@ -66,11 +85,69 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
     let room = ui.ctx().content_rect();
     let mut closes = false;
     let modal = Modal::new(egui::Id::unique("export")).show(ui.ctx(), |ui| {
-        ui.set_width((room.width() - 80.0).min(520.0));
-        closes = ask(ui, desk, screens.shown(), &mut open);
+        let width = (room.width() - 80.0).min(QUESTIONS + PICTURE);
+        ui.set_width(width);
+        ui.horizontal_top(|ui| {
+            let has_plots = open.plots.as_ref().is_some_and(|plots| !plots.is_empty());
+            let questions = if has_plots && width > QUESTIONS + PICTURE / 2.0 { QUESTIONS } else { width };
+            ui.allocate_ui(vec2(questions, 0.0), |ui| {
+                ui.vertical(|ui| {
+                    ui.set_width(questions - GAP);
+                    closes = ask(ui, desk, screens.shown(), &mut open);
+                });
+            });
+            if questions < width {
+                let picture = vec2(width - questions - GAP, room.height() - 120.0);
+                ui.vertical(|ui| preview(ui, &mut open, picture));
+            }
+        });
     });
     if !closes && !modal.should_close() {
         *exporting = Some(open);
+    }
+}
+
+/// What the file would show.
+fn preview(ui: &mut Ui, open: &mut Exporting, room: egui::Vec2) {
+    let mut drawn = std::mem::take(&mut open.preview);
+    let chosen = open.plots.iter().flatten().map(|(_, on)| *on).collect();
+    drawn.show(ui, chosen, &open.style, || open.figure(), room);
+    open.preview = drawn;
+}
+
+/// How the page is laid out.
+fn layout(ui: &mut Ui, style: &mut Style) {
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label("Columns");
+        let mut columns = style.columns.unwrap_or(1);
+        if ui.add(DragValue::new(&mut columns).range(COLUMNS)).labelled_by(label.id).changed() {
+            style.columns = Some(columns);
+        }
+        maybe(ui, "Height of a plot", " mm", &mut style.height, [10.0, 300.0, 40.0]);
+        maybe(ui, "Letters", " pt", &mut style.letter, [4.0, 30.0, 8.0]);
+    });
+    ui.horizontal_wrapped(|ui| {
+        for (family, name) in [(Family::Sans, "sans serif"), (Family::Serif, "serif")] {
+            ui.radio_value(&mut style.family, family, name);
+        }
+        ui.add_space(GROUP);
+        ui.checkbox(&mut style.lettered, "(a) (b)").on_hover_text("Calls the plots by letters");
+        let mut is_shared = style.legend == Legend::Shared;
+        if ui.checkbox(&mut is_shared, "One legend").on_hover_text("Above all plots, for all of them").changed() {
+            style.legend = if is_shared { Legend::Shared } else { Legend::Own };
+        }
+    });
+}
+
+/// A number that is as the figure has it until somebody says otherwise.
+fn maybe(ui: &mut Ui, name: &str, unit: &str, value: &mut Option<f64>, [least, most, usual]: [f64; 3]) {
+    let mut own = value.is_some();
+    if ui.checkbox(&mut own, name).changed() {
+        *value = own.then_some(usual);
+    }
+    if let Some(value) = value {
+        let drag = ui.add(DragValue::new(value).range(least..=most).max_decimals(1).suffix(unit));
+        drag.widget_info(|| WidgetInfo::labeled(egui::Role::SpinButton, true, name));
     }
 }
 
@@ -86,7 +163,7 @@ fn ask(ui: &mut Ui, desk: &mut Desk, screen: &About, open: &mut Exporting) -> bo
     }
     ui.add_space(GAP);
     // However many there are, what follows stays in sight.
-    let height = (ui.ctx().content_rect().height() - 430.0).clamp(70.0, 330.0);
+    let height = (ui.ctx().content_rect().height() - 490.0).clamp(70.0, 330.0);
     let list = ScrollArea::vertical().id_salt("plots").max_height(height).min_scrolled_height(height);
     list.show(ui, |ui| {
         for (panel, on) in plots.iter_mut() {
@@ -116,6 +193,7 @@ fn ask(ui: &mut Ui, desk: &mut Desk, screen: &About, open: &mut Exporting) -> bo
             let dpi = DragValue::new(&mut style.dpi).range(36.0..=1200.0).max_decimals(0);
             ui.add_enabled(*format == Format::Png, dpi).labelled_by(label.id);
         });
+        layout(ui, style);
     });
     ui.add_space(GAP);
     let label = ui.label("File");

@@ -129,7 +129,7 @@ pub fn list(ui: &mut Ui, is_open: &mut bool) {
         ("Ctrl+Plus, Ctrl+Minus, Ctrl+0".to_owned(), "larger text, smaller text, as it was"),
         (format!("{} or ?", text(&LIST)), "this list"),
         ("in a chart: drag, ← →".to_owned(), "move the time cursor"),
-        ("in a chart: Alt+drag".to_owned(), "measure between two cursors"),
+        ("in a chart: M+drag, Alt+drag".to_owned(), "measure between two cursors"),
         ("in a chart: Ctrl+wheel".to_owned(), "zoom about the pointer"),
         ("in a chart: Ctrl+drag".to_owned(), "zoom to a box"),
         ("in a chart: right drag, Shift+drag".to_owned(), "move the view"),

@@ -10,6 +10,7 @@ mod keys;
 mod messages;
 mod models;
 mod palette;
+mod preview;
 mod primary;
 mod status;
 
@@ -53,6 +54,11 @@ impl Overlays {
     /// Asks whether to close the window; the session would go into this file.
     pub fn ask_closing(&mut self, path: String) {
         self.closing.get_or_insert(Closing { path });
+    }
+
+    /// Whether something is drawn for a dialog.
+    pub fn is_busy(&self) -> bool {
+        self.exporting.as_ref().is_some_and(Exporting::is_busy)
     }
 
     /// Whether a dialog lies over the screens.

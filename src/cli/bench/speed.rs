@@ -152,7 +152,7 @@ pub fn speed(
     let steps_an_epoch = samples.len() / batch;
     let epochs = (3000 / steps_an_epoch).clamp(5, 40) as u64;
     let options = Options { batch, epochs, threads: Some(threads), ..Options::paper() };
-    let data = TrainingData { train: &samples, held_out: None };
+    let data = TrainingData { train: &samples, validation: None, held_out: None };
     let (start, cpu) = (Instant::now(), cpu_seconds());
     let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {})?;
     let steps = epochs as f64 * steps_an_epoch as f64;
@@ -234,18 +234,18 @@ fn peak_memory_mib() -> Option<f64> {
 /// [`TrainError`] as training.
 pub fn paper_accuracy(threads: usize, seed: u64) -> Result<Accuracy, TrainError> {
     let samples = Samples::<f32>::new(3, &paper_trajectories(3, 200, 2 * seed + 1)?, &[])?;
-    let held_out = Samples::<f32>::new(3, &paper_trajectories(3, 10, 2 * seed + 2)?, &[])?;
+    let new = Samples::<f32>::new(3, &paper_trajectories(3, 10, 2 * seed + 2)?, &[])?;
     let architecture = Recipe::Ours.architecture(LearnedPreset::StructuredDelan, 3, &samples);
     // So short a run bears twice the rate, with a longer warm-up.
     let schedule = Schedule::Cosine { warm_up: 0.2 };
     let (threads_asked, goal) = (Some(threads), Some(PAPER_NMSE));
     let options = Options { epochs: 8, rate: 2e-2, schedule, seed, threads: threads_asked, goal, ..Options::ours() };
-    let data = TrainingData { train: &samples, held_out: Some(&held_out) };
+    let data = TrainingData { train: &samples, validation: Some(&new), held_out: None };
     let (start, cpu) = (Instant::now(), cpu_seconds());
     let outcome = train(&architecture, &options, data, Begin::Fresh, &Monitor::new(), &mut |_| {})?;
     let wall_s = start.elapsed().as_secs_f64();
     let cpu_s = cpu.zip(cpu_seconds()).map_or(wall_s * threads as f64, |(before, after)| after - before);
-    let nmse = outcome.history.last().and_then(|epoch| epoch.held_out).unwrap_or(f64::NAN);
+    let nmse = outcome.history.last().and_then(|epoch| epoch.validation).unwrap_or(f64::NAN);
     Ok(Accuracy { cpu_s, wall_s, nmse })
 }
 

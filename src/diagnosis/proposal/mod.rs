@@ -34,8 +34,8 @@ use crate::model::equations::PreparedColumn;
 use crate::model::terms::OperatingPoint;
 use crate::model::{Fitted, ModelError, fit};
 use crate::progress::Monitor;
-use crate::recording::Recording;
 use crate::recording::split::Split;
+use crate::recording::{JointKind, Recording};
 use crate::signals::Signals;
 
 /// Share of the remainder that must be predicted for it to be more than noise.
@@ -139,8 +139,8 @@ pub struct Proposal {
 }
 
 impl Proposal {
-    /// As an effect of one's own. The same formula is the same effect, whatever the data.
-    pub fn draft(&self) -> Draft {
+    /// As an effect of one's own on a joint of this kind. The same formula is the same effect, whatever the data.
+    pub fn draft(&self, kind: JointKind) -> Draft {
         let mut words = String::from("own-");
         for letter in self.formula.chars() {
             match letter {
@@ -157,7 +157,7 @@ impl Proposal {
         let mut id = words.trim_end_matches('-').replace('_', "-");
         if self.offset.is_some() {
             id.push_str("-and-offset");
-            columns.push(DraftColumn { name: "offset".into(), unit: "N m".into(), formula: "1".into() });
+            columns.push(DraftColumn { name: "offset".into(), unit: kind.units()[3].into(), formula: "1".into() });
         }
         Draft {
             id,
@@ -332,7 +332,6 @@ mod tests {
 
     use super::*;
     use crate::effect::own;
-    use crate::recording::JointKind;
 
     /// Whatever is proposed can be adopted, and no two formulas are the same effect.
     #[test]
@@ -352,7 +351,9 @@ mod tests {
                 offset: Some(1.0),
                 known: None,
             };
-            let draft = proposal.draft();
+            let draft = proposal.draft(JointKind::Revolute);
+            assert_eq!(draft.columns[1].unit, "N m");
+            assert_eq!(proposal.draft(JointKind::Prismatic).columns[1].unit, "N", "what slides is moved by a force");
             assert!(ids.insert(draft.id.clone()), "{} is there twice: {}", draft.id, proposal.formula);
             // As many as are enough to read every kind of factor.
             if ids.len() % 17 == 0 {

@@ -28,7 +28,7 @@ mod formula;
 use std::sync::{PoisonError, RwLock};
 
 pub use draft::{Draft, DraftColumn};
-pub use expression::Mistake;
+pub use expression::{Expression, Input, Mistake};
 use file::Definition;
 pub use formula::Formula;
 

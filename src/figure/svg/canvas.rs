@@ -1,11 +1,12 @@
 //! Paper: what marks draw becomes SVG.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::figure::canvas::{Canvas, Fill, Hold, Stroke};
 use crate::figure::colours::{Colours, Dash, Rgb};
 use crate::figure::decimate::Decimator;
-use crate::figure::font::Ruler;
+use crate::figure::font::{Family, Ruler};
 
 /// Columns of a point that are told apart: finer than any printer shows.
 pub const COLUMNS_PER_POINT: f64 = 16.0;
@@ -18,6 +19,8 @@ pub struct Paper {
     colours: &'static Colours,
     letter: f64,
     ruler: Ruler,
+    /// All that were written.
+    pub letters: BTreeSet<char>,
     decimator: Decimator,
 }
 
@@ -28,9 +31,9 @@ macro_rules! put {
 pub(super) use put;
 
 impl Paper {
-    pub fn new(colours: &'static Colours, letter: f64) -> Self {
-        let (ruler, decimator) = (Ruler::default(), Decimator::default());
-        Paper { out: String::new(), colours, letter, ruler, decimator }
+    pub fn new(colours: &'static Colours, letter: f64, family: Family) -> Self {
+        let (ruler, decimator) = (Ruler::of(family), Decimator::default());
+        Paper { out: String::new(), colours, letter, ruler, letters: BTreeSet::new(), decimator }
     }
 
     /// A text that reads upward.
@@ -118,6 +121,7 @@ impl Canvas for Paper {
             Hold::Middle => "middle",
             Hold::End => "end",
         };
+        self.letters.extend(text.chars());
         let (color, text) = (hex(color), escaped(text));
         put!(
             self,

@@ -7,13 +7,14 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 
 use super::canvas::{Canvas, Fill, Hold, Stroke};
-use super::font::DEJAVU_SANS;
 use super::mark::{Edges, Entry, Key};
-use super::{Area, Figure, Panel, Place, Scale, Size, Style};
+use super::{Area, Figure, Legend, Panel, Place, Scale, Size, Style};
 use canvas::{COLUMNS_PER_POINT, Paper, hex, put, rectangle};
 
 /// Height of a slide \[points\].
 const SLIDE_HEIGHT: f64 = 405.0;
+/// Points of a millimetre.
+const POINTS_PER_MILLIMETRE: f64 = 72.0 / 25.4;
 /// Panels below each other on a slide, before a second column is begun.
 const MOST_ROWS_OF_SLIDE: usize = 3;
 
@@ -27,28 +28,32 @@ pub enum Letters {
 }
 
 /// The whole figure.
-pub fn draw(figure: &Figure, style: &Style, letters: Letters) -> String {
+pub fn draw<'f>(figure: &'f Figure, style: &Style, letters: Letters) -> String {
     let (width, letter) = match style.size {
         Size::OneColumn => (241.0, 7.0),
         Size::TwoColumn => (496.0, 8.0),
         Size::Slide => (720.0, 12.0),
     };
+    let letter = style.letter.unwrap_or(letter);
     let columns = match style.size {
+        _ if style.columns.is_some() => style.columns.unwrap_or(1),
         Size::Slide => figure.columns.max(figure.panels.len().div_ceil(MOST_ROWS_OF_SLIDE)),
         _ => figure.columns,
     };
     let columns = columns.clamp(1, figure.panels.len().max(1));
-    let mut paper = Paper::new(style.theme.colours(), letter);
+    let mut paper = Paper::new(style.theme.colours(), letter, style.family);
     let gap = letter;
     let cell = (width - gap * (columns + 1) as f64) / columns as f64;
     // Panels that all show the same series have one legend together, above them.
-    let shared = shared_legend(figure);
+    let shared = shared_legend(figure, style.legend);
     let legend = if shared.is_empty() { Vec::new() } else { wrapped(&shared, 0.0, width - 2.0 * gap, &paper) };
-    let mut of_panel = |panel| {
+    let mut of_panel = |(number, panel): (usize, &'f Panel)| {
         let own = if shared.is_empty() { Panel::legend(panel) } else { Vec::new() };
-        View::of(panel, own, cell, &mut paper)
+        let heading =
+            if style.lettered { format!("({}) {}", letter_of(number), panel.heading()) } else { panel.heading() };
+        View::of(panel, heading, own, cell, &mut paper)
     };
-    let views: Vec<View> = figure.panels.iter().map(&mut of_panel).collect();
+    let views: Vec<View> = figure.panels.iter().enumerate().map(&mut of_panel).collect();
     // Panels below each other have their plots exactly below each other.
     let left =
         |column: usize| views.iter().skip(column).step_by(columns).fold(0.0, |most: f64, view| most.max(view.left));
@@ -66,6 +71,7 @@ pub fn draw(figure: &Figure, style: &Style, letters: Letters) -> String {
             let plot_width = cell - left(column) - letter;
             most.max(plot_width * view.panel.aspect.unwrap_or(usual))
         });
+        let plot_height = style.height.map_or(plot_height, |millimetres| millimetres * POINTS_PER_MILLIMETRE);
         let plot_height = if style.size == Size::Slide { (slide - above - below).max(10.0) } else { plot_height };
         for (column, view) in row.iter().enumerate() {
             let from = gap + column as f64 * (cell + gap);
@@ -86,15 +92,16 @@ pub fn draw(figure: &Figure, style: &Style, letters: Letters) -> String {
     let font = match letters {
         Letters::Named => String::new(),
         Letters::Embedded => {
-            let data = base64::engine::general_purpose::STANDARD.encode(DEJAVU_SANS);
+            let data = base64::engine::general_purpose::STANDARD.encode(style.family.of_letters(&paper.letters));
             let source = format!("url(data:font/ttf;base64,{data})");
-            format!("<style>@font-face{{font-family:\"DejaVu Sans\";src:{source}}}</style>\n")
+            format!("<style>@font-face{{font-family:\"{}\";src:{source}}}</style>\n", style.family.name())
         }
     };
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}pt\" height=\"{height:.2}pt\" \
-         viewBox=\"0 0 {width} {height:.2}\" font-family=\"DejaVu Sans\" font-size=\"{letter}\">\n{font}\
+         viewBox=\"0 0 {width} {height:.2}\" font-family=\"{}\" font-size=\"{letter}\">\n{font}\
          <rect width=\"{width}\" height=\"{height:.2}\" fill=\"{}\"/>\n{}</svg>\n",
+        style.family.name(),
         hex(paper.colours().ground),
         paper.out
     )
@@ -103,6 +110,7 @@ pub fn draw(figure: &Figure, style: &Style, letters: Letters) -> String {
 /// A panel with what its layout needs to know.
 struct View<'a> {
     panel: &'a Panel,
+    heading: String,
     /// Ranges in the axes' own measure: logarithms on logarithmic axes.
     ranges: [[f64; 2]; 2],
     y_ticks: Vec<(f64, String)>,
@@ -117,7 +125,7 @@ struct View<'a> {
 
 impl<'a> View<'a> {
     /// A panel of this width.
-    fn of(panel: &'a Panel, legend: Vec<Entry<'a>>, cell: f64, paper: &mut Paper) -> Self {
+    fn of(panel: &'a Panel, heading: String, legend: Vec<Entry<'a>>, cell: f64, paper: &mut Paper) -> Self {
         let letter = paper.letter();
         let ranges = panel.ranges((cell * COLUMNS_PER_POINT) as usize, paper.decimator());
         let longest = |ticks: &[(f64, String)]| {
@@ -136,10 +144,10 @@ impl<'a> View<'a> {
             false => 1.5 * letter,
         };
         let below = numbers + if panel.x.label.is_empty() { 0.0 } else { 1.5 * letter };
-        let title = paper.width_of(&panel.heading(), 1.1 * letter);
+        let title = paper.width_of(&heading, 1.1 * letter);
         let legend = wrapped(&legend, title + letter, cell - left, paper);
         let above = 1.6 * letter * legend.len() as f64 + 0.2 * letter;
-        View { panel, ranges, y_ticks, legend, left, above, below, upright }
+        View { panel, heading, ranges, y_ticks, legend, left, above, below, upright }
     }
 }
 
@@ -161,8 +169,23 @@ fn wrapped<'a>(entries: &[Entry<'a>], used: f64, room: f64, paper: &Paper) -> Ve
     rows
 }
 
-/// The legend of all panels, if several have the same.
-fn shared_legend(figure: &Figure) -> Vec<Entry<'_>> {
+/// What the n-th panel is called: a, b, …, z, aa, ab, …
+fn letter_of(number: usize) -> String {
+    let letter = char::from(b'a' + (number % 26) as u8).to_string();
+    if number < 26 { letter } else { letter_of(number / 26 - 1) + &letter }
+}
+
+/// The legend of all panels: if several have the same, or one for all is asked for.
+fn shared_legend(figure: &Figure, legend: Legend) -> Vec<Entry<'_>> {
+    if legend == Legend::Shared {
+        let mut entries: Vec<Entry> = Vec::new();
+        for entry in figure.panels.iter().flat_map(Panel::legend) {
+            if !entries.contains(&entry) {
+                entries.push(entry);
+            }
+        }
+        return entries;
+    }
     let mut all = figure.panels.iter().map(Panel::legend);
     let Some(first) = all.next().filter(|_| figure.panels.len() > 1) else { return Vec::new() };
     if all.all(|other| other == first) { first } else { Vec::new() }
@@ -208,7 +231,7 @@ impl Paper {
         }
         self.numbers(view, &place, &x_ticks);
         let first = plot.top - view.above + 1.1 * letter;
-        self.text([plot.left, first], &panel.heading(), 1.1 * letter, colours.text, Hold::Start);
+        self.text([plot.left, first], &view.heading, 1.1 * letter, colours.text, Hold::Start);
         self.legend(&view.legend, plot.right(), first);
     }
 

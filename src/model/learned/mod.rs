@@ -47,11 +47,16 @@ pub struct Scales {
     pub acceleration: f64,
     /// Lagrangians and torques of networks are multiplied by this \[N m\].
     pub torque: f64,
+    /// H of a structured Lagrangian is multiplied by this \[kg m²\], so that H q̈ begins no larger than the torque is; without
+    /// it by `torque`, as in models of before, which began with an inertia that was as many times too large as accelerations
+    /// are greater than 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertia: Option<f64>,
 }
 
 impl Default for Scales {
     fn default() -> Self {
-        Scales { velocity: 1.0, acceleration: 1.0, torque: 1.0 }
+        Scales { velocity: 1.0, acceleration: 1.0, torque: 1.0, inertia: None }
     }
 }
 
@@ -313,10 +318,13 @@ impl Architecture {
                 }
             }
         }
-        let Scales { velocity, acceleration, torque } = self.scales;
-        for (quantity, value) in
-            [("velocity scale", velocity), ("acceleration scale", acceleration), ("torque scale", torque)]
-        {
+        let Scales { velocity, acceleration, torque, inertia } = self.scales;
+        for (quantity, value) in [
+            ("velocity scale", velocity),
+            ("acceleration scale", acceleration),
+            ("torque scale", torque),
+            ("inertia scale", inertia.unwrap_or(torque)),
+        ] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(ArchitectureError::Number { quantity, value, must: "a finite number above 0" });
             }

@@ -1,6 +1,6 @@
 //! The torque of each learned term, as a graph: the formulas of the paper, one function each.
 
-use super::{Architecture, Features, Layers, LearnedTerm, Positive};
+use super::{Architecture, Features, Layers, LearnedTerm, Positive, Scales};
 use crate::network::kernel::PAD;
 use crate::network::{Function, Graph, Node, dense};
 
@@ -68,7 +68,7 @@ impl Architecture {
             let torque = match term {
                 LearnedTerm::StructuredLagrangian { layers, positive } => {
                     let seen = [inertia_features(&mut graph, self.features, motion.q, features), features];
-                    let nodes = structured(&mut graph, seen, motion, layers, *positive, self.scales.torque);
+                    let nodes = structured(&mut graph, seen, motion, layers, *positive, self.scales);
                     lagrangian = Some(nodes);
                     nodes.torque
                 }
@@ -156,7 +156,7 @@ fn structured(
     motion: Motion,
     layers: &Layers,
     positive: Positive,
-    scale: f64,
+    scales: Scales,
 ) -> LagrangianNodes {
     let n = graph.features(motion.qd);
     let size = n * (n + 1) / 2;
@@ -174,7 +174,7 @@ fn structured(
     let half_momentum = graph.lower(triangle, motion.qd, true);
     let square = graph.mul(half_momentum, half_momentum);
     let sum = graph.sum_features(square);
-    let mut kinetic = graph.scale(0.5 * scale, sum);
+    let mut kinetic = graph.scale(0.5 * scales.inertia.unwrap_or(scales.torque), sum);
     if positive.inertia > 0.0 {
         let square = graph.mul(motion.qd, motion.qd);
         let sum = graph.sum_features(square);
@@ -182,7 +182,7 @@ fn structured(
         kinetic = graph.add(kinetic, floor);
     }
     let v = dense(graph, "potential_energy", seen[1], &layers.hidden, 1, layers.activation);
-    let potential = graph.scale(scale, v);
+    let potential = graph.scale(scales.torque, v);
     let lagrangian = graph.sub(kinetic, potential);
     let torque = graph.euler_lagrange(lagrangian, motion.q, motion.qd, motion.qdd);
     LagrangianNodes { lagrangian, potential: Some(potential), torque }

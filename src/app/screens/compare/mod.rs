@@ -2,6 +2,7 @@
 
 mod errors;
 mod figures;
+mod formula;
 mod parts;
 
 use std::sync::Arc;
@@ -30,6 +31,8 @@ use crate::signals::Signals;
 const START: f64 = 0.35;
 /// The most that time goes on in a frame \[s\].
 const LONGEST_STEP: f64 = 0.1;
+/// How many times as fast as it was recorded time can go on.
+const SPEEDS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
 /// Points of the way of the arm's tip.
 const TIP_POINTS: usize = 400;
 
@@ -64,6 +67,8 @@ pub struct Compare {
     show_parts: bool,
     /// Only this part of the torque is shown, of all models; `None` for all parts of the current one.
     only: Option<String>,
+    /// A series of one's own, as it is written; empty for none.
+    formula: String,
     sorting: Sorting,
     /// Whether somebody has looked at this recording here.
     was_seen: bool,
@@ -77,7 +82,7 @@ impl Screen for Compare {
         };
         let errors: Vec<String> = step.evaluation.held_out.iter().map(|error| ticks::number(error.r2)).collect();
         let sentence = format!("Held-out R² by joint: {}.", errors.join(" · "));
-        let title = format!("Measured against predicted {}", widgets::effort(&recording));
+        let title = format!("Measured against predicted {}", recording.effort());
         widgets::headline(ui, &title, &sentence);
         ui.horizontal_wrapped(|ui| {
             controls::trajectory(ui, desk);
@@ -86,6 +91,7 @@ impl Screen for Compare {
             let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
             ui.checkbox(&mut self.show_parts, "Decompose").on_hover_text(what);
             self.part(ui, desk, &step);
+            formula::field(ui, &mut self.formula);
             controls::fit(ui, desk);
             ui.label(RichText::new(controls::HINT).size(SMALL).color(Palette::in_ui(ui).weak));
         });
@@ -121,6 +127,7 @@ impl Screen for Compare {
         let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, parts, only };
         let joints = 0..recording.joint_count();
         let mut panels: Vec<Panel> = joints.flat_map(|joint| [torques.torque(joint), torques.below(joint)]).collect();
+        panels.extend(formula::figure(desk, recording, step, &self.formula));
         panels.extend(figures::scatter(desk.session));
         panels.extend(arm_panel(recording, step, facts, run, desk.focus.cursor));
         panels
@@ -271,7 +278,12 @@ impl Compare {
                 ui.add_space(4.0);
             }
         }
+        formula::show(ui, desk, recording, step, &self.formula);
     }
+}
+
+fn speed_text(speed: f64) -> String {
+    format!("{speed} ×")
 }
 
 /// The arm at the cursor; `None` if it slides.
@@ -316,10 +328,24 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
     widgets::card(ui, "", |ui| {
         ui.horizontal_wrapped(|ui| {
             let name = if desk.focus.is_playing { "Pause" } else { "▶ Play" };
-            let button = ui.button(name).on_hover_text("Let time go on, as fast as it was recorded");
+            let button = ui.button(name).on_hover_text("Let time go on");
             if button.clicked() {
                 desk.focus.is_playing = !desk.focus.is_playing;
+                // At the end there is nothing to go on to.
+                if desk.focus.is_playing && time >= extent[1] {
+                    time = extent[0];
+                }
             }
+            let speed = ComboBox::from_id_salt("speed").width(64.0).selected_text(speed_text(desk.focus.speed));
+            let speed = speed.show_ui(ui, |ui| {
+                for speed in SPEEDS {
+                    ui.selectable_value(&mut desk.focus.speed, speed, speed_text(speed));
+                }
+            });
+            let spoken = format!("speed: {}", speed_text(desk.focus.speed));
+            speed.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, &spoken));
+            speed.response.on_hover_text("How many times as fast as it was recorded");
+            ui.checkbox(&mut desk.focus.loops, "Loop").on_hover_text("From the end again from the beginning");
             ui.checkbox(&mut desk.focus.follows, "Follow").on_hover_text("A zoomed view moves with the cursor");
         });
         ui.spacing_mut().slider_width = (ui.available_width() - 100.0).max(60.0);
@@ -368,13 +394,20 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
     tables::errors(ui, &recording, &step);
 }
 
-/// Lets time go on, from the end again from the beginning, and the view with it.
+/// Lets time go on, and the view with it; at the end it begins anew or stops.
 fn play(ui: &Ui, desk: &mut Desk, [first, last]: [f64; 2], time: &mut f64) {
     if !desk.focus.is_playing {
         return;
     }
-    let step = f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP);
-    *time = if *time + step > last { first } else { *time + step };
+    let step = desk.focus.speed * f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP);
+    *time = match (*time + step > last, desk.focus.loops) {
+        (false, _) => *time + step,
+        (true, true) => first,
+        (true, false) => {
+            desk.focus.is_playing = false;
+            last
+        }
+    };
     let range = &mut desk.focus.views.of(Along::Time).range;
     if let Some([from, to]) = range.filter(|_| desk.focus.follows) {
         let half = 0.5 * (to - from);

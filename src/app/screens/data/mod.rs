@@ -174,7 +174,7 @@ fn findings(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         let provenance = &recording.provenance;
         let text = format!(
             "Position q and {} τ are measured; velocity q̇ is {}, acceleration q̈ is {}.",
-            widgets::effort(recording),
+            recording.effort(),
             origin(&provenance.velocity),
             origin(&provenance.acceleration)
         );

@@ -9,8 +9,6 @@ use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::recording::Recording;
 use crate::session::{Session, Step};
 use crate::simulation::extrapolation::{Curve, Point, Replay, Sweep};
-use crate::training::Options;
-use crate::training::fit::Plan;
 
 /// Width of a curve relative to that of other lines.
 const CURVE: f64 = 1.8;
@@ -77,16 +75,13 @@ pub fn replay(
 
 /// Curves of trainings that differ in nothing but their seed belong together.
 fn trainings<'a>(session: &Session, curves: &'a [Curve]) -> Vec<Vec<&'a Curve>> {
-    let of_seed_0 = |plan: &Plan| Plan { options: Options { seed: 0, ..plan.options.clone() }, ..plan.clone() };
-    let trained = |curve: &Curve| {
-        let run = session.model(&curve.model)?.run.as_deref()?;
-        Some((run.model.clone(), of_seed_0(&run.plan), run.plan.options.seed))
-    };
+    let run = |curve: &Curve| session.model(&curve.model)?.run.as_deref();
     let mut groups: Vec<Vec<&Curve>> = Vec::new();
     for curve in curves {
-        let own = trained(curve);
-        let is_sister = |group: &&mut Vec<&Curve>| match (&own, trained(group[0])) {
-            (Some((model, plan, seed)), Some(first)) => *model == first.0 && *plan == first.1 && *seed != first.2,
+        let is_sister = |group: &&mut Vec<&Curve>| match (run(curve), run(group[0])) {
+            (Some(own), Some(first)) => {
+                own.differs_by_seed_only(first) && own.plan.options.seed != first.plan.options.seed
+            }
             _ => false,
         };
         match groups.iter_mut().find(is_sister) {

@@ -136,9 +136,10 @@ impl Question for Replayed {
 /// What the curves are made of, said before anything is believed.
 fn sentence(desk: &Desk, recording: &Recording) -> String {
     let how = if recording.seal.is_some() {
-        "the held-out runs are travelled anew by the simulated arm, and the exact torque is known"
+        let effort = recording.effort();
+        format!("the held-out runs are travelled anew by the simulated arm, and the exact {effort} is known")
     } else {
-        "the held-out data are cut into blocks of a second, sorted by how fast they are"
+        "the held-out data are cut into blocks of a second, sorted by how fast they are".to_owned()
     };
     match desk.session.sweep.as_deref().and_then(|sweep| Some((sweep.curves.last()?, sweep.stretch))) {
         Some((Curve { model, points }, stretch)) if points.len() > 1 => {

@@ -1,25 +1,121 @@
 //! The model as figures.
 
+use std::sync::Arc;
+
 use super::diagram;
+use super::inside::{AlongRun, OverSlice, unit_of_mass};
 use super::share::Share;
-use crate::figure::mark::Bars;
-use crate::figure::{Axis, Ink, Panel};
+use crate::app::desk::time_extent;
+use crate::app::plot::{Along, series};
+use crate::figure::mark::{Bars, Line};
+use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::model::Term;
 use crate::recording::Recording;
 use crate::session::Step;
+use crate::training::inside::{Balance, Inside};
 
 /// Width for which the drawing of the structure is laid out \[points\].
 const WIDTH: f64 = 760.0;
+/// Width of the truth, and how much of its colour it has.
+const STRONG: f64 = 2.4;
+const PALE: f64 = 0.4;
+/// With more joints than this only those entries of H are drawn that the joint which goes has.
+const MOST_JOINTS: usize = 4;
 
 /// How the model is wired, and what each of its terms carries: the root mean square of its torque over that of the measured one.
 pub fn figures(recording: &Recording, step: &Step, shares: &[Vec<Share>]) -> Vec<Panel> {
     let (model, joints) = (&step.fitted.model, recording.joint_count());
     let terms = model.terms.iter().map(Term::label).collect();
-    let axes = [Axis::names("", terms), Axis::new("RMS over that of the measured torque", "")];
+    let axes = [Axis::names("", terms), Axis::new(format!("RMS over that of the measured {}", recording.effort()), "")];
     let mut carried = Panel::new("what each term carries", axes);
     for (joint, info) in recording.joints.iter().enumerate() {
         let heights: Vec<[f64; 3]> = shares.iter().map(|shares| [shares[joint].part, f64::NAN, f64::NAN]).collect();
         carried.push(Bars::beside(&info.name, [joint, joints], &heights, Ink::Series(joint)));
     }
     vec![diagram::figure(model, joints, WIDTH), carried]
+}
+
+/// One value of a model at each place.
+type Of<T> = fn(&T, usize) -> &[f64];
+
+/// Mass matrix, its eigenvalues, V, g and c over the position of one joint, each beside the truth.
+pub fn over_slice(recording: &Arc<Recording>, joint: usize, slice: &Arc<OverSlice>) -> Vec<Panel> {
+    let n = recording.joint_count();
+    let (info, mass) = (&recording.joints[joint], unit_of_mass(recording));
+    let [position, _, _, torque] = info.kind.units();
+    let panel = |title: &str, unit: &str| {
+        let x = Axis::new(format!("position of {}", info.name), position).linked(Along::Slice);
+        Panel::new(title, [x, Axis::new("", unit)])
+    };
+    let draw = |mut panel: Panel, lines: Vec<(String, usize)>, of: Of<Inside>| {
+        let places = |which: fn(&OverSlice) -> Option<&Inside>| {
+            Shared::of(slice, move |slice| which(slice).map_or(&[][..], |inside| &inside.places))
+        };
+        for (number, (_, index)) in lines.iter().enumerate().filter(|_| slice.truth.is_some()) {
+            let index = *index;
+            let truth = Shared::of(slice, move |slice| slice.truth.as_ref().map_or(&[][..], |truth| of(truth, index)));
+            let name = if number == 0 { "truth" } else { "" };
+            let line = Line::new(name, places(|slice| slice.truth.as_ref()), truth, Ink::Series(number));
+            panel.push(line.width(STRONG).opacity(PALE).dash(&[]));
+        }
+        for (number, (name, index)) in lines.into_iter().enumerate() {
+            let own = Shared::of(slice, move |slice| of(&slice.own, index));
+            panel.push(Line::new(name, places(|slice| Some(&slice.own)), own, Ink::Series(number)));
+        }
+        panel
+    };
+    let named = |letter: &str| (0..n).map(|joint| (format!("{letter}{}", joint + 1), joint)).collect::<Vec<_>>();
+    let entry = |row: usize, column: usize| (format!("H{}{}", row + 1, column + 1), row * n + column);
+    let beside: Vec<_> = (0..n)
+        .flat_map(|row| (row + 1..n).map(move |column| (row, column)))
+        .filter(|(row, column)| n <= MOST_JOINTS || [row, column].contains(&&joint))
+        .map(|(row, column)| entry(row, column))
+        .collect();
+    let mut panels = vec![draw(
+        panel("H(q), diagonal", mass),
+        (0..n).map(|joint| entry(joint, joint)).collect(),
+        |inside, entry| &inside.mass[entry],
+    )];
+    if !beside.is_empty() {
+        panels.push(draw(panel("H(q), beside the diagonal", mass), beside, |inside, entry| &inside.mass[entry]));
+    }
+    panels.push(draw(panel("eigenvalues of H(q)", mass), named("λ"), |inside, index| &inside.eigenvalues[index]));
+    panels.push(draw(panel("V(q)", "J"), vec![("V".to_owned(), 0)], |inside, _| &inside.potential));
+    panels.push(draw(panel("g(q)", torque), named("g"), |inside, joint| &inside.gravity[joint]));
+    panels.push(draw(panel("c(q, q̇)", torque), named("c"), |inside, joint| &inside.coriolis[joint]));
+    panels
+}
+
+/// Energy over time, and where the power goes, each beside the truth.
+pub fn along_run(recording: &Arc<Recording>, run: usize, balance: &Arc<AlongRun>) -> Vec<Panel> {
+    let time = series::time(recording, run);
+    let panel = |title: &str, unit: &str| {
+        let x = Axis::new("time t", "s").range(time_extent(&recording.trajectories[run].time)).linked(Along::Time);
+        Panel::new(title, [x, Axis::new("", unit)])
+    };
+    let line = |name: &str, values: Shared<f64>, ink: Ink| Line::new(name, time.clone(), values, ink).sampled();
+    let truth = |panel: &mut Panel, name: &str, of: fn(&Balance) -> &[f64], ink: Ink| {
+        if balance.truth.is_some() {
+            let values = Shared::of(balance, move |run| run.truth.as_ref().map_or(&[][..], of));
+            panel.push(line(name, values, ink).width(STRONG).opacity(PALE).dash(&[]));
+        }
+    };
+    let mut energy = panel("energy", "J");
+    let kinds: [(&str, fn(&Balance) -> &[f64]); 2] =
+        [("kinetic T", |balance| &balance.kinetic), ("potential V", |balance| &balance.potential)];
+    for (number, (_, of)) in kinds.into_iter().enumerate() {
+        truth(&mut energy, if number == 0 { "truth" } else { "" }, of, Ink::Series(number));
+    }
+    for (number, (name, of)) in kinds.into_iter().enumerate() {
+        energy.push(line(name, Shared::of(balance, move |run| of(&run.own)), Ink::Series(number)));
+    }
+    let mut power = panel("power", "W");
+    truth(&mut power, "truth of d(T + V)/dt", |balance| &balance.change, Ink::Series(0));
+    power.push(line("measured τ q̇", Shared::of(balance, |run| &run.power[0]), Ink::Measured));
+    power.push(line("predicted τ̂ q̇", Shared::of(balance, |run| &run.power[1]), Ink::Predicted));
+    power.push(line("into energy: d(T + V)/dt", Shared::of(balance, |run| &run.own.change), Ink::Series(0)));
+    let lost =
+        balance.power[1].iter().zip(&balance.own.change).map(|(power, change)| power - change).collect::<Vec<f64>>();
+    power.push(line("into friction and the rest", lost.into(), Ink::Series(2)));
+    vec![energy, power]
 }

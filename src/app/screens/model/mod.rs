@@ -2,6 +2,7 @@
 
 mod diagram;
 mod figures;
+mod inside;
 mod share;
 
 use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichText, Ui, WidgetInfo, WidgetText};
@@ -36,7 +37,13 @@ pub static ABOUT: About = About {
 };
 
 const PANELS: Part<Terms> = Part::Beside(&[
-    (2.9, Part::Panel("Terms", |_, ui, desk| terms(ui, desk))),
+    (
+        2.9,
+        Part::Tabs(&[
+            Part::Panel("Terms", |_, ui, desk| terms(ui, desk)),
+            Part::Panel("What it has learned", |screen, ui, desk| screen.inside.show(ui, desk)),
+        ]),
+    ),
     (1.0, Part::Panel("Change the model", Terms::change)),
 ]);
 
@@ -46,6 +53,8 @@ pub struct Terms {
     /// Index into what can be added.
     effect: usize,
     joints: Vec<bool>,
+    /// What of its inside is looked at.
+    inside: inside::Wish,
     /// Whether somebody has looked at this recording here.
     was_seen: bool,
 }
@@ -55,7 +64,7 @@ impl Screen for Terms {
         self.was_seen = true;
         let Some(step) = desk.session.current().cloned() else { return };
         let terms: Vec<String> = step.fitted.model.terms.iter().map(Term::label).collect();
-        let effort = desk.session.recording.as_deref().map_or("torque", widgets::effort);
+        let effort = desk.session.recording.as_deref().map_or("torque", Recording::effort);
         let sentence = format!("The {effort} is the sum of {}: {}.", terms_text(terms.len()), terms.join(" + "));
         widgets::headline(ui, &widgets::sentence_case(&step.name), &sentence);
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
@@ -66,7 +75,9 @@ impl Screen for Terms {
             return Vec::new();
         };
         let Ok(shares) = desk.memo.now(desk.session, Shares) else { return Vec::new() };
-        figures::figures(recording, step, &shares)
+        let mut panels = figures::figures(recording, step, &shares);
+        panels.extend(self.inside.figures(desk));
+        panels
     }
 
     fn is_done(&self, session: &Session) -> bool {

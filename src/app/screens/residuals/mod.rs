@@ -68,7 +68,7 @@ impl Screen for Residuals {
         self.was_seen = true;
         let Some(recording) = desk.session.recording.clone() else { return };
         let narrow = is_narrow(ui);
-        let effort = widgets::effort(&recording);
+        let effort = recording.effort();
         let sentence = format!(
             "Measured minus predicted {effort}. Noise looks the same everywhere; a missing effect has a shape."
         );

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use crate::app::plot::Along;
 use crate::figure::colours::PREDICTED_DASH;
-use crate::figure::mark::{Line, Points};
+use crate::figure::mark::{Band, Line, Points};
 use crate::figure::{Axis, Ink, Panel};
 use crate::progress::Epoch;
-use crate::session::Step;
+use crate::session::{Spread, Step};
 use crate::training::fit::Plan;
 
 /// Most points of the plan that are drawn.
@@ -19,30 +19,74 @@ const MARKED: f64 = 2.0;
 /// How much is seen of what was smoothed.
 const RAW: f64 = 0.35;
 
-/// Loss and held-out error of a training, smoothed by `share`, and the held-out errors of other models with their inks.
+/// Loss, validation and held-out error of a training, smoothed by `share`, and the held-out errors of other models with their
+/// inks.
 pub fn errors(epochs: &[Epoch], share: f64, others: &[(Arc<Step>, Ink)]) -> Panel {
     let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
     let loss: Vec<f64> = epochs.iter().map(|epoch| epoch.loss).collect();
+    let validation: Vec<f64> = epochs.iter().map(|epoch| epoch.validation.unwrap_or(f64::NAN)).collect();
     let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.unwrap_or(f64::NAN)).collect();
     let ends = others.iter().filter_map(|(step, _)| step.history.last()).chain(epochs.last());
     let last = ends.map(|epoch| epoch.epoch as f64).fold(2.0, f64::max);
     let mut panel = Panel::new("errors", [axis("", last), Axis::default().logarithmic()]);
-    if let Some((epoch, error)) = best(epochs).and_then(|epoch| Some((epoch.epoch as f64, epoch.held_out?))) {
+    if let Some((epoch, error)) = best(epochs).and_then(|epoch| Some((epoch.epoch as f64, epoch.validation?))) {
         panel.push(Points::new("", vec![[epoch, error]], Ink::Text).radius(MARKED));
     }
-    let inks = [Ink::Series(0), Ink::Predicted];
+    let own = [
+        ("loss on train", &loss, Ink::Series(0)),
+        ("validation nMSE", &validation, Ink::Series(2)),
+        ("held-out nMSE", &held_out, Ink::Predicted),
+    ];
+    // Trainings of before, and those without held-out data, have no validation part.
+    let own = || own.iter().filter(|(_, values, _)| values.iter().any(|value| value.is_finite()));
     if share > 0.0 {
-        let raw = |(y, ink): (&Vec<f64>, Ink)| Line::new("", x.clone(), y.clone(), ink).dash(&[]).opacity(RAW);
-        panel = panel.with_all([&loss, &held_out].into_iter().zip(inks).map(raw));
+        let raw =
+            |(_, y, ink): &(&str, &Vec<f64>, Ink)| Line::new("", x.clone(), (*y).clone(), *ink).dash(&[]).opacity(RAW);
+        panel = panel.with_all(own().map(raw));
     }
     for (step, ink) in others {
-        let points = step.history.iter().map(|epoch| [epoch.epoch as f64, best_error(epoch)]);
-        panel.push(Line::through(&step.name, points, *ink).width(CURVE));
+        panel.push(of_other(step, *ink));
     }
-    for ((name, y), ink) in [("loss on train", &loss), ("held-out nMSE", &held_out)].into_iter().zip(inks) {
-        panel.push(Line::new(name, x.clone(), smoothed(y, share), ink).width(CURVE));
+    for (name, y, ink) in own() {
+        panel.push(Line::new(*name, x.clone(), smoothed(y, share), *ink).width(CURVE));
     }
     panel
+}
+
+/// Loss, validation and held-out error of trainings that differ by their seed: their mean, and the band between the least and the
+/// greatest; and the held-out errors of other models with their inks.
+pub fn of_seeds(seeds: &[Arc<Step>], others: &[(Arc<Step>, Ink)]) -> Panel {
+    let histories: Vec<&[Epoch]> = seeds.iter().map(|step| step.history.as_slice()).collect();
+    let last = histories.iter().map(|history| history.len()).max().unwrap_or(0);
+    let mut panel = Panel::new("errors", [axis("", last.max(2) as f64), Axis::default().logarithmic()]);
+    for (step, ink) in others.iter().filter(|(step, _)| seeds.iter().all(|own| own.generation != step.generation)) {
+        panel.push(of_other(step, *ink));
+    }
+    let kinds: [(&str, fn(&Epoch) -> Option<f64>, Ink); 3] = [
+        ("loss on train", |epoch| Some(epoch.loss), Ink::Series(0)),
+        ("validation nMSE", |epoch| epoch.validation, Ink::Series(2)),
+        ("held-out nMSE", |epoch| epoch.held_out, Ink::Predicted),
+    ];
+    for (name, value, ink) in kinds {
+        let at = |epoch: usize| Spread::of(histories.iter().filter_map(|history| value(history.get(epoch)?)));
+        let spreads: Vec<(f64, Spread)> =
+            (0..last).filter_map(|epoch| Some(((epoch + 1) as f64, at(epoch)?))).collect();
+        if spreads.is_empty() {
+            continue;
+        }
+        let band: Vec<[f64; 3]> =
+            spreads.iter().map(|(epoch, spread)| [*epoch, spread.least, spread.greatest]).collect();
+        panel.push(Band::new("", band, ink));
+        let mean = spreads.iter().map(|(epoch, spread)| [*epoch, spread.mean]);
+        panel.push(Line::through(format!("{name}, mean of {} seeds", seeds.len()), mean, ink).width(CURVE));
+    }
+    panel
+}
+
+/// The held-out error of another model.
+fn of_other(step: &Step, ink: Ink) -> Line {
+    let points = step.history.iter().map(|epoch| [epoch.epoch as f64, epoch.held_out.unwrap_or(epoch.loss)]);
+    Line::through(&step.name, points, ink).width(CURVE)
 }
 
 /// The learning rate: of the whole plan ahead, and of the epochs that are done, the last of which is marked.
@@ -79,12 +123,7 @@ fn smoothed(raw: &[f64], share: f64) -> Vec<f64> {
     if share > 0.0 { raw.iter().map(&mut mean).collect() } else { raw.to_vec() }
 }
 
-/// What decides which epoch is the best: the held-out error, or the loss where nothing is held out.
-pub fn best_error(epoch: &Epoch) -> f64 {
-    epoch.held_out.unwrap_or(epoch.loss)
-}
-
-/// The epoch whose weights are kept: of the lowest held-out error, or loss where nothing is held out.
+/// The epoch whose weights are kept.
 pub fn best(epochs: &[Epoch]) -> Option<&Epoch> {
-    epochs.iter().min_by(|one, other| best_error(one).total_cmp(&best_error(other)))
+    epochs.iter().min_by(|one, other| one.deciding_error().total_cmp(&other.deciding_error()))
 }

@@ -20,13 +20,16 @@ use crate::network::Activation;
 use crate::progress::Epoch;
 use crate::recording::Recording;
 use crate::session::{Command, Session, Step};
-use crate::training::fit::{Plan, SavedRun};
+use crate::training::fit::{self, Plan, SavedRun};
 use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
 use crate::training::{Ending, Options, Precision, Recipe};
 
 /// Height of the chart of the learning rate \[points\].
 const RATE: f32 = 112.0;
+
+/// From how many seeds a model is trained where one seed is not enough.
+pub const SEEDS: u64 = 5;
 
 /// The screen's names and place.
 pub static ABOUT: About = About {
@@ -49,6 +52,8 @@ pub struct Train {
     plan: Plan,
     /// The epoch whose values are shown.
     cursor: Option<f64>,
+    /// Whether of several seeds only the current one is drawn.
+    only_one: bool,
     /// How much of the smoothed curves is from earlier epochs, 0 for none.
     smoothing: f64,
 }
@@ -63,7 +68,7 @@ impl Screen for Train {
         let batches = |plan: &Plan| batches(desk.session, &plan.options);
         match epochs(desk) {
             Some((epochs, plan)) => {
-                let errors = figures::errors(epochs, self.smoothing, &Self::others(desk));
+                let errors = self.errors(desk, epochs);
                 vec![errors, figures::rate(epochs, plan, batches(plan))]
             }
             None if is_learned(self.preset) => vec![figures::rate(&[], &self.plan, batches(&self.plan))],
@@ -141,7 +146,10 @@ impl Train {
                 self.curves(ui, desk, &step.history, plan, height);
                 ui.columns(2, |columns| {
                     widgets::card(&mut columns[0], "How it ended", |ui| ending(ui, &step));
-                    tables::errors(&mut columns[1], &recording, &step);
+                    match self.seeds(desk) {
+                        seeds if seeds.len() > 1 => tables::errors_of_seeds(&mut columns[1], &recording, &seeds),
+                        _ => tables::errors(&mut columns[1], &recording, &step),
+                    }
                 });
             }
             _ if is_learned(self.preset) => self.plan_ahead(ui, desk),
@@ -164,7 +172,7 @@ impl Train {
             }
             let steps = batches(desk.session, options);
             let text = format!(
-                "{} epochs with {} step{} of {} samples each. Start at the right: loss and held-out error appear above the \
+                "{} epochs with about {} step{} of {} samples each. Start at the right: loss and held-out error appear above the \
                  schedule, and the present step is marked on it.",
                 thousands_of(options.epochs),
                 thousands_of(steps),
@@ -186,7 +194,6 @@ impl Train {
 
     /// Loss, held-out error and learning rate over the epochs.
     fn curves(&mut self, ui: &mut Ui, desk: &mut Desk, epochs: &[Epoch], plan: &Plan, height: f32) {
-        let others = Self::others(desk);
         // Epochs are counted in whole numbers.
         self.cursor = self.cursor.map(f64::round);
         widgets::card(ui, "Loss and held-out error by epoch (logarithmic)", |ui| {
@@ -194,20 +201,45 @@ impl Train {
                 widgets::weak(ui, "No epoch is done yet.");
                 return;
             }
-            let panel = figures::errors(epochs, self.smoothing, &others);
+            let panel = self.errors(desk, epochs);
             let height = (height - RATE - 128.0).clamp(180.0, 420.0);
             let view = PanelView::new(panel).cursor(&mut self.cursor).height(height);
             view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             self.rate_chart(ui, desk, epochs, plan, RATE);
-            let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch, \
-                        whose weights are kept; on the schedule, the present step.";
+            let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch by \
+                        the validation part, a tenth of the training runs; its weights are kept, and the held-out runs have no \
+                        say in it. On the schedule: the present step.";
             ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
             ui.horizontal(|ui| {
+                let seeds = self.seeds(desk).len();
+                if desk.busy.is_none() && (seeds > 1 || self.only_one) {
+                    ui.checkbox(&mut self.only_one, "This seed alone")
+                        .on_hover_text("Its own curve in place of mean and band of all seeds");
+                }
+                if seeds > 1 {
+                    return;
+                }
                 let label = ui.label("Smoothing");
                 let slider = Slider::new(&mut self.smoothing, 0.0..=0.98).max_decimals(2);
                 ui.add(slider).labelled_by(label.id).on_hover_text("Pale: as it was. 0: only as it was");
             });
         });
+    }
+
+    /// What is drawn over the epochs: one training, or mean and band of those that differ by their seed.
+    fn errors(&self, desk: &Desk, epochs: &[Epoch]) -> Panel {
+        let (seeds, others) = (self.seeds(desk), Self::others(desk));
+        match seeds.len() {
+            0 | 1 => figures::errors(epochs, self.smoothing, &others),
+            _ => figures::of_seeds(&seeds, &others),
+        }
+    }
+
+    /// The trainings that differ from the current one by their seed, if they are drawn together.
+    fn seeds(&self, desk: &Desk) -> Vec<Arc<Step>> {
+        let is_running = desk.busy.is_some_and(|busy| busy.plan.is_some());
+        let step = desk.session.current().filter(|_| !self.only_one && !is_running);
+        step.map_or_else(Vec::new, |step| desk.session.seeds_of(step).into_iter().cloned().collect())
     }
 
     /// The other models whose training is drawn, with their inks.
@@ -300,15 +332,21 @@ impl Train {
             };
             let plan = Box::new(self.plan.clone());
             let problem = plan.options.check().err();
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 let ready = idle && problem.is_none();
+                let begin = match current {
+                    // The effects that were added to it stay.
+                    true => Command::Train { plan: plan.clone(), warm: false },
+                    false => Command::TrainPreset { preset: learned, plan: plan.clone() },
+                };
                 let anew = ui.add_enabled(ready, Button::new("Start training"));
                 if anew.on_hover_text("From new weights, drawn from the seed").clicked() {
-                    desk.run(match current {
-                        // The effects that were added to it stay.
-                        true => Command::Train { plan: plan.clone(), warm: false },
-                        false => Command::TrainPreset { preset: learned, plan: plan.clone() },
-                    });
+                    desk.run(begin.clone());
+                }
+                let several = ui.add_enabled(ready, Button::new("Train five seeds"));
+                let what = "Five times from other weights: how much of the error is chance. Mean and band are drawn";
+                if several.on_hover_text(what).clicked() {
+                    desk.run(Command::TrainSeeds { begin: Some(Box::new(begin)), seeds: SEEDS });
                 }
                 let on = ui.add_enabled(ready && current, Button::new("Train on"));
                 let on = on.on_hover_text("From the weights of the current model");
@@ -376,10 +414,9 @@ fn running(ui: &mut Ui, desk: &mut Desk, busy: &Busy, epochs: &[Epoch]) {
     });
 }
 
-/// How often the weights change in an epoch.
+/// About how often the weights change in an epoch.
 fn batches(session: &Session, options: &Options) -> u64 {
-    let samples: usize = session.split.train.iter().map(|segment| segment.samples.len()).sum();
-    (samples / options.batch.max(1)).max(1) as u64
+    (fit::about_learned(&session.split) / options.batch.max(1)).max(1) as u64
 }
 
 fn ending(ui: &mut Ui, step: &Step) {
@@ -387,18 +424,22 @@ fn ending(ui: &mut Ui, step: &Step) {
     let (done, all) = (thousands_of(last.epoch), thousands_of(last.epochs));
     let how = match &step.ending {
         Some(Ending::Stopped(reason)) => format!("Stopped after {done} of {all} epochs, because {reason}."),
-        Some(Ending::GoalReached) => format!("The held-out error is as low as asked for after {done} of {all} epochs."),
+        Some(Ending::GoalReached) => {
+            format!("The validation error is as low as asked for after {done} of {all} epochs.")
+        }
         Some(Ending::Failed(reason)) => format!("Ended after {done} of {all} epochs: {reason}."),
         Some(Ending::Finished) | None => format!("All {all} epochs are done."),
     };
-    let error = match best.held_out {
-        Some(error) => format!("held-out nMSE {}", ticks::percent(error)),
-        None => format!("loss {}; nothing is held out", ticks::number(best.loss)),
+    let error = match (best.validation, best.held_out) {
+        (Some(error), _) => format!("validation nMSE {}", ticks::percent(error)),
+        (None, Some(error)) => format!("held-out nMSE {}", ticks::percent(error)),
+        (None, None) => format!("loss {}; nothing is held out", ticks::number(best.loss)),
     };
     let kept = format!("The best was epoch {}: {error}. Its weights are the model.", thousands_of(best.epoch));
+    let starts = step.run.as_ref().and_then(|run| run.starts_text()).unwrap_or_default();
     let speed = format!("{} at {} samples/s", duration(last.elapsed_s), thousands_of(last.samples_per_s as u64));
     // Columns justify their text, which tears a short one apart.
-    ui.with_layout(Layout::top_down(Align::Min), |ui| ui.label(format!("{how} {kept}")).on_hover_text(speed));
+    ui.with_layout(Layout::top_down(Align::Min), |ui| ui.label(format!("{how} {kept} {starts}")).on_hover_text(speed));
 }
 
 /// Networks, optimiser and numbers.

@@ -1,0 +1,106 @@
+//! What charts are asked for: a formula of one's own, what a model has learned, time that goes on, a figure for a paper.
+
+use super::*;
+
+fn titles(window: &mut Window) -> Vec<String> {
+    window.state_mut().figures().into_iter().map(|panel| panel.title).collect()
+}
+
+fn write_into(window: &mut Window, field: &str, text: &str) {
+    window.get_by_role_and_label(Role::TextInput, field).focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text(text.to_owned()));
+    settle(window);
+}
+
+/// A formula of channels is one more chart, and a figure; a mistake is told with its place.
+#[test]
+fn a_formula_of_channels_is_drawn() {
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    write_into(&mut window, "formula of channels", "tau1 - predicted1");
+    assert!(window.query_by_label_contains("plot of tau1 - predicted1").is_some());
+    let panels = window.state_mut().figures();
+    let rows = |title: &str| {
+        let panel = panels.iter().find(|panel| panel.title == title).unwrap();
+        let mut rows: Vec<f64> = Vec::new();
+        let line = panel.marks.iter().rfind(|mark| mark.entry().is_some()).unwrap();
+        line.rows(&panel.x, &mut |row| rows.push(row.y));
+        rows
+    };
+    assert_eq!(rows("tau1 - predicted1"), rows("joint 1: residual"));
+    write_into(&mut window, "formula of channels", "2 * tua1");
+    assert!(window.query_by_label_contains("column 5: there is no channel `tua1`; there are q1").is_some());
+    write_into(&mut window, "formula of channels", "qd9");
+    assert!(window.query_by_label_contains("there is no channel `qd9`").is_some(), "there are three joints");
+}
+
+/// H, V, g, c, energy and power of any model; the truth beside them once the seal is open.
+#[test]
+fn what_a_model_has_learned_is_looked_into() {
+    let mut window = window(support::repaired(), &model::ABOUT, Theme::Light);
+    click(&mut window, "What it has learned");
+    for title in ["H(q), diagonal", "eigenvalues of H(q)", "V(q)", "g(q)", "c(q, q̇)", "energy", "power"] {
+        assert!(titles(&mut window).iter().any(|own| own == title), "{title}");
+    }
+    assert!(window.query_by_label_contains("plot of H(q), diagonal").is_some());
+    let names = |window: &mut Window| -> Vec<String> {
+        let panels = window.state_mut().figures();
+        let panel = panels.iter().find(|panel| panel.title == "g(q)").unwrap();
+        panel.legend().iter().map(|entry| entry.name.to_owned()).collect()
+    };
+    assert_eq!(names(&mut window), ["g1", "g2", "g3"]);
+    assert!(window.query_by_label_contains("Once the seal is open").is_some());
+    window.state_mut().order(Order::run(Command::OpenSeal));
+    settle(&mut window);
+    assert_eq!(names(&mut window), ["truth", "g1", "g2", "g3"]);
+}
+
+/// Time goes on as fast as is asked, and stops at the end where it is not to begin anew.
+#[test]
+fn playing_has_a_speed_and_an_end() {
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Dark);
+    window.get_by_role_and_label(Role::ComboBox, "speed: 1 ×").click();
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::Button, "4 ×").click();
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::CheckBox, "Loop").click();
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::Button, "▶ Play").click();
+    window.run_steps(3);
+    assert!(window.query_by_role_and_label(Role::Button, "Pause").is_some());
+    step_until(&mut window, "it is at its end", |window| {
+        window.query_by_role_and_label(Role::Button, "▶ Play").is_some()
+    });
+}
+
+/// The dialog shows what the file will be, and how it is laid out can be chosen there.
+#[test]
+fn an_export_shows_a_preview() {
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    window.state_mut().order(Order::Export(None));
+    settle(&mut window);
+    let size = |window: &Window| window.get_by_role_and_label(Role::Image, "preview of the figure").rect().size();
+    let before = size(&window);
+    assert!(before.x > 100.0 && before.y > 100.0, "{before:?}");
+    window.get_by_role_and_label(Role::CheckBox, "(a) (b)").click();
+    window.get_by_label("serif").click();
+    window.get_by_role_and_label(Role::CheckBox, "Height of a plot").click();
+    settle(&mut window);
+    assert_ne!(size(&window), before, "the plots have another height");
+}
+
+/// What is printed of a saved session has the models that were drawn over each other when it was saved.
+#[test]
+fn a_saved_session_is_printed_as_one_looked_at_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.torquescope");
+    let mut writer = models::compared(&compare::ABOUT);
+    writer.state_mut().order(Order::Save(path.clone()));
+    settle(&mut writer);
+    let document = torquescope::session::file::open(&path, &torquescope::progress::Monitor::new()).unwrap().document;
+    let panels = torquescope::app::plots(document.history.current().clone(), document.view.clone(), &compare::ABOUT);
+    let torque = panels.iter().find(|panel| panel.title == "joint 1: torque").unwrap();
+    let names: Vec<&str> = torque.legend().iter().map(|entry| entry.name).collect();
+    assert!(names.contains(&"rigid body") && names.contains(&"rigid body + Coulomb 1, 2"), "{names:?}");
+}
