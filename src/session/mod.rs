@@ -15,6 +15,7 @@ mod models;
 mod name;
 pub mod runs;
 mod step;
+pub mod study;
 mod terms;
 
 use std::path::PathBuf;
@@ -28,6 +29,7 @@ pub use generation::Generation;
 pub use history::History;
 pub use models::Kept;
 pub use name::default_name;
+pub use study::{SetUp, Study};
 pub use terms::TermEdit;
 
 use crate::diagnosis::Report;
@@ -84,6 +86,8 @@ pub struct Session {
     pub truth: Option<Arc<Truth>>,
     /// What was guessed before the answer was shown.
     pub bets: Bets,
+    /// The lesson that is taken in it, if there is one.
+    pub study: Option<Arc<Study>>,
 }
 
 /// One step of the ladder.
