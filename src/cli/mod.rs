@@ -19,12 +19,14 @@ mod extrapolate;
 mod failure;
 mod figure;
 mod inspect;
+mod lesson;
 mod man;
 mod open;
 mod predict;
 mod progress;
 mod propose;
 mod screenshot;
+mod seal;
 mod simulate;
 mod table;
 mod train;
@@ -80,6 +82,9 @@ enum Command {
     Experiment(experiment::ExperimentCommand),
     Figure(figure::FigureCommand),
     Screenshot(screenshot::Screenshot),
+    Lesson(lesson::LessonCommand),
+    #[command(subcommand)]
+    Seal(seal::SealCommand),
     #[command(subcommand)]
     Bench(bench::Bench),
     Completions(completions::Completions),
@@ -105,7 +110,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 impl Arguments {
     fn run(&self) -> anyhow::Result<()> {
-        if !matches!(self.command, None | Some(Command::Open(_))) {
+        let opens_window = match &self.command {
+            None | Some(Command::Open(_)) => true,
+            Some(Command::Lesson(command)) => command.opens_window(),
+            _ => false,
+        };
+        if !opens_window {
             // As other commands do, it ends when nobody reads on: `… | head`. The window must not, by whatever it talks to.
             sigpipe::reset();
         }
@@ -125,6 +135,8 @@ impl Arguments {
             Some(Command::Experiment(command)) => command.run(),
             Some(Command::Figure(command)) => command.run(),
             Some(Command::Screenshot(command)) => command.run(),
+            Some(Command::Lesson(command)) => command.run(),
+            Some(Command::Seal(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Completions(command)) => command.run(),
             Some(Command::Man(command)) => command.run(),
