@@ -33,7 +33,6 @@ const ALL: &[(&str, &str)] = &[
         include_str!("../../assets/lessons/09-doctor-the-data.toml"),
         include_str!("../../assets/lessons/en/09-doctor-the-data.toml"),
     ),
-    (include_str!("../../assets/lessons/10-black-box.toml"), include_str!("../../assets/lessons/en/10-black-box.toml")),
     (
         include_str!("../../assets/lessons/11-your-own-robot.toml"),
         include_str!("../../assets/lessons/en/11-your-own-robot.toml"),

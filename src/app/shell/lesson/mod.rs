@@ -196,7 +196,7 @@ fn offers(ui: &mut Ui, desk: &mut Desk, step: &Step) {
 fn way_on(ui: &mut Ui, desk: &mut Desk, lesson: &Lesson, course: &Course) {
     let palette = Palette::in_ui(ui);
     let step = &lesson.steps[course.place];
-    ui.separator();
+    ui.add_space(4.0);
     ui.horizontal(|ui| {
         let idle = desk.busy.is_none();
         if course.is_finished(lesson) {
