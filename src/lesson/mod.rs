@@ -2,7 +2,7 @@
 //!
 //! A lesson is data: a file says its steps and what they ask, another one, beside it and in one language, what is read ([`mod@file`]).
 //! What a student has is drawn by a seed (`case`). What a step asks for is one of a small closed set: a choice, a number, a state of
-//! the arm, or [`Wish`]es that the session has to fulfil, which look at the session alone and never at what was clicked. [`act`] says
+//! the arm, or [`Wish`]es that the session has to fulfil, which look at the session alone and never at what was clicked. [`act()`] says
 //! by which [`Command`](crate::session::Command) the lesson goes on; the journal in the session ([`crate::session::study`]) is all that
 //! is kept, and a [`Course`] is that journal read again. So is the [`grade`]: nobody types it, and free text is never judged.
 

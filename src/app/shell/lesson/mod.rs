@@ -60,9 +60,8 @@ impl LessonPanel {
             let journal = session.study.as_ref().map(|study| study.journal());
             journal.and_then(|journal| journal.last()).map(|entry| entry.note.step.clone())
         };
-        let is_same_lesson = |one: &Study, other: &Study| one.is_same_course(other);
         let is_same = match (&before.study, &after.study) {
-            (Some(one), Some(other)) => is_same_lesson(one, other),
+            (Some(one), Some(other)) => one.is_same_course(other),
             (one, other) => one.is_none() && other.is_none(),
         };
         if !is_same {
