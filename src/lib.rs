@@ -5,8 +5,9 @@
 //!
 //! | floor | module | what lives there |
 //! |---|---|---|
-//! | 8 | [`cli`] | the command line; opens the window |
-//! | 7 | [`app`], [`selftest`] | the window; the program tries to break itself, and counts |
+//! | 9 | [`cli`] | the command line; opens the window |
+//! | 8 | [`app`], [`selftest`] | the window; the program tries to break itself, and counts |
+//! | 7 | [`lesson`] | what is asked of a student, judged by the session alone |
 //! | 6 | [`session`], [`work`], [`experiment`], [`trial`] | the document and its commands; background jobs; data × models × seeds, resumable; how often the diagnosis is right |
 //! | 5 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
 //! | 4 | [`model`] | a model is a sum of torque terms; identification by least squares |
@@ -39,6 +40,7 @@ pub mod effect;
 pub mod experiment;
 pub mod figure;
 pub mod file;
+pub mod lesson;
 pub mod model;
 pub mod network;
 pub mod progress;

@@ -28,7 +28,7 @@ mod widgets;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use egui::ViewportCommand;
 
@@ -37,6 +37,7 @@ pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use settings::Settings;
 
 use crate::figure::Panel;
+use crate::lesson::{self, Acted, LessonError};
 use crate::progress::{Epoch, Event, Progress};
 use crate::recording::read;
 use crate::session::file::{self, Opened};
@@ -72,6 +73,8 @@ pub struct TorquescopeApp {
     dialog: Option<Dialog>,
     /// The figure that is being written.
     drawing: Option<Job<PathBuf>>,
+    /// What was done in the lesson, and is being judged.
+    judging: Option<Job<Acted>>,
     keeper: Keeper,
     filed: Filed,
     recent: Recents,
@@ -196,6 +199,7 @@ impl TorquescopeApp {
             running: None,
             dialog: None,
             drawing: None,
+            judging: None,
             keeper: Keeper::default(),
             filed: Filed::default(),
             recent: Recents::default(),
@@ -259,6 +263,7 @@ impl TorquescopeApp {
         self.running.is_some()
             || self.dialog.is_some()
             || self.drawing.is_some()
+            || self.judging.is_some()
             || self.keeper.is_busy()
             || self.screens.busy().is_some()
             || self.memo.is_busy()
@@ -275,6 +280,7 @@ impl TorquescopeApp {
         self.poll_job(ctx);
         self.poll_dialog();
         self.poll_drawing(ctx);
+        self.poll_judging(ctx);
         self.poll_leaving();
         self.poll_keeper(ctx);
         self.screens.poll();
@@ -406,6 +412,11 @@ impl TorquescopeApp {
             Order::Palette(open) => self.overlays.palette = open.then(Default::default),
             Order::Models(open) => self.overlays.models = open.then(Default::default),
             Order::KeyList(open) => self.overlays.key_list = open,
+            Order::Lessons(open) => self.overlays.lessons(open, self.history.current().study.is_some()),
+            Order::BeginLesson(name, seed) => {
+                self.judge(ctx, move |_| lesson::begin(&lesson::catalogue::find(&name)?, seed, now()))
+            }
+            Order::Lesson(act) => self.judge(ctx, move |session| lesson::act(session, &act, now())),
             Order::FitAll => self.focus.views.fit_all(),
             Order::Panel(name, change) => self.panels.change(&name, &change),
             Order::NextPanel => self.panels.focus_next(ctx),
@@ -452,6 +463,9 @@ impl TorquescopeApp {
         let after = self.history.current();
         self.memo.keep_to(after);
         self.screens.follow(before, after, by);
+        if let Some(screen) = self.overlays.lesson.follow(before, after) {
+            self.screens.show(screen);
+        }
         self.focus.follow(before, after, by);
         self.exported &= before.has_recording_of(after);
         self.keep_copy();
@@ -587,7 +601,7 @@ impl TorquescopeApp {
     fn accept_session(&mut self, session: Session, before: &Session, command: &Command, ctx: &egui::Context) {
         // Where it kept itself while it was at work concerns nobody any more.
         let session = Session { checkpoint_file: None, ..session };
-        if !matches!(command, Command::BetFirst(_) | Command::PlaceBet(_)) {
+        if !matches!(command, Command::BetFirst(_) | Command::PlaceBet(_) | Command::Learn(_)) {
             let (tone, text) = done_text(before, &session, command);
             self.messages.toast(tone, text, ctx);
         }
@@ -691,6 +705,35 @@ impl TorquescopeApp {
         }));
     }
 
+    /// Lets a lesson judge what was done in it; what is to be written down follows.
+    fn judge(
+        &mut self,
+        ctx: &egui::Context,
+        work: impl FnOnce(&Session) -> Result<Acted, LessonError> + Send + 'static,
+    ) {
+        if self.judging.is_some() {
+            return;
+        }
+        let (context, session) = (ctx.clone(), self.history.current().clone());
+        let wake = move || context.request_repaint();
+        self.judging = Some(Job::spawn("judge the lesson", wake, move |_| work(&session)));
+    }
+
+    fn poll_judging(&mut self, ctx: &egui::Context) {
+        let Some(outcome) = self.judging.as_mut().and_then(Job::poll) else { return };
+        self.judging = None;
+        self.overlays.lesson.lacks = None;
+        match outcome {
+            Outcome::Done(Acted { command, lacks }) => {
+                self.run(command, ctx);
+                self.overlays.lesson.lacks = lacks;
+            }
+            Outcome::Failed(message) | Outcome::Stopped(message) | Outcome::Panicked(message) => {
+                self.overlays.lesson.lacks = Some(message);
+            }
+        }
+    }
+
     fn poll_drawing(&mut self, ctx: &egui::Context) {
         let Some(outcome) = self.drawing.as_mut().and_then(Job::poll) else { return };
         self.drawing = None;
@@ -765,6 +808,11 @@ impl TorquescopeApp {
             }
         }
     }
+}
+
+/// What the clock says \[s since 1970\].
+pub fn now() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
 /// Before a file is overwritten that is not as this window knows it.

@@ -19,12 +19,14 @@ mod extrapolate;
 mod failure;
 mod figure;
 mod inspect;
+mod lesson;
 mod man;
 mod open;
 mod predict;
 mod progress;
 mod propose;
 mod screenshot;
+mod seal;
 mod selftest;
 mod simulate;
 mod table;
@@ -81,6 +83,9 @@ enum Command {
     Experiment(experiment::ExperimentCommand),
     Figure(figure::FigureCommand),
     Screenshot(screenshot::Screenshot),
+    Lesson(lesson::LessonCommand),
+    #[command(subcommand)]
+    Seal(seal::SealCommand),
     #[command(subcommand)]
     Bench(bench::Bench),
     Selftest(selftest::Selftest),
@@ -107,7 +112,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 impl Arguments {
     fn run(&self) -> anyhow::Result<()> {
-        if !matches!(self.command, None | Some(Command::Open(_))) {
+        let opens_window = match &self.command {
+            None | Some(Command::Open(_)) => true,
+            Some(Command::Lesson(command)) => command.opens_window(),
+            _ => false,
+        };
+        if !opens_window {
             // As other commands do, it ends when nobody reads on: `… | head`. The window must not, by whatever it talks to.
             sigpipe::reset();
         }
@@ -127,6 +137,8 @@ impl Arguments {
             Some(Command::Experiment(command)) => command.run(),
             Some(Command::Figure(command)) => command.run(),
             Some(Command::Screenshot(command)) => command.run(),
+            Some(Command::Lesson(command)) => command.run(),
+            Some(Command::Seal(command)) => command.run(),
             Some(Command::Bench(command)) => command.run(),
             Some(Command::Selftest(command)) => command.run(),
             Some(Command::Completions(command)) => command.run(),

@@ -4,10 +4,12 @@ use clap::Args;
 
 use super::choice::{Choice, one_of};
 use super::data::OptionalData;
+use super::failure::OrUsage;
 use super::{output_folder, progress, write_file};
 use crate::app::headless::Look;
 use crate::app::screens::{self, diagnose, extrapolation, ladder, model, train};
 use crate::app::{self, About, ScreenshotOptions, Shown};
+use crate::lesson::{begin, catalogue};
 use crate::model::learned::LearnedPreset;
 use crate::session::{Command, Document, Session};
 use crate::simulation::extrapolation::Stretch;
@@ -22,6 +24,7 @@ use crate::training::fit::Plan;
   torquescope screenshot --screen compare --theme light --size 1600x1000 -o compare.png
   torquescope screenshot --all -o screenshots
   torquescope screenshot mine.torquescope --screen ladder -o ladder.png
+  torquescope screenshot --lesson 6 --screen compare -o lesson.png
   torquescope screenshot --screen experiment --experiment table-2 experiments -o table.png")]
 pub struct Screenshot {
     #[command(flatten)]
@@ -47,6 +50,9 @@ pub struct Screenshot {
     /// For the screen `experiment`: which one, and the folder of its results.
     #[arg(long, value_names = ["EXPERIMENT", "FOLDER"], num_args = 2)]
     experiment: Option<Vec<String>>,
+    /// Instead of recordings: the beginning of this lesson, by its number or name.
+    #[arg(long, conflicts_with = "files")]
+    lesson: Option<String>,
     /// The picture (PNG), or the folder for all.
     #[arg(short, long, value_name = "PICTURE.png|FOLDER")]
     output: PathBuf,
@@ -56,7 +62,13 @@ impl Screenshot {
     /// Reads or simulates, does what the screen is about, draws.
     pub fn run(&self) -> anyhow::Result<()> {
         self.data.check_output(&self.output)?;
-        let start = self.data.document_or_embedded()?;
+        let start = match &self.lesson {
+            Some(name) => {
+                let lesson = begin(&catalogue::find(name).or_usage()?, 1, 0)?;
+                progress::run(lesson.command, &Session::default())?.into()
+            }
+            None => self.data.document_or_embedded()?,
+        };
         let Some(screen) = self.screen else {
             output_folder(&self.output)?;
             for screen in screens::all() {

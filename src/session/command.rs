@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::error::SessionError;
 use super::step::{step, trained};
+use super::study::{self, Note, SetUp};
 use super::terms::{self, TermEdit};
 use super::{Bets, Generation, Guess, Session, Step, default_name, file, models, seeds};
 use crate::diagnosis;
@@ -138,6 +139,10 @@ pub enum Command {
     BetFirst(bool),
     /// Says what the current model lacks, before the answer is shown.
     PlaceBet(Guess),
+    /// Begins a lesson, or goes on in it with another recording.
+    SetUp(Box<SetUp>),
+    /// Writes down what was done in the lesson.
+    Learn(Vec<Note>),
 }
 
 impl Command {
@@ -163,6 +168,9 @@ impl Command {
     /// # Errors
     /// [`SessionError`] says what can't be done and how to mend it.
     pub fn run(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
+        if let Some(lock) = session.study.as_ref().and_then(|study| study.lock_on(self)) {
+            return Err(SessionError::Locked(lock.words()));
+        }
         let changed = self.carry_out(session, monitor)?.remembering_its_models();
         Ok(Session { generation: Generation::next(), ..changed })
     }
@@ -293,6 +301,12 @@ impl Command {
                 Ok(Session { bets: Bets { first: *first, ..session.bets.clone() }, ..session.clone() })
             }
             Command::PlaceBet(guess) => session.with_guess(guess),
+            Command::SetUp(wanted) => set_up(session, wanted, monitor),
+            Command::Learn(notes) => {
+                let study = session.study.as_deref().ok_or(SessionError::NoLesson)?.clone();
+                let study = notes.iter().fold(study, |study, note| study.with(note.clone()));
+                Ok(Session { study: Some(Arc::new(study)), ..session.clone() })
+            }
         }
     }
 
@@ -344,17 +358,23 @@ impl Command {
             Command::OpenSeal => "open the seal".to_owned(),
             Command::BetFirst(_) => "bet first".to_owned(),
             Command::PlaceBet(_) => "place a bet".to_owned(),
+            Command::SetUp(wanted) => wanted.title(),
+            Command::Learn(_) => "write into the lesson's journal".to_owned(),
         }
     }
 
     /// Whether what it gives is another document, which is in no file yet. A recording that is set right is still that recording.
     pub fn begins_anew(&self) -> bool {
-        matches!(self, Command::Open { .. } | Command::Simulate(_))
+        match self {
+            Command::Open { .. } | Command::Simulate(_) => true,
+            Command::SetUp(wanted) => wanted.begins.is_some(),
+            _ => false,
+        }
     }
 
     /// Whether undo can't take it back: what was seen was seen, and what was said was said.
     pub fn is_final(&self) -> bool {
-        matches!(self, Command::OpenSeal | Command::BetFirst(_) | Command::PlaceBet(_))
+        matches!(self, Command::OpenSeal | Command::BetFirst(_) | Command::PlaceBet(_) | Command::Learn(_))
     }
 
     /// Whether it trains networks, of whose epochs it then tells.
@@ -412,8 +432,32 @@ fn emptied(session: &Session) -> Session {
         plan: session.plan.clone(),
         own_effects: session.own_effects.clone(),
         bets: Bets { first: session.bets.first, ..Bets::default() },
+        study: session.study.clone(),
         ..Session::default()
     }
+}
+
+/// The session with the recording of a case of a lesson, if it has one, and a journal that says so.
+fn set_up(session: &Session, wanted: &SetUp, monitor: &Monitor) -> Result<Session, SessionError> {
+    let mut study = match &wanted.begins {
+        Some(study) => study.clone(),
+        None => session.study.as_deref().ok_or(SessionError::NoLesson)?.clone(),
+    };
+    if let Some(note) = &wanted.note {
+        study = study.with(note.clone());
+    }
+    let Some(case) = &wanted.case else {
+        return Ok(Session { study: Some(Arc::new(study)), ..emptied(session) });
+    };
+    let mut recording = simulation::simulate(&case.scenario, monitor)?;
+    read::set_right(&mut recording, &case.faults)?;
+    let deed = study::Deed::SetUp { case: case.name.clone(), recording: study::fingerprint(&recording) };
+    let at = study.journal().last().map_or(0, |entry| entry.note.at);
+    study = study.continued(at, deed);
+    let split = Split::automatic(&recording);
+    let (recording, study) = (Some(Arc::new(recording)), Some(Arc::new(study)));
+    let plan = case.plan.clone().unwrap_or_else(|| session.plan.clone());
+    fitted_if_possible(Session { recording, split, study, plan, ..emptied(session) }, monitor)
 }
 
 /// Splits a recording, automatically if no trajectory is named. What there is to be said of that, and of how the recording is

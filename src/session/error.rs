@@ -42,6 +42,12 @@ pub enum SessionError {
     /// A bet can't be changed.
     #[error("a bet on this model is placed already, and stays as it is")]
     BetPlaced,
+    /// No lesson was begun.
+    #[error("no lesson is taken in this session: begin one first")]
+    NoLesson,
+    /// The lesson keeps it shut until later.
+    #[error("the lesson keeps {0} locked in this step: go on in the lesson first")]
+    Locked(&'static str),
     /// The ladder has no such step.
     #[error("the ladder has {count} steps, there is no step {step}")]
     NoSuchStep {

@@ -15,7 +15,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::history::Entry;
 use super::name::unique;
-use super::{Bets, Document, Generation, History, Kept, Session, Step, View, default_name};
+use super::{Bets, Document, Generation, History, Kept, Session, Step, Study, View, default_name};
 use crate::diagnosis::proposal::Proposals;
 use crate::diagnosis::{Evidence, Report};
 use crate::effect::own::{self, OwnEffectError};
@@ -112,6 +112,8 @@ struct Contents {
     /// Whether the user had opened the seal.
     opened: bool,
     bets: Bets,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    study: Option<Study>,
     view: ViewAbout,
 }
 
@@ -207,6 +209,7 @@ impl OldContents {
             current: 0,
             opened: self.opened,
             bets: Bets::default(),
+            study: None,
             view: ViewAbout::default(),
         }
     }
@@ -342,6 +345,7 @@ pub fn to_bytes(document: &Document) -> Result<Vec<u8>, SessionFileError> {
         current: past.len(),
         opened: session.truth.is_some(),
         bets: session.bets.clone(),
+        study: session.study.as_deref().cloned(),
         view,
     };
     let json = serde_json::to_vec_pretty(&contents).map_err(damaged)?;
@@ -510,6 +514,7 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
         own_effects,
         truth,
         bets: contents.bets,
+        study: contents.study.map(Arc::new),
         ..Session::default()
     };
     let mut sessions: Vec<Session> =

@@ -1,6 +1,7 @@
 //! Undo and redo: the sessions before and after the current one.
 //!
-//! What was seen or said can't be taken back: an opened seal stays open in all of them, and a placed bet stays placed.
+//! What was seen or said can't be taken back: an opened seal stays open in all of them, a placed bet stays placed, and the journal of
+//! a lesson stays as it is.
 
 use super::{Generation, Session};
 
@@ -54,6 +55,7 @@ impl History {
         let old = std::mem::replace(&mut self.current, session);
         self.remember([Entry { session: old, change: change.to_owned() }]);
         self.future.clear();
+        self.carry_study();
     }
 
     /// Takes a session with its own past and future, such as a file gave it: undo goes back in its past, and then to what was
@@ -77,6 +79,18 @@ impl History {
             let bets = if other.has_recording_of(&session) { session.bets.clone() } else { other.bets.clone() };
             if truth != other.truth || bets != other.bets {
                 *other = Session { truth, bets, generation: Generation::next(), ..std::mem::take(other) };
+            }
+        }
+        self.carry_study();
+    }
+
+    /// The journal of the current session's lesson is that of all sessions in which the lesson is taken.
+    fn carry_study(&mut self) {
+        let Some(study) = self.current.study.clone() else { return };
+        for other in self.sessions_mut() {
+            if other.study.as_ref().is_some_and(|known| known.is_same_course(&study) && *known != study) {
+                *other =
+                    Session { study: Some(study.clone()), generation: Generation::next(), ..std::mem::take(other) };
             }
         }
     }

@@ -16,6 +16,7 @@ mod name;
 pub mod runs;
 mod seeds;
 mod step;
+pub mod study;
 mod terms;
 
 use std::path::PathBuf;
@@ -30,6 +31,7 @@ pub use history::History;
 pub use models::Kept;
 pub use name::default_name;
 pub use seeds::Spread;
+pub use study::{SetUp, Study};
 pub use terms::TermEdit;
 
 use crate::diagnosis::Report;
@@ -86,6 +88,8 @@ pub struct Session {
     pub truth: Option<Arc<Truth>>,
     /// What was guessed before the answer was shown.
     pub bets: Bets,
+    /// The lesson that is taken in it, if there is one.
+    pub study: Option<Arc<Study>>,
 }
 
 /// One step of the ladder.

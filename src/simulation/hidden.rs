@@ -130,6 +130,11 @@ fn checked_place(effect: &Effect, joint: Option<usize>, joints: usize) -> Result
 }
 
 impl Scenario {
+    /// Hides an effect with these parameters; [`Scenario::check`] says whether it can be.
+    pub fn hide(&mut self, effect: &str, joint: Option<usize>, parameters: Vec<f64>) {
+        self.effects.push(HiddenEffect { effect: effect.to_owned(), joint, parameters });
+    }
+
     /// An effect with parameters such that the RMS of its torque on this scenario's motion is `strength` times the RMS of
     /// the torque that the bare arm needs: of each joint in `joints` (counted from 0) for itself, or of all joints together
     /// for an effect of the whole arm, which ignores `joints`.

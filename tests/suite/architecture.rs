@@ -12,6 +12,7 @@ const FLOORS: &[&[&str]] = &[
     &["model"],
     &["simulation", "training", "diagnosis"],
     &["session", "work", "experiment", "trial"],
+    &["lesson"],
     &["app", "selftest"],
     &["cli"],
 ];

@@ -9,6 +9,7 @@ mod catalogue;
 mod command_line;
 mod experiment;
 mod journeys;
+mod lessons;
 mod network_oracle;
 mod oracle;
 mod outside;

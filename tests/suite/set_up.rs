@@ -13,7 +13,7 @@ use torquescope::recording::check::check;
 use torquescope::recording::correction::Correction;
 use torquescope::recording::read::{ReadOptions, read};
 
-use crate::outside::{real_logs, reference};
+use crate::outside::real_logs;
 
 fn succeeds(arguments: &[&str], folder: &Path) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_torquescope")).args(arguments).current_dir(folder).output().unwrap();
@@ -181,7 +181,7 @@ fn rates_on_logs_of_others() {
             }
         }
     }
-    let Some(world) = reference("../world") else { return };
+    let Some(world) = real_logs("../world") else { return };
     for number in 0..40 {
         let truth = std::fs::read_to_string(world.join(format!("{number:03}.json"))).unwrap();
         let truth: Value = serde_json::from_str(&truth).unwrap();

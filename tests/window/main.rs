@@ -4,6 +4,7 @@
 
 mod care;
 mod charts;
+mod lessons;
 mod looks;
 mod lost;
 mod models;

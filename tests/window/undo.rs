@@ -1,5 +1,6 @@
 //! Whatever changes the session is taken back and done again: by the bar, by keys and by name, on every screen.
 
+use torquescope::lesson;
 use torquescope::model::Preset;
 use torquescope::model::learned::LearnedPreset;
 use torquescope::recording::read::ReadOptions;
@@ -53,6 +54,10 @@ fn seen(window: &Window) -> String {
     format!("{steps:?} {:?} {terms:?} {own:?} {models:?} {preset:?} {plan:?} {split:?}", parts.map(address))
 }
 
+fn begin_lesson(number: &str) -> Command {
+    lesson::begin(&lesson::catalogue::find(number).unwrap(), 3, 0).unwrap().command
+}
+
 /// A session, and every command that changes it; a new command is a new line in the match.
 fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let (csv, saved) = (folder.join("swing.csv"), folder.join("saved.torquescope"));
@@ -93,6 +98,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (small(), Command::LoadEffect { path: own }),
         (demonstration(), Command::Propose),
         (run(Command::Propose, &demonstration()), Command::Adopt { proposal: 0 }),
+        (demonstration(), begin_lesson("1")),
     ];
     for (_, command) in &all {
         match command {
@@ -105,9 +111,9 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
             | Command::AddEffect { .. }
             | Command::EditTerms(_) => (),
             Command::Extrapolate { .. } | Command::GoTo { .. } => (),
-            Command::LoadEffect { .. } | Command::Propose | Command::Adopt { .. } => (),
-            // What was seen or said can't be taken back; `lost.rs` has them.
-            Command::OpenSeal | Command::BetFirst(_) | Command::PlaceBet(_) => (),
+            Command::LoadEffect { .. } | Command::Propose | Command::Adopt { .. } | Command::SetUp(_) => (),
+            // What was seen or said can't be taken back; `lost.rs` and `lessons.rs` have them.
+            Command::OpenSeal | Command::BetFirst(_) | Command::PlaceBet(_) | Command::Learn(_) => (),
         }
     }
     all

@@ -8,6 +8,7 @@ use super::panels::Change;
 use super::question::Question;
 use super::shown::Shown;
 use crate::figure::{Figure, Format, Style};
+use crate::lesson::Act;
 use crate::model::Preset;
 use crate::recording::read::ReadOptions;
 use crate::session::Command;
@@ -65,6 +66,12 @@ pub enum Order {
     Palette(bool),
     /// Open or close the table of the session's models.
     Models(bool),
+    /// Open or close the list of lessons.
+    Lessons(bool),
+    /// Begin the lesson of this name, for the student of this seed.
+    BeginLesson(String, u64),
+    /// Do something in the lesson.
+    Lesson(Act),
     /// Open or close the list of shortcuts.
     KeyList(bool),
     /// Look at the results of an experiment.

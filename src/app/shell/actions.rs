@@ -57,6 +57,7 @@ pub fn all(shell: &Shell) -> Vec<Action> {
     }
     add("Simulate the demonstration arm".into(), "", Order::run(Command::Simulate(Box::new(Scenario::embedded()))));
     add("Draw a mystery".into(), "", Order::DrawMystery);
+    add("Lessons…".into(), "", Order::Lessons(true));
     if let Some(recording) = &desk.session.recording {
         add("Start from the rigid body".into(), "", Order::run(Command::ChoosePreset(Preset::RigidBody)));
         if recording.stated_arm.is_some() {

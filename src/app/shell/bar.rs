@@ -45,6 +45,11 @@ pub fn tools(ui: &mut Ui, shell: &mut Shell) {
         if ui.add_enabled(count > 0, button).on_hover_text(models).clicked() {
             desk.orders.push(Order::Models(!shell.has_models_open));
         }
+        let hint = "Short lessons on these screens: predict, do, see why";
+        let lessons = Button::new("Lessons").selected(desk.session.study.is_some());
+        if ui.add(lessons).on_hover_text(hint).clicked() {
+            desk.orders.push(Order::Lessons(true));
+        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
             let menu = MenuButton::new("View").config(stays).ui(ui, |ui| {
@@ -165,9 +170,11 @@ fn steps(ui: &mut Ui, shell: &mut Shell, next: Option<&NextStep>) {
 fn next_step(ui: &mut Ui, shell: &mut Shell, next: Option<&NextStep>) {
     let palette = Palette::in_ui(ui);
     let Some(next) = next else {
-        let betting = shell.screens.withhold(shell.desk.session);
-        let (text, color) =
-            if betting { ("place your bet", palette.accent) } else { ("✔ the way is done", palette.good) };
+        let (text, color) = match (shell.screens.withhold(shell.desk.session), shell.exported) {
+            (true, _) => ("place your bet", palette.accent),
+            (false, true) => ("✔ the way is done", palette.good),
+            (false, false) => ("go on in the lesson", palette.accent),
+        };
         ui.label(RichText::new(text).color(color));
         return;
     };

@@ -10,12 +10,20 @@ use crate::recording::correction::Correction;
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
 
-/// The next step from the screen that is shown; `None` at the end of the way, and while it would tell an answer that a screen
-/// keeps back. `exported` says whether something of this recording was exported, which is that end.
+/// The next step from the screen that is shown; `None` at the end of the way, while it would tell an answer that a screen
+/// keeps back, and while a lesson keeps it locked. `exported` says whether something of this recording was exported, which is that end.
 pub fn next(session: &Session, focus: &Focus, screens: &Screens, exported: bool) -> Option<NextStep> {
     if screens.withhold(session) {
         return None;
     }
+    let is_locked = |order: &Order| match (order, &session.study) {
+        (Order::Run(command), Some(study)) => study.lock_on(command).is_some(),
+        _ => false,
+    };
+    on_the_way(session, focus, screens, exported).filter(|next| !is_locked(&next.order))
+}
+
+fn on_the_way(session: &Session, focus: &Focus, screens: &Screens, exported: bool) -> Option<NextStep> {
     if session.recording.is_none() {
         let demonstration = Command::Simulate(Box::new(Scenario::embedded()));
         return Some(NextStep::run("Demonstration arm", "Simulate an arm with a hidden effect", demonstration));

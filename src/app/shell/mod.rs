@@ -7,6 +7,7 @@ mod export;
 mod flow;
 mod frame;
 mod keys;
+mod lesson;
 mod messages;
 mod models;
 mod palette;
@@ -19,6 +20,7 @@ use egui::{CentralPanel, Context, Frame, Margin, Panel, Ui};
 use ask::Closing;
 use export::Exporting;
 pub use frame::Shell;
+use lesson::LessonPanel;
 use models::Models;
 use palette::CommandPalette;
 
@@ -43,6 +45,8 @@ pub struct Overlays {
     pub asking: Option<Question>,
     /// Whether the window is to be closed, and how.
     pub closing: Option<Closing>,
+    /// The lesson that is taken, and the list of all.
+    pub lesson: LessonPanel,
 }
 
 impl Overlays {
@@ -61,10 +65,19 @@ impl Overlays {
         self.exporting.as_ref().is_some_and(Exporting::is_busy)
     }
 
+    /// Opens the list of lessons, or brings back the lesson that was hidden, or closes the list.
+    pub fn lessons(&mut self, open: bool, is_taken: bool) {
+        if is_taken && self.lesson.hidden {
+            self.lesson.hidden = false;
+        } else {
+            self.lesson.choosing = open.then(Default::default);
+        }
+    }
+
     /// Whether a dialog lies over the screens.
     pub fn cover(&self) -> bool {
         let asks = self.asking.is_some() || self.closing.is_some() || self.exporting.is_some();
-        asks || self.palette.is_some() || self.key_list
+        asks || self.palette.is_some() || self.key_list || self.lesson.choosing.is_some()
     }
 
     /// The orders that were given by keys.
@@ -81,7 +94,7 @@ impl Overlays {
             key_list: self.key_list,
             models: self.models.is_some(),
             exporting: self.exporting.is_some(),
-            asking: self.asking.is_some() || self.closing.is_some(),
+            asking: self.asking.is_some() || self.closing.is_some() || self.lesson.choosing.is_some(),
         };
         keys::shortcuts(ctx, open, || flow::next(session, focus, screens, exported))
     }
@@ -96,6 +109,7 @@ impl Overlays {
         if let Some(open) = self.models.as_mut().filter(|_| shell.desk.session.recording.is_some()) {
             Panel::bottom("models").frame(bar(14, 6)).resizable(false).show(ui, |ui| models::show(ui, shell, open));
         }
+        lesson::show(ui, shell, &mut self.lesson);
         let room = if is_narrow(ui) { GROUP / 2.0 } else { GROUP };
         let ground = Frame::new().fill(palette.background).inner_margin(Margin::same(room as i8));
         CentralPanel::default().frame(ground).show(ui, |ui| {
@@ -107,6 +121,7 @@ impl Overlays {
         messages::drop_hint(ui);
         palette::show(ui, shell, &mut self.palette);
         keys::list(ui, &mut self.key_list);
+        lesson::list(ui, shell, &mut self.lesson.choosing);
         ask::question(ui, shell, &mut self.asking);
         ask::closing(ui, shell, &mut self.closing);
     }

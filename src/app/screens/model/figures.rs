@@ -38,6 +38,9 @@ pub fn figures(recording: &Recording, step: &Step, shares: &[Vec<Share>]) -> Vec
 /// One value of a model at each place.
 type Of<T> = fn(&T, usize) -> &[f64];
 
+/// One of the curves of a run's balance.
+type OverTime = fn(&Balance) -> &[f64];
+
 /// Mass matrix, its eigenvalues, V, g and c over the position of one joint, each beside the truth.
 pub fn over_slice(recording: &Arc<Recording>, joint: usize, slice: &Arc<OverSlice>) -> Vec<Panel> {
     let n = recording.joint_count();
@@ -94,14 +97,14 @@ pub fn along_run(recording: &Arc<Recording>, run: usize, balance: &Arc<AlongRun>
         Panel::new(title, [x, Axis::new("", unit)])
     };
     let line = |name: &str, values: Shared<f64>, ink: Ink| Line::new(name, time.clone(), values, ink).sampled();
-    let truth = |panel: &mut Panel, name: &str, of: fn(&Balance) -> &[f64], ink: Ink| {
+    let truth = |panel: &mut Panel, name: &str, of: OverTime, ink: Ink| {
         if balance.truth.is_some() {
             let values = Shared::of(balance, move |run| run.truth.as_ref().map_or(&[][..], of));
             panel.push(line(name, values, ink).width(STRONG).opacity(PALE).dash(&[]));
         }
     };
     let mut energy = panel("energy", "J");
-    let kinds: [(&str, fn(&Balance) -> &[f64]); 2] =
+    let kinds: [(&str, OverTime); 2] =
         [("kinetic T", |balance| &balance.kinetic), ("potential V", |balance| &balance.potential)];
     for (number, (_, of)) in kinds.into_iter().enumerate() {
         truth(&mut energy, if number == 0 { "truth" } else { "" }, of, Ink::Series(number));

@@ -19,6 +19,9 @@ const MARKED: f64 = 2.0;
 /// How much is seen of what was smoothed.
 const RAW: f64 = 0.35;
 
+/// What is plotted of an epoch.
+type OfEpoch = fn(&Epoch) -> Option<f64>;
+
 /// Loss, validation and held-out error of a training, smoothed by `share`, and the held-out errors of other models with their
 /// inks.
 pub fn errors(epochs: &[Epoch], share: f64, others: &[(Arc<Step>, Ink)]) -> Panel {
@@ -62,7 +65,7 @@ pub fn of_seeds(seeds: &[Arc<Step>], others: &[(Arc<Step>, Ink)]) -> Panel {
     for (step, ink) in others.iter().filter(|(step, _)| seeds.iter().all(|own| own.generation != step.generation)) {
         panel.push(of_other(step, *ink));
     }
-    let kinds: [(&str, fn(&Epoch) -> Option<f64>, Ink); 3] = [
+    let kinds: [(&str, OfEpoch, Ink); 3] = [
         ("loss on train", |epoch| Some(epoch.loss), Ink::Series(0)),
         ("validation nMSE", |epoch| epoch.validation, Ink::Series(2)),
         ("held-out nMSE", |epoch| epoch.held_out, Ink::Predicted),
