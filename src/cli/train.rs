@@ -43,6 +43,10 @@ struct Answer<'a> {
     parameters: &'a [Parameter],
     train: &'a [JointError],
     held_out: &'a [JointError],
+    /// All joints together.
+    all_train: &'a JointError,
+    /// All joints together.
+    all_held_out: &'a JointError,
     noise_floor_nmse: &'a Option<Vec<f64>>,
     /// Epochs of training; empty for models without networks.
     history: &'a [Epoch],
@@ -77,6 +81,8 @@ impl Train {
                 parameters: &step.fitted.parameters,
                 train: &evaluation.train,
                 held_out: &evaluation.held_out,
+                all_train: &evaluation.all_train,
+                all_held_out: &evaluation.all_held_out,
                 noise_floor_nmse: &evaluation.noise_floor_nmse,
                 history: &step.history,
             };
@@ -111,8 +117,11 @@ impl Train {
             println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
         }
         let recording = session.recording.as_deref().context("no recording was read")?;
-        println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train));
-        println!("held-out data:\n{}", evaluate::error_table(recording, &evaluation.held_out));
+        println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train, &evaluation.all_train));
+        println!(
+            "held-out data:\n{}",
+            evaluate::error_table(recording, &evaluation.held_out, &evaluation.all_held_out)
+        );
         if let Some(path) = &self.output {
             progress::told(format_args!("\nsaved as {}", path.display()));
         }
