@@ -15,6 +15,7 @@ mod diagnose;
 mod effects;
 mod evaluate;
 mod experiment;
+mod export;
 mod extrapolate;
 mod failure;
 mod figure;
@@ -75,6 +76,7 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     Extrapolate(extrapolate::Extrapolate),
     Predict(predict::Predict),
+    Export(export::Export),
     Effects(effects::Effects),
     #[command(subcommand)]
     Experiment(experiment::ExperimentCommand),
@@ -121,6 +123,7 @@ impl Arguments {
             Some(Command::Evaluate(command)) => command.run(),
             Some(Command::Extrapolate(command)) => command.run(),
             Some(Command::Predict(command)) => command.run(),
+            Some(Command::Export(command)) => command.run(),
             Some(Command::Effects(command)) => command.run(),
             Some(Command::Experiment(command)) => command.run(),
             Some(Command::Figure(command)) => command.run(),
