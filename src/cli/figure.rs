@@ -10,7 +10,7 @@ use super::write_file;
 use crate::app::{self, About};
 use crate::figure::{self, Figure, Format, Size, Style, Theme};
 
-/// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV.
+/// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV with a script that plots them (matplotlib).
 ///
 /// They hold what the window shows at first: all samples of the first trajectory. What a screen is about is done first, as for
 /// `screenshot`.
@@ -85,6 +85,7 @@ impl FigureCommand {
                 bail!("no title contains “{only}”; the screen shows {}", titles.join(", "));
             }
         }
-        write_file(&self.output, &figure::render(&Figure::new(panels), format, &self.look.style())?)
+        let files = figure::files(&Figure::new(panels), format, &self.look.style(), &self.output)?;
+        files.iter().try_for_each(|(path, bytes)| write_file(path, bytes))
     }
 }

@@ -25,6 +25,7 @@ mod open;
 mod predict;
 mod progress;
 mod propose;
+mod report;
 mod screenshot;
 mod simulate;
 mod table;
@@ -77,6 +78,7 @@ enum Command {
     Extrapolate(extrapolate::Extrapolate),
     Predict(predict::Predict),
     Export(export::Export),
+    Report(report::ReportCommand),
     Effects(effects::Effects),
     #[command(subcommand)]
     Experiment(experiment::ExperimentCommand),
@@ -124,6 +126,7 @@ impl Arguments {
             Some(Command::Extrapolate(command)) => command.run(),
             Some(Command::Predict(command)) => command.run(),
             Some(Command::Export(command)) => command.run(),
+            Some(Command::Report(command)) => command.run(),
             Some(Command::Effects(command)) => command.run(),
             Some(Command::Experiment(command)) => command.run(),
             Some(Command::Figure(command)) => command.run(),
