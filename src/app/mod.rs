@@ -690,7 +690,7 @@ impl TorquescopeApp {
                 crate::file::write(&path, &bytes)
                     .map_err(|error| format!("{} can't be written ({error})", path.display()))?;
             }
-            Ok(path)
+            Ok::<_, String>(path)
         }));
     }
 
