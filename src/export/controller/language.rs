@@ -142,13 +142,18 @@ impl<'a> Printer<'a> {
         Printer { tape, language, words: Vec::new() }
     }
 
-    /// The constants, a line each with its unit.
+    /// The constants that the outcome needs, a line each with its unit.
     fn constants(&self) -> Vec<String> {
+        let uses = self.uses();
+        let is_used = |number: usize| {
+            self.tape.steps.iter().zip(&uses).any(|(step, uses)| *step == Step::Constant(number) && *uses > 0)
+        };
         let line = |constant: &super::tape::Constant| {
             let declared = self.language.declared(&constant.name, &number(constant.value));
             format!("{declared} {}", self.language.comment(&ascii(&constant.about)))
         };
-        self.tape.constants.iter().map(line).collect()
+        let used = self.tape.constants.iter().enumerate().filter(|(number, _)| is_used(*number));
+        used.map(|(_, constant)| line(constant)).collect()
     }
 
     /// All steps as lines, and what the torque of each joint is then.
