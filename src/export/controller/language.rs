@@ -165,7 +165,8 @@ impl<'a> Printer<'a> {
                 lines.push(self.language.comment(&ascii(heading)));
             }
             let (text, is_word) = self.expression(place);
-            if is_word || (uses[place] <= 1 && text.len() <= LONGEST) {
+            // What nobody uses is never asked for.
+            if is_word || uses[place] == 0 || (uses[place] == 1 && text.len() <= LONGEST) {
                 self.words.push((text, is_word));
             } else {
                 let name = format!("v{}", place + 1);
