@@ -18,6 +18,7 @@ mod leaving;
 mod memo;
 pub mod plot;
 pub mod raster;
+mod report;
 mod screen;
 pub mod screens;
 mod settings;
@@ -34,6 +35,7 @@ use egui::ViewportCommand;
 
 pub use desk::{About, Order, Parting, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
+pub use report::{ReportFormat, report};
 pub use settings::Settings;
 
 use crate::figure::Panel;
@@ -440,6 +442,7 @@ impl TorquescopeApp {
             Order::ExportDialog => self.open_dialog(ctx, Asks::Export),
             Order::Export(only) => self.overlays.export(self.history.current(), self.screens.shown(), only),
             Order::Draw(drawing) => self.write_figure(*drawing, ctx),
+            Order::Report => self.write_report(ctx),
             Order::Tell(notice) => self.messages.notices.push(notice),
             Order::Dismiss(notice) => self.messages.dismiss(notice),
         }
@@ -697,9 +700,29 @@ impl TorquescopeApp {
         let wake = move || context.request_repaint();
         self.drawing = Some(Job::spawn("export", wake, move |_| {
             let Drawing { figure, format, style, path } = drawing;
-            let bytes = crate::figure::render(&figure, format, &style).map_err(|error| error.to_string())?;
-            match crate::file::write(&path, &bytes) {
-                Ok(()) => Ok(path),
+            let files = crate::figure::files(&figure, format, &style, &path).map_err(|error| error.to_string())?;
+            for (path, bytes) in files {
+                crate::file::write(&path, &bytes)
+                    .map_err(|error| format!("{} can't be written ({error})", path.display()))?;
+            }
+            Ok::<_, String>(path)
+        }));
+    }
+
+    /// Writes the report of the session beside whatever is there already.
+    fn write_report(&mut self, ctx: &egui::Context) {
+        let context = ctx.clone();
+        let wake = move || context.request_repaint();
+        let session = self.history.current().clone();
+        self.drawing = Some(Job::spawn("report", wake, move |_| {
+            let name = session.recording.as_ref().map_or("torquescope", |recording| &recording.name);
+            let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
+            let stem = format!("{}-report", name.chars().map(plain).collect::<String>());
+            let numbered = (2..).map(|number| format!("{stem}-{number}.html"));
+            let mut paths = std::iter::once(format!("{stem}.html")).chain(numbered).map(PathBuf::from);
+            let path = paths.find(|path| !path.exists()).unwrap_or_default();
+            match crate::file::write(&path, report(&session, &[], ReportFormat::Html).as_bytes()) {
+                Ok(()) => Ok(crate::file::absolute(&path)),
                 Err(error) => Err(format!("{} can't be written ({error})", path.display())),
             }
         }));

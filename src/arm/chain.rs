@@ -76,6 +76,15 @@ fn down() -> [f64; 3] {
 pub const PER_LINK: usize = 10;
 const NAMES: [&str; PER_LINK] = ["m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
 
+/// How the frame of a link stands in the one before, at q = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Out of this frame into the one before, row after row.
+    pub rotation: [[f64; 3]; 3],
+    /// Its origin, in the one before \[m\].
+    pub offset: [f64; 3],
+}
+
 /// How one frame stands in the one before.
 #[derive(Clone, Copy)]
 struct Step {
@@ -160,6 +169,16 @@ impl Chain {
             }
         };
         self.axes.iter().map(step).collect()
+    }
+
+    /// How the frame of each link stands in the one before, at q = 0; what is only rounding in it is 0. The joint's axis is z.
+    pub fn frames(&self) -> Vec<Frame> {
+        let clean = |value: f64| if value.abs() < 1e-15 { 0.0 } else { value };
+        let frame = |step: Step| Frame {
+            rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| clean(step.rotation[(row, column)]))),
+            offset: [0, 1, 2].map(|row| clean(step.offset[row])),
+        };
+        self.steps().into_iter().map(frame).collect()
     }
 
     /// What computes the regressor of one state after another. `sliding[joint]`: whether the joint slides.

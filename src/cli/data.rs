@@ -19,10 +19,10 @@ use crate::model::learned::{Features, Layers, MOST_NEURONS};
 use crate::model::{Fitted, Model, Preset};
 use crate::network::Activation;
 use crate::progress::Monitor;
-use crate::recording::catalogue;
 use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions, endings, parts};
+use crate::recording::{Recording, catalogue};
 use crate::session::{self, Command, Document, Session, default_name, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
@@ -124,6 +124,33 @@ pub struct OptionalData {
     files: Vec<PathBuf>,
     #[command(flatten)]
     reading: Reading,
+}
+
+/// A recording beside the model of a file.
+#[derive(Args, Debug, Clone)]
+pub struct OptionalLog {
+    /// Recordings of the arm: the states of the test are taken from them, and shares of the torque are measured there.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    log: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+impl OptionalLog {
+    /// The recording, if one was named; it must have the joints of the model.
+    pub fn recording_for(&self, fitted: &Fitted) -> anyhow::Result<Option<Recording>> {
+        if self.log.is_empty() {
+            return Ok(None);
+        }
+        let session = progress::run(open_command(&self.log, &self.reading)?, &self.reading.own.session()?)?;
+        let recording = session.recording.as_deref().context("no recording was read")?;
+        let joints = fitted.setting().kinds.len();
+        if recording.joint_count() != joints {
+            let found = recording.joint_count();
+            return Err(anyhow!("the model has {joints} joints, the log {found}: name a log of its arm")).or_usage();
+        }
+        Ok(Some(recording.clone()))
+    }
 }
 
 /// The heading under which help shows them.

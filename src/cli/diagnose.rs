@@ -4,7 +4,7 @@ use serde::Serialize;
 use super::data::Data;
 use super::progress;
 use super::table::{number, numbers, table};
-use crate::diagnosis::{Alternative, Completeness, Report, Verdict};
+use crate::diagnosis::{Alternative, Completeness, Report};
 use crate::recording::check::{Finding, Severity};
 use crate::recording::joints_text;
 use crate::session::Command;
@@ -63,18 +63,7 @@ fn matters(finding: &Finding) -> bool {
 
 /// The report for people.
 pub fn text(report: &Report) -> String {
-    let is_all = report.unexplained_joints.is_empty();
-    let headline = match report.verdict {
-        Verdict::Missing if is_all => "Something is missing, and these effects explain it:",
-        Verdict::Missing => "Something is missing; these effects explain a part of it, but more is left than noise:",
-        Verdict::Ambiguous if is_all => "Something is missing; these effects explain it, others nearly as well:",
-        Verdict::Ambiguous => {
-            "Something is missing; these effects explain a part of it, others nearly as well, and more is left than noise:"
-        }
-        Verdict::NothingMissing => "Nothing is missing.",
-        Verdict::UnknownEffect => "Something is missing that is not in the catalogue.",
-    };
-    let mut lines = vec![headline.to_owned(), String::new()];
+    let mut lines = vec![report.headline().to_owned(), String::new()];
     for (number_in_list, effect) in report.effects.iter().enumerate() {
         let name = effect.effect.name;
         let (place, sureness) = (joints_text(&effect.joints), effect.sureness());

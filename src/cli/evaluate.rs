@@ -54,6 +54,8 @@ struct MassEigenvalues {
 struct Answer {
     data: &'static str,
     joints: Vec<JointError>,
+    /// All joints together: the sums of errors and torques are over samples and joints.
+    all: JointError,
     mean_r2: f64,
     noise_floor_nmse: Option<Vec<f64>>,
     terms: Vec<TermShare>,
@@ -84,16 +86,25 @@ impl Evaluate {
         let (components, parameters) = truth.map(|truth| (truth.components, truth.parameters)).unzip();
         let terms = term_shares(&session, &fitted, &evaluation)?;
         let mass_eigenvalues = mass_eigenvalues(&session, &fitted)?;
-        let joints = evaluation.held_out;
+        let (joints, all) = (evaluation.held_out, evaluation.all_held_out);
         let recording = session.recording.as_deref().context("no recording was read")?;
         let mean_r2 = joints.iter().map(|joint| joint.r2).sum::<f64>() / joints.len().max(1) as f64;
         if self.json {
             let noise_floor_nmse = evaluation.noise_floor_nmse;
-            let answer =
-                Answer { data, joints, mean_r2, noise_floor_nmse, terms, components, parameters, mass_eigenvalues };
+            let answer = Answer {
+                data,
+                joints,
+                all,
+                mean_r2,
+                noise_floor_nmse,
+                terms,
+                components,
+                parameters,
+                mass_eigenvalues,
+            };
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
-            println!("{data}:\n{}", error_table(recording, &joints));
+            println!("{data}:\n{}", error_table(recording, &joints, &all));
             if let Some(floor) = &evaluation.noise_floor_nmse {
                 println!("noise floor (nMSE): {}", super::table::numbers(floor));
             }
@@ -186,12 +197,16 @@ fn parameter_table(parameters: &[ParameterError]) -> String {
     table(&["parameter", "joint", "value", "truth", "error", " unit"], &rows)
 }
 
-/// Errors by joint as text.
-pub fn error_table(recording: &Recording, joints: &[JointError]) -> String {
-    let row = |(joint, error): (usize, &JointError)| {
-        vec![(joint + 1).to_string(), number(error.mse), number(error.nmse), format!("{:.4}", error.r2)]
+/// Errors by joint, and of all together, as text.
+pub fn error_table(recording: &Recording, joints: &[JointError], all: &JointError) -> String {
+    let row = |name: String, error: &JointError| {
+        vec![name, number(error.mse), number(error.nmse), format!("{:.4}", error.r2)]
     };
-    let rows: Vec<Vec<String>> = joints.iter().enumerate().map(row).collect();
+    let mut rows: Vec<Vec<String>> =
+        joints.iter().enumerate().map(|(joint, error)| row((joint + 1).to_string(), error)).collect();
+    if joints.len() > 1 {
+        rows.push(row("all".to_owned(), all));
+    }
     let mse = match recording.units()[3].as_str() {
         "N" => "MSE [N²]".to_owned(),
         unit => format!("MSE [({unit})²]"),

@@ -11,7 +11,7 @@ use super::{output_folder, write_file};
 use crate::app::{self, About, screens};
 use crate::figure::{self, Family, Figure, Format, Legend, Size, Style, Theme};
 
-/// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV.
+/// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV with a script that plots them (matplotlib).
 ///
 /// They hold what the window shows at first: all samples of the first trajectory; of a saved session those of the trajectory that
 /// one looked at, with the models that are drawn over each other. What a screen is about is done first, as for `screenshot`, but
@@ -175,6 +175,7 @@ impl FigureCommand {
                 bail!("no title contains “{only}”; the screen shows {}", titles.join(", "));
             }
         }
-        write_file(&self.output, &figure::render(&Figure::new(panels), format, &self.look.style())?)
+        let files = figure::files(&Figure::new(panels), format, &self.look.style(), &self.output)?;
+        files.iter().try_for_each(|(path, bytes)| write_file(path, bytes))
     }
 }

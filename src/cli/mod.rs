@@ -15,6 +15,7 @@ mod diagnose;
 mod effects;
 mod evaluate;
 mod experiment;
+mod export;
 mod extrapolate;
 mod failure;
 mod figure;
@@ -25,6 +26,7 @@ mod open;
 mod predict;
 mod progress;
 mod propose;
+mod report;
 mod screenshot;
 mod seal;
 mod selftest;
@@ -78,6 +80,8 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     Extrapolate(extrapolate::Extrapolate),
     Predict(predict::Predict),
+    Export(export::Export),
+    Report(report::ReportCommand),
     Effects(effects::Effects),
     #[command(subcommand)]
     Experiment(experiment::ExperimentCommand),
@@ -133,6 +137,8 @@ impl Arguments {
             Some(Command::Evaluate(command)) => command.run(),
             Some(Command::Extrapolate(command)) => command.run(),
             Some(Command::Predict(command)) => command.run(),
+            Some(Command::Export(command)) => command.run(),
+            Some(Command::Report(command)) => command.run(),
             Some(Command::Effects(command)) => command.run(),
             Some(Command::Experiment(command)) => command.run(),
             Some(Command::Figure(command)) => command.run(),

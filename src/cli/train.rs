@@ -72,6 +72,10 @@ struct Answer<'a> {
     parameters: &'a [Parameter],
     train: &'a [JointError],
     held_out: &'a [JointError],
+    /// All joints together.
+    all_train: &'a JointError,
+    /// All joints together.
+    all_held_out: &'a JointError,
     noise_floor_nmse: &'a Option<Vec<f64>>,
     /// Starts that were tried beside the one that was kept, since a training got stuck.
     other_starts: &'a [OtherStart],
@@ -121,6 +125,8 @@ impl Train {
                 parameters: &step.fitted.parameters,
                 train: &evaluation.train,
                 held_out: &evaluation.held_out,
+                all_train: &evaluation.all_train,
+                all_held_out: &evaluation.all_held_out,
                 noise_floor_nmse: &evaluation.noise_floor_nmse,
                 other_starts: step.run.as_ref().map_or(&[], |run| &run.other_starts),
                 history: &step.history,
@@ -161,8 +167,11 @@ impl Train {
             println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
         }
         let recording = session.recording.as_deref().context("no recording was read")?;
-        println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train));
-        println!("held-out data:\n{}", evaluate::error_table(recording, &evaluation.held_out));
+        println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train, &evaluation.all_train));
+        println!(
+            "held-out data:\n{}",
+            evaluate::error_table(recording, &evaluation.held_out, &evaluation.all_held_out)
+        );
         if !of_seeds.is_empty() {
             println!("\nheld-out nMSE of {} seeds:\n{}", seeds.len(), seeds_table(recording, &of_seeds));
         }

@@ -6,7 +6,7 @@ use serde::ser::{SerializeStruct, Serializer};
 use super::presence::{LIKELY, SURE};
 use super::report::{
     Alternative, Candidate, Completeness, Exciting, Ground, MissingEffect, NotKnown, Note, Presence, Refusal, Report,
-    TellingMotion,
+    TellingMotion, Verdict,
 };
 use crate::effect::NotApplicable;
 use crate::model::Preset;
@@ -16,6 +16,23 @@ use crate::recording::joints_text;
 const MOST_TIMES: f64 = 1000.0;
 
 impl Report {
+    /// The answer in a sentence.
+    pub fn headline(&self) -> &'static str {
+        let is_all = self.unexplained_joints.is_empty();
+        match self.verdict {
+            Verdict::Missing if is_all => "Something is missing, and these effects explain it:",
+            Verdict::Missing => {
+                "Something is missing; these effects explain a part of it, but more is left than noise:"
+            }
+            Verdict::Ambiguous if is_all => "Something is missing; these effects explain it, others nearly as well:",
+            Verdict::Ambiguous => {
+                "Something is missing; these effects explain a part of it, others nearly as well, and more is left than noise:"
+            }
+            Verdict::NothingMissing => "Nothing is missing.",
+            Verdict::UnknownEffect => "Something is missing that is not in the catalogue.",
+        }
+    }
+
     /// What to do next and what can't be known, in sentences.
     pub fn advice(&self) -> String {
         let notes = self.notes.iter().map(Note::sentence);

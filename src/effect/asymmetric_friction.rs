@@ -38,6 +38,10 @@ impl AddsTorque for AsymmetricFriction {
             Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd).abs())),
         ])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["direction", "abs(direction)"], &[])
+    }
 }
 
 #[cfg(test)]

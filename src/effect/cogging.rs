@@ -31,6 +31,10 @@ impl AddsTorque for Cogging {
         let wave = |wave: fn(f64) -> f64| Column::on_joint(joint, q.iter().map(move |q| wave(shape[0] * q)));
         Ok(vec![wave(f64::sin), wave(f64::cos)])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["sin(k * q)", "cos(k * q)"], &["k"])
+    }
 }
 
 #[cfg(test)]

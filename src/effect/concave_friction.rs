@@ -31,6 +31,10 @@ impl AddsTorque for ConcaveFriction {
         let torque = qd.iter().map(|&qd| qd.abs().powf(shape[0]) * motion.direction(joint, qd));
         Ok(vec![Column::on_joint(joint, torque)])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["abs(qd)^alpha * direction"], &["alpha"])
+    }
 }
 
 #[cfg(test)]

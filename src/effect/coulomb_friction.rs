@@ -25,6 +25,10 @@ impl AddsTorque for CoulombFriction {
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd)))])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["direction"], &[])
+    }
 }
 
 /// −1, 0 or 1: unlike `f64::signum` it is 0 at 0, where dry friction has no direction.

@@ -27,6 +27,10 @@ impl AddsTorque for DeadZone {
         let load = &motion.load()?.torque[joint];
         Ok(vec![Column::on_joint(joint, load.iter().map(|&load| sign(load)))])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["sign(tau_load)"], &[])
+    }
 }
 
 #[cfg(test)]

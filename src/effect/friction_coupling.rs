@@ -1,3 +1,4 @@
+use super::own::Of;
 use super::*;
 
 /// Friction of a transmission that two neighbouring joints share.
@@ -36,6 +37,13 @@ impl AddsTorque for FrictionCoupling {
         Ok(vec![
             Column { parts: vec![(before, qd[joint].to_vec()), (joint, qd[before].to_vec())] },
             Column { parts: vec![(before, of_sum.clone()), (joint, of_sum)] },
+        ])
+    }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_pair(&[
+            &[(Of::Before, "qd"), (Of::Own, "qd_before")],
+            &[(Of::Before, "pair_direction"), (Of::Own, "pair_direction")],
         ])
     }
 }

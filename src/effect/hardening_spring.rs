@@ -26,6 +26,10 @@ impl AddsTorque for HardeningSpring {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         Ok(vec![Column::on_joint(joint, motion.trajectory.q[joint].iter().map(|q| q.powi(3)))])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["q^3"], &[])
+    }
 }
 
 #[cfg(test)]

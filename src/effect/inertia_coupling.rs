@@ -1,3 +1,4 @@
+use super::own::Of;
 use super::*;
 
 /// Inertia of a transmission that two neighbouring joints share.
@@ -28,6 +29,10 @@ impl AddsTorque for InertiaCoupling {
         let [before, joint] = motion.pair(joint)?;
         let qdd = &motion.trajectory.qdd;
         Ok(vec![Column { parts: vec![(before, qdd[joint].to_vec()), (joint, qdd[before].to_vec())] }])
+    }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_pair(&[&[(Of::Before, "qdd"), (Of::Own, "qdd_before")]])
     }
 }
 

@@ -28,6 +28,10 @@ impl AddsTorque for JointSpring {
         let q = &motion.trajectory.q[joint];
         Ok(vec![Column::on_joint(joint, q.iter().copied()), Column::on_joint(joint, q.iter().map(|_| 1.0))])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["q", "1"], &[])
+    }
 }
 
 #[cfg(test)]

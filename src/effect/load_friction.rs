@@ -30,6 +30,10 @@ impl AddsTorque for LoadFriction {
             load.iter().zip(qd).map(|(load, &qd)| load.abs() * motion.direction(joint, qd)),
         )])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["abs(tau_load) * direction"], &[])
+    }
 }
 
 #[cfg(test)]

@@ -31,6 +31,10 @@ impl AddsTorque for LowerStop {
         let beyond = |&q: &f64| (q - shape[0]).min(0.0);
         Ok(vec![Column::on_joint(joint, motion.trajectory.q[joint].iter().map(beyond))])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["min(q - q_l, 0)"], &["q_l"])
+    }
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ pub mod own;
 pub mod place;
 pub mod registry;
 
+mod closed_form;
 mod column;
 mod family;
 mod motion;
@@ -71,6 +72,7 @@ use crate::recording::differentiate::central_difference;
 use crate::recording::fault::FaultKind;
 use crate::recording::{Channels, JointKind, Trajectory};
 
+pub use closed_form::ClosedForm;
 pub use column::Column;
 pub use coulomb_friction::sign;
 pub use family::{Family, Group};

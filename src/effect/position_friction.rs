@@ -43,6 +43,10 @@ impl AddsTorque for PositionFriction {
         };
         Ok(vec![wave(f64::sin), wave(f64::cos)])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["sin(k * q) * direction", "cos(k * q) * direction"], &["k"])
+    }
 }
 
 #[cfg(test)]

@@ -25,6 +25,10 @@ impl AddsTorque for QuadraticDrag {
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![Column::on_joint(joint, qd.iter().map(|&qd| qd * qd.abs()))])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["qd * abs(qd)"], &[])
+    }
 }
 
 #[cfg(test)]

@@ -25,6 +25,10 @@ impl AddsTorque for RotorInertia {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         Ok(vec![Column::on_joint(joint, motion.trajectory.qdd[joint].iter().copied())])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["qdd"], &[])
+    }
 }
 
 #[cfg(test)]

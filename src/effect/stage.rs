@@ -7,7 +7,7 @@
 //! A stage acts on all that the stages before it made, and within a stage the order does not matter. So no list of effects
 //! has an order that changes a result.
 
-use super::{Column, Effect, Lack, Motion, NotApplicable};
+use super::{ClosedForm, Column, Effect, Lack, Motion, NotApplicable};
 use crate::recording::Trajectory;
 use crate::recording::fault::FaultKind;
 use crate::signals::Signals;
@@ -42,6 +42,12 @@ pub trait AddsTorque: Sync {
     /// # Errors
     /// [`Lack`] if the motion lacks what the formula needs.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack>;
+
+    /// The same columns as formulas, so that they can be written in another language; `None` if what acts now follows from more
+    /// than what moves now, or from the whole body.
+    fn closed_form(&self) -> Option<ClosedForm> {
+        None
+    }
 }
 
 /// What an effect of a drive does. It has one linear parameter.
@@ -116,6 +122,14 @@ impl Effect {
             Stage::Reading(_, Remedy::LeaveOut(_)) => Err(Lack::InReadings),
         };
         columns.map_err(|lack| NotApplicable { effect: self.name, lack })
+    }
+
+    /// Its columns as formulas in what moves now; `None` if they are none, or if it adds no torque but changes it.
+    pub fn closed_form(&self) -> Option<ClosedForm> {
+        match self.stage {
+            Stage::Body(body) => body.closed_form(),
+            Stage::Drive(_) | Stage::Reading(..) => None,
+        }
     }
 
     /// The torque of the effect by its formula, with given parameters (in the order of the specification): Σ θₖ φₖ, for all

@@ -37,6 +37,10 @@ impl AddsTorque for StribeckFriction {
             ),
         ])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["direction", "exp(-(qd / v_s)^2) * direction"], &["v_s"])
+    }
 }
 
 #[cfg(test)]

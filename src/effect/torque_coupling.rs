@@ -1,3 +1,4 @@
+use super::own::Of;
 use super::*;
 
 /// Torque of one joint that is read, or borne, by its neighbour.
@@ -34,6 +35,10 @@ impl AddsTorque for TorqueCoupling {
             Column::on_joint(joint, load[before].iter().copied()),
             Column::on_joint(before, load[joint].iter().copied()),
         ])
+    }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_pair(&[&[(Of::Own, "tau_load_before")], &[(Of::Before, "tau_load")]])
     }
 }
 

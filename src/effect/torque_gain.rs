@@ -28,6 +28,10 @@ impl AddsTorque for TorqueGain {
         let load = &motion.load()?.torque[joint];
         Ok(vec![Column::on_joint(joint, load.iter().copied())])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["tau_load"], &[])
+    }
 }
 
 #[cfg(test)]

@@ -24,6 +24,10 @@ impl AddsTorque for TorqueOffset {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         Ok(vec![Column::on_joint(joint, motion.trajectory.time.iter().map(|_| 1.0))])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["1"], &[])
+    }
 }
 
 #[cfg(test)]

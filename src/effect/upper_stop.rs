@@ -31,6 +31,10 @@ impl AddsTorque for UpperStop {
         let beyond = |&q: &f64| (q - shape[0]).max(0.0);
         Ok(vec![Column::on_joint(joint, motion.trajectory.q[joint].iter().map(beyond))])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["max(q - q_u, 0)"], &["q_u"])
+    }
 }
 
 #[cfg(test)]

@@ -24,6 +24,10 @@ impl AddsTorque for ViscousFriction {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         Ok(vec![Column::on_joint(joint, motion.trajectory.qd[joint].iter().copied())])
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::on_joint(&["qd"], &[])
+    }
 }
 
 #[cfg(test)]

@@ -27,11 +27,12 @@ pub mod mark;
 mod page;
 mod panel;
 mod place;
+mod script;
 mod shared;
 mod svg;
 pub mod ticks;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 pub use axis::{Axis, Scale, with_unit};
@@ -39,6 +40,7 @@ pub use colours::{Ink, Theme};
 pub use font::Family;
 pub use panel::{Figure, Panel};
 pub use place::{Area, Place};
+pub use script::script;
 pub use shared::Shared;
 
 /// What a file holds.
@@ -180,6 +182,35 @@ pub enum FigureError {
         /// What the library says.
         reason: String,
     },
+}
+
+/// A file, and what is in it.
+pub type Named = (PathBuf, Vec<u8>);
+
+/// The files that an export to `path` makes: the figure, and beside the table of its numbers a script that draws them anew.
+///
+/// # Errors
+/// As [`render`].
+pub fn files(figure: &Figure, format: Format, style: &Style, path: &Path) -> Result<Vec<Named>, FigureError> {
+    let mut files = vec![(path.to_owned(), render(figure, format, style)?)];
+    if format == Format::Csv {
+        let table = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        files.push((path.with_file_name(format!("{stem}_plot.py")), script(figure, &table).into_bytes()));
+    }
+    Ok(files)
+}
+
+/// An SVG to stand in a page among others, without the font; `mark` begins its own ids, so that they are nobody else's.
+///
+/// # Errors
+/// If there is no panel.
+pub fn inline(figure: &Figure, style: &Style, mark: &str) -> Result<String, FigureError> {
+    if figure.panels.is_empty() {
+        return Err(FigureError::Empty);
+    }
+    let svg = svg::draw(figure, style, svg::Letters::Named);
+    Ok(svg.replace("id=\"", &format!("id=\"{mark}-")).replace("url(#", &format!("url(#{mark}-")))
 }
 
 /// The bytes of a file that shows `figure`, or of the table of its numbers.

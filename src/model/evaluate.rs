@@ -28,12 +28,17 @@ pub struct Evaluation {
     pub train: Vec<JointError>,
     /// Error of each joint on the held-out part.
     pub held_out: Vec<JointError>,
+    /// Error of all joints together on the training part.
+    pub all_train: JointError,
+    /// Error of all joints together on the held-out part.
+    pub all_held_out: JointError,
     /// nMSE on the held-out part that would be left if only the white noise of the torque were left; `None` if there are
     /// too few samples to tell.
     pub noise_floor_nmse: Option<Vec<f64>>,
 }
 
-/// Error of one joint. All are NaN if the part has no samples.
+/// Error of one joint, or of all together: then means and sums are over samples and joints, and each joint's spread is about its own
+/// mean. All are NaN if the part has no samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct JointError {
     /// Mean squared error \[(N m)²\].
@@ -70,7 +75,11 @@ impl Evaluation {
         };
         let (train, held_out): (Vec<_>, Vec<JointError>) = (errors(&split.train), errors(&split.held_out));
         let noise_floor_nmse = noise_floor(recording, &predictions, &split.held_out);
-        Ok(Evaluation { predictions, train, held_out, noise_floor_nmse })
+        let [all_train, all_held_out] = [&split.train, &split.held_out].map(|segments| {
+            let of_joint = |joint| Sums::of(recording, &predictions, segments, joint);
+            Sums::all((0..recording.joint_count()).map(of_joint)).error()
+        });
+        Ok(Evaluation { predictions, train, held_out, all_train, all_held_out, noise_floor_nmse })
     }
 
     /// Residual τ − τ̂ of one trajectory.
@@ -87,19 +96,51 @@ impl Evaluation {
 }
 
 fn joint_error(recording: &Recording, predictions: &[Prediction], segments: &[Segment], joint: usize) -> JointError {
-    let (mut count, mut sum, mut energy, mut squared_error) = (0.0, 0.0, 0.0, 0.0);
-    for segment in segments {
-        let tau = &recording.trajectories[segment.trajectory].tau[joint][segment.samples.clone()];
-        let model = &predictions[segment.trajectory].total[joint][segment.samples.clone()];
-        for (tau, model) in tau.iter().zip(model) {
-            count += 1.0;
-            sum += tau;
-            energy += tau * tau;
-            squared_error += (tau - model).powi(2);
+    Sums::of(recording, predictions, segments, joint).error()
+}
+
+/// What errors are made of.
+#[derive(Default)]
+struct Sums {
+    count: f64,
+    /// Σ τ²
+    energy: f64,
+    /// Σ (τ − mean τ)²
+    spread: f64,
+    squared_error: f64,
+}
+
+impl Sums {
+    fn of(recording: &Recording, predictions: &[Prediction], segments: &[Segment], joint: usize) -> Sums {
+        let (mut sums, mut sum) = (Sums::default(), 0.0);
+        for segment in segments {
+            let tau = &recording.trajectories[segment.trajectory].tau[joint][segment.samples.clone()];
+            let model = &predictions[segment.trajectory].total[joint][segment.samples.clone()];
+            for (tau, model) in tau.iter().zip(model) {
+                sums.count += 1.0;
+                sum += tau;
+                sums.energy += tau * tau;
+                sums.squared_error += (tau - model).powi(2);
+            }
         }
+        sums.spread = sums.energy - sum * sum / sums.count;
+        sums
     }
-    let spread = energy - sum * sum / count;
-    JointError { mse: squared_error / count, nmse: squared_error / energy, r2: 1.0 - squared_error / spread }
+
+    /// Those of several joints together.
+    fn all(joints: impl Iterator<Item = Sums>) -> Sums {
+        joints.fold(Sums::default(), |all, own| Sums {
+            count: all.count + own.count,
+            energy: all.energy + own.energy,
+            spread: all.spread + own.spread,
+            squared_error: all.squared_error + own.squared_error,
+        })
+    }
+
+    fn error(&self) -> JointError {
+        let Sums { count, energy, spread, squared_error } = self;
+        JointError { mse: squared_error / count, nmse: squared_error / energy, r2: 1.0 - squared_error / spread }
+    }
 }
 
 /// White noise of the torque, as what changes fast in the residual tells it, over its energy.

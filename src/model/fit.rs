@@ -580,6 +580,41 @@ impl Fitted {
         self.parameters.iter().filter(move |parameter| parameter.term == term)
     }
 
+    /// The linear parameters of one term, without what the data can't show: in the order of its columns.
+    pub(crate) fn linear_of(&self, term: usize) -> Vec<f64> {
+        let Ok(named) = self.model.factors(&self.setting) else { return Vec::new() };
+        let own = named.iter().zip(&self.factors).filter(|(factor, _)| factor.term == term);
+        own.map(|(_, &value)| value).collect()
+    }
+
+    /// The model with dry friction that turns round within this speed \[rad/s or m/s\], or within a wider one where it does.
+    pub(crate) fn with_reversals_of(&self, width: f64) -> Fitted {
+        let mut smooth = self.clone();
+        let joints = self.setting.kinds.len();
+        let own = |joint: usize| self.setting.reversal_widths.get(joint).copied().unwrap_or(0.0);
+        smooth.setting.reversal_widths = (0..joints).map(|joint| own(joint).max(width)).collect();
+        smooth
+    }
+
+    /// The model without the terms of these numbers, all else as it was found; without what they do to others, too.
+    pub(crate) fn without(&self, is_left_out: impl Fn(usize) -> bool) -> Fitted {
+        let mut rest = self.clone();
+        let kept: Vec<usize> = (0..self.model.terms.len()).filter(|&term| !is_left_out(term)).collect();
+        rest.model.terms = kept.iter().map(|&term| self.model.terms[term].clone()).collect();
+        rest.shapes = kept.iter().map(|&term| self.shapes[term].clone()).collect();
+        rest.factors = kept.iter().flat_map(|&term| self.linear_of(term)).collect();
+        rest.parameters.retain_mut(|parameter| match kept.iter().position(|&term| term == parameter.term) {
+            Some(place) => {
+                parameter.term = place;
+                true
+            }
+            None => false,
+        });
+        let terms = &rest.model.terms;
+        rest.setting.alterations.retain(|one| terms.contains(&Term::Effect(one.term.clone())));
+        rest
+    }
+
     /// How many linear factors it has.
     pub fn factor_count(&self) -> usize {
         self.factors.len()

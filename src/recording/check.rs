@@ -95,6 +95,8 @@ pub enum FindingKind {
     Converted,
     /// A channel holds commanded values, not measured ones.
     Commanded,
+    /// The torque is that of a motor's current, in amperes.
+    Amperes,
     /// Other columns could have been taken.
     Alternatives,
     /// Parts of the file were not read.

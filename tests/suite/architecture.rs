@@ -10,7 +10,7 @@ const FLOORS: &[&[&str]] = &[
     &["recording"],
     &["effect"],
     &["model"],
-    &["simulation", "training", "diagnosis"],
+    &["simulation", "training", "diagnosis", "export"],
     &["session", "work", "experiment", "trial"],
     &["lesson"],
     &["app", "selftest"],

@@ -578,3 +578,40 @@ fn a_log_is_planted_into_and_looked_at_in_other_ways() {
     assert!(friction["in_some_form"].as_f64().unwrap() >= 0.8, "{stability}");
     assert_eq!(stability["variants"].as_array().unwrap().len(), 5);
 }
+
+/// A model out of the house: as code, in the robot's file, as a report.
+#[test]
+fn a_model_leaves_as_code_in_a_robot_file_and_as_a_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let hidden = ["--joints", "2", "--effect", "coulomb-friction@1", "--trajectories", "5"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &hidden].concat(), at);
+    succeeds(&["train", "x.npz", "--add", "coulomb-friction", "--add", "dahl-hysteresis@2", "-o", "model.json"], at);
+    let told = json(&["export", "c", "model.json", "--log", "x.npz", "-o", "code/arm.c", "--json"], at);
+    assert_eq!(told["files"].as_array().unwrap().len(), 3, "{told}");
+    assert!(told["left_out"][0]["share"].as_f64().unwrap() < 0.5 && at.join("code/arm_test.c").exists(), "{told}");
+    let message = fails(&["export", "c", "x.npz", "-o", "arm.c"], at, 2);
+    assert!(message.contains("model"), "{message}");
+    assert!(fails(&["export", "c", "model.json", "--smooth", "0", "-o", "arm.c"], at, 2).contains("above 0"));
+
+    let robot = "<robot name=\"r\">\n  <joint name=\"a\" type=\"revolute\"><dynamics damping=\"1\"/></joint>\n  \
+                 <joint name=\"b\" type=\"revolute\"/>\n</robot>\n";
+    std::fs::write(at.join("r.urdf"), robot).unwrap();
+    let told = json(&["export", "urdf", "model.json", "--into", "r.urdf", "--log", "x.npz", "--json"], at);
+    let written = std::fs::read_to_string(at.join("r.urdf")).unwrap();
+    assert!(written.contains(" damping=\"1\"/></joint>") && written.matches("friction=\"").count() >= 1, "{written}");
+    assert!(
+        written.ends_with("</joint>\n</robot>\n")
+            || written.ends_with("<joint name=\"b\" type=\"revolute\"/>\n</robot>\n"),
+        "{written}"
+    );
+    assert_eq!(std::fs::read_to_string(at.join("r.urdf.bak")).unwrap(), robot);
+    assert!(told["not_held"].as_array().unwrap().iter().any(|one| one["what"] == "rigid body"), "{told}");
+    assert!(fails(&["export", "mjcf", "model.json", "--into", "r.urdf"], at, 2).contains("<robot>"));
+
+    succeeds(&["report", "x.npz", "-o", "report.html"], at);
+    let page = std::fs::read_to_string(at.join("report.html")).unwrap();
+    assert!(page.contains("Coulomb friction, joint 1") && page.contains("torquescope report x.npz -o report.html"));
+    succeeds(&["figure", "compare", "x.npz", "--only", "torque", "-o", "t.csv"], at);
+    assert!(std::fs::read_to_string(at.join("t_plot.py")).unwrap().contains("TABLE = \"t.csv\""));
+}

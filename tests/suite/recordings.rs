@@ -1,5 +1,6 @@
 //! Recordings through the front door: real logs, logs that people make, and broken ones.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use proptest::prelude::*;
@@ -631,4 +632,81 @@ fn archives_with_sound_checksums_and_lying_arrays_are_errors() {
     assert!(problem("huge.npz", &archive(&[("q.npy", huge()), ("tau.npy", huge())])).contains("no array of samples"));
     let none = archive(&[("q.npy", npy("(0, 2)", &[])), ("tau.npy", npy("(0, 2)", &[]))]);
     assert!(problem("none.npz", &none).contains("no array of samples"));
+}
+
+// ── JSON and gzip ──
+
+/// [`log`] as one object a sample.
+fn json_lines(samples: usize) -> String {
+    let csv = String::from_utf8(log(samples, |_, row| row)).unwrap();
+    let line = |row: &str| {
+        let cells: Vec<&str> = row.split(',').collect();
+        format!(
+            "{{\"time\":{},\"q\":[{}],\"state\":{{\"qd\":[{}]}},\"tau\":[{}]}}\n",
+            cells[0], cells[1], cells[2], cells[3]
+        )
+    };
+    csv.lines().skip(1).map(line).collect()
+}
+
+fn packed(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+#[test]
+fn json_lines_and_packed_files_are_the_same_recording() {
+    let plain = read_bytes("log.csv", &log(300, |_, row| row), &ReadOptions::default()).unwrap();
+    let csv = log(300, |_, row| row);
+    for (name, bytes) in [
+        ("log.jsonl", json_lines(300).into_bytes()),
+        ("log.csv.gz", packed(&csv)),
+        ("log.gz", packed(json_lines(300).as_bytes())),
+    ] {
+        let import = read_bytes(name, &bytes, &ReadOptions::default()).unwrap();
+        assert_eq!(import.recording.trajectories[0].tau, plain.recording.trajectories[0].tau, "{name}");
+        assert_eq!(import.recording.trajectories[0].qd, plain.recording.trajectories[0].qd, "{name}");
+    }
+    assert!(problem("log.npz.gz", &packed(&csv)).contains(".npz, but it holds text"));
+}
+
+#[test]
+fn damaged_json_and_packed_files_are_errors() {
+    let whole = json_lines(60);
+    for end in (1..whole.len() - 1).step_by(11) {
+        // A text may end between two lines.
+        if !whole[..end].ends_with('\n') && !whole[..end].ends_with('}') {
+            assert!(!survive("log.jsonl", &whole.as_bytes()[..end]), "cut at {end}");
+        }
+    }
+    let whole = packed(&log(300, |_, row| row));
+    for end in (2..whole.len()).step_by(17) {
+        assert!(!survive("log.csv.gz", &whole[..end]), "cut at {end}");
+    }
+    assert!(problem("log.csv.gz", &whole[..whole.len() / 2]).contains("damaged after"));
+    assert!(problem("log.csv.gz", &packed(&whole)).contains("packed with gzip twice"));
+    let bomb = packed(&vec![b'1'; 200 << 20]);
+    assert!(problem("log.csv.gz", &bomb).contains("unpacked it takes more than"));
+}
+
+// ── names ──
+
+#[test]
+fn names_of_loggers_are_understood_and_currents_are_no_torque() {
+    let renamed = |names: &str| {
+        let text = String::from_utf8(log(300, |_, row| row)).unwrap();
+        text.replacen("time,q1,qd1,tau1", names, 1).into_bytes()
+    };
+    let rtde =
+        read_bytes("ur.csv", &renamed("timestamp,actual_q_0,actual_qd_0,target_moment_0"), &ReadOptions::default())
+            .unwrap();
+    assert_eq!((rtde.mapping.q, rtde.mapping.tau), (vec!["actual_q_0".to_owned()], vec!["target_moment_0".to_owned()]));
+    let franka = read_bytes("fr3.csv", &renamed("time,q[0],dq[0],tau_J[0]"), &ReadOptions::default()).unwrap();
+    assert_eq!((franka.mapping.qd, franka.mapping.tau), (Some(vec!["dq[0]".to_owned()]), vec!["tau_J[0]".to_owned()]));
+    let amperes = renamed("timestamp,actual_q_0,actual_qd_0,actual_current_0");
+    let message = problem("ur.csv", &amperes);
+    assert!(message.contains("`actual_current_0` is a current") && message.contains("factor"), "{message}");
+    let import = read_bytes("ur.csv", &amperes, &options("tau=actual_current_*")).unwrap();
+    assert!(kinds(&import).contains(&FindingKind::Amperes));
 }

@@ -82,6 +82,8 @@ pub enum Order {
     ExportDialog,
     /// Write plots into a file.
     Draw(Box<Drawing>),
+    /// Write the report of the session, beside whatever is there.
+    Report,
     /// Show, hide or move a panel of the screen.
     Panel(String, Change),
     /// The focus goes to the next panel.

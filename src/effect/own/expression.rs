@@ -69,8 +69,20 @@ pub struct Mistake {
 enum Step {
     Number(f64),
     Input(usize),
-    OfOne(OfOne),
-    OfTwo(OfTwo),
+    OfOne(&'static str, OfOne),
+    OfTwo(&'static str, OfTwo),
+}
+
+/// Takes down what a formula does, step by step, in whatever way it is to be written.
+pub trait Writer {
+    /// What stands for a value.
+    type Value: Clone;
+    /// A number.
+    fn number(&mut self, number: f64) -> Self::Value;
+    /// A function of one value, by its name in formulas; `-` turns the sign.
+    fn of_one(&mut self, function: &'static str, value: Self::Value) -> Self::Value;
+    /// A function of two values, by its name in formulas, or `+`, `-`, `*`, `/`.
+    fn of_two(&mut self, function: &'static str, left: Self::Value, right: Self::Value) -> Self::Value;
 }
 
 /// The names of all functions.
@@ -120,11 +132,11 @@ impl Expression {
                         }
                         stack.push(level);
                     }
-                    Step::OfOne(function) => {
+                    Step::OfOne(_, function) => {
                         let Some(top) = stack.last_mut() else { continue };
                         top[..length].iter_mut().for_each(|value| *value = function(*value));
                     }
-                    Step::OfTwo(function) => {
+                    Step::OfTwo(_, function) => {
                         let (Some(right), Some(left)) = (stack.pop(), stack.last_mut()) else { continue };
                         left[..length].iter_mut().zip(right).for_each(|(left, right)| *left = function(*left, right));
                     }
@@ -133,6 +145,29 @@ impl Expression {
             values.extend(stack.iter().take(1).flat_map(|level| &level[..length]));
         }
         values
+    }
+}
+
+impl Expression {
+    /// Hands what it does to a writer; `inputs` in the order of [`Expression::names`].
+    pub fn write<W: Writer>(&self, inputs: &[W::Value], writer: &mut W) -> Option<W::Value> {
+        let mut stack: Vec<W::Value> = Vec::new();
+        for step in &self.steps {
+            let value = match *step {
+                Step::Number(number) => writer.number(number),
+                Step::Input(place) => inputs.get(place)?.clone(),
+                Step::OfOne(name, _) => {
+                    let value = stack.pop()?;
+                    writer.of_one(name, value)
+                }
+                Step::OfTwo(name, _) => {
+                    let (right, left) = (stack.pop()?, stack.pop()?);
+                    writer.of_two(name, left, right)
+                }
+            };
+            stack.push(value);
+        }
+        stack.pop()
     }
 }
 
@@ -170,12 +205,12 @@ impl Parser<'_> {
         }
         self.value()?;
         while let Some(operator) = self.peek() {
-            let (tightness, operation): (u8, OfTwo) = match operator {
-                '+' => (SUM, |left, right| left + right),
-                '-' => (SUM, |left, right| left - right),
-                '*' => (PRODUCT, |left, right| left * right),
-                '/' => (PRODUCT, |left, right| left / right),
-                '^' => (POWER, power),
+            let (tightness, name, operation): (u8, &str, OfTwo) = match operator {
+                '+' => (SUM, "+", |left, right| left + right),
+                '-' => (SUM, "-", |left, right| left - right),
+                '*' => (PRODUCT, "*", |left, right| left * right),
+                '/' => (PRODUCT, "/", |left, right| left / right),
+                '^' => (POWER, "pow", power),
                 _ => break,
             };
             if tightness < least {
@@ -187,7 +222,7 @@ impl Parser<'_> {
             }
             // Powers stack from the right, all others from the left.
             self.sum(if tightness == POWER { POWER } else { tightness + 1 })?;
-            self.steps.push(Step::OfTwo(operation));
+            self.steps.push(Step::OfTwo(name, operation));
         }
         self.depth -= 1;
         Ok(())
@@ -199,7 +234,7 @@ impl Parser<'_> {
             Some('-') => {
                 self.at += 1;
                 self.sum(SIGN)?;
-                self.steps.push(Step::OfOne(|value| -value));
+                self.steps.push(Step::OfOne("-", |value| -value));
                 Ok(())
             }
             Some('+') => {
@@ -265,8 +300,8 @@ impl Parser<'_> {
         let of_two = OF_TWO.iter().find(|(known, _)| *known == name);
         let wrong = |what: String| Err(Mistake { at, what });
         let (needed, step) = match (of_one, of_two) {
-            (Some(&(_, function)), _) => (1, Step::OfOne(function)),
-            (_, Some(&(_, function))) => (2, Step::OfTwo(function)),
+            (Some(&(name, function)), _) => (1, Step::OfOne(name, function)),
+            (_, Some(&(name, function))) => (2, Step::OfTwo(name, function)),
             (None, None) if is_called => {
                 let known: Vec<&str> = functions().collect();
                 return wrong(format!("there is no function `{name}`; there are {}", known.join(", ")));

@@ -349,7 +349,7 @@ fn formula(text: &str, written: &Spanned<String>, scope: Scope, shapes: &[&str])
 /// The state over which formulas in these channels most likely show.
 fn axis(sources: impl Iterator<Item = Source>) -> Axis {
     let rank = |source: Source| match source {
-        Source::Channel(Quantity::Velocity | Quantity::Direction, _) => Axis::Velocity,
+        Source::Channel(Quantity::Velocity | Quantity::Direction | Quantity::PairDirection, _) => Axis::Velocity,
         Source::Channel(Quantity::Acceleration, _) => Axis::Acceleration,
         Source::Channel(Quantity::Position | Quantity::Load, _) | Source::Shape(_) => Axis::Position,
         Source::Time => Axis::Time,
@@ -365,6 +365,7 @@ fn family(sources: impl Iterator<Item = Source>) -> Family {
     let has =
         |wanted: Quantity| sources.iter().any(|source| matches!(source, Source::Channel(found, _) if *found == wanted));
     let order = [
+        (Quantity::PairDirection, Family::SharedFriction),
         (Quantity::Direction, Family::DryFriction),
         (Quantity::Velocity, Family::SpeedFriction),
         (Quantity::Acceleration, Family::RotorInertia),

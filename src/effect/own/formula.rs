@@ -2,18 +2,22 @@
 
 use std::borrow::Cow;
 
-use super::expression::{Expression, Input, Mistake};
+use super::expression::{Expression, Input, Mistake, Writer};
 use crate::arm::MOST_JOINTS;
-use crate::effect::{AddsTorque, Column, Lack, Motion, Scope};
+use crate::effect::{AddsTorque, ClosedForm, Column, Lack, Motion, Scope};
 
 /// What a channel measures, by the beginning of its name.
-const QUANTITIES: [(&str, Quantity); 5] = [
+const QUANTITIES: [(&str, Quantity); 6] = [
     ("q", Quantity::Position),
     ("qd", Quantity::Velocity),
     ("qdd", Quantity::Acceleration),
     ("direction", Quantity::Direction),
+    (PAIR_DIRECTION, Quantity::PairDirection),
     ("tau_load", Quantity::Load),
 ];
+
+/// The channel that only an effect of a pair has.
+const PAIR_DIRECTION: &str = "pair_direction";
 
 /// Each column of an effect: formulas, and where each acts.
 pub(super) struct Formulas {
@@ -31,7 +35,7 @@ pub struct Formula {
 
 /// Which joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Of {
+pub enum Of {
     /// The effect's own.
     Own,
     /// The one before it.
@@ -50,13 +54,20 @@ pub(super) enum Source {
     Shape(usize),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Quantity {
+/// What a channel measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// q
     Position,
+    /// q̇
     Velocity,
+    /// q̈
     Acceleration,
     /// Of dry friction: the sign of the velocity, smooth where friction turns round.
     Direction,
+    /// The same of the sum of the velocities of the joint and the one before it.
+    PairDirection,
+    /// The torque that the rigid body needs.
     Load,
 }
 
@@ -68,6 +79,7 @@ impl Source {
         }
         QUANTITIES.iter().find_map(|&(word, quantity)| {
             let of = match name.strip_prefix(word)? {
+                number if quantity == Quantity::PairDirection => return pair_direction(number, scope),
                 "" if scope != Scope::Arm => Of::Own,
                 "_before" if scope == Scope::Pair => Of::Before,
                 number => Of::Joint(joint_number(number)?),
@@ -80,14 +92,21 @@ impl Source {
     pub(super) fn names(scope: Scope) -> String {
         let own: &[&str] = match scope {
             Scope::Joint => &["q, qd, qdd, t, direction and tau_load of its joint"],
-            Scope::Pair => {
-                &["q, qd, qdd, t, direction and tau_load of its joint", "q_before … tau_load_before of the one before"]
-            }
+            Scope::Pair => &[
+                "q, qd, qdd, t, direction and tau_load of its joint",
+                "q_before … tau_load_before of the one before",
+                "pair_direction of the sum of both velocities",
+            ],
             Scope::Arm => &["t"],
         };
         let all = ["q1, qd1, qdd1, direction1, tau_load1, q2 … of all joints", "shape parameters", "pi"];
         own.iter().chain(&all).copied().collect::<Vec<_>>().join("; ")
     }
+}
+
+/// The direction of friction between the two joints of an effect's pair.
+fn pair_direction(rest: &str, scope: Scope) -> Option<Source> {
+    (rest.is_empty() && scope == Scope::Pair).then_some(Source::Channel(Quantity::PairDirection, Of::Own))
 }
 
 /// A joint as people count them, from 1, in one way of writing; counted from 0.
@@ -109,9 +128,23 @@ impl AddsTorque for Formulas {
         };
         self.columns.iter().map(column).collect()
     }
+
+    fn closed_form(&self) -> Option<ClosedForm> {
+        ClosedForm::of(self.columns.clone())
+    }
 }
 
 impl Of {
+    /// The joint, from 0, of an effect on `own`, among so many.
+    pub(crate) fn among(self, joints: usize, own: usize) -> Option<usize> {
+        let joint = match self {
+            Of::Own => own,
+            Of::Before => own.checked_sub(1)?,
+            Of::Joint(joint) => joint,
+        };
+        (joint < joints).then_some(joint)
+    }
+
     /// The joint, from 0, of an effect on `own`.
     fn joint(self, motion: &Motion, own: usize) -> Result<usize, Lack> {
         let joints = motion.trajectory.joint_count();
@@ -142,6 +175,32 @@ impl Formula {
         Ok(Formula { expression, sources })
     }
 
+    /// Whether it speaks of the time.
+    pub(crate) fn knows_time(&self) -> bool {
+        self.sources.contains(&Source::Time)
+    }
+
+    /// Hands it to a writer: with its channels on an arm of so many joints, in an effect on the joint `own` (from 0), and with
+    /// the shape parameters. `None` if it speaks of the time, or of a joint or shape that is not there.
+    pub(crate) fn write<W: Writer>(
+        &self,
+        joints: usize,
+        own: usize,
+        shape: &[W::Value],
+        writer: &mut W,
+        channel: &mut impl FnMut(&mut W, Quantity, usize) -> W::Value,
+    ) -> Option<W::Value> {
+        let mut inputs = Vec::with_capacity(self.sources.len());
+        for source in &self.sources {
+            inputs.push(match *source {
+                Source::Channel(quantity, of) => channel(writer, quantity, of.among(joints, own)?),
+                Source::Shape(place) => shape.get(place)?.clone(),
+                Source::Time => return None,
+            });
+        }
+        self.expression.write(&inputs, writer)
+    }
+
     /// Its value at each sample of a motion, on the joint `own` (from 0); `shape` holds the shape parameters.
     ///
     /// # Errors
@@ -168,9 +227,14 @@ impl Source {
                 if quantity == Quantity::Direction {
                     return Ok(Input::Series(qd.iter().map(|&qd| motion.direction(joint, qd)).collect()));
                 }
+                if quantity == Quantity::PairDirection {
+                    let before = run.qd[Of::Before.joint(motion, joint)?].iter();
+                    let of_both = qd.iter().zip(before).map(|(qd, before)| motion.direction(joint, qd + before));
+                    return Ok(Input::Series(of_both.collect()));
+                }
                 Input::Series(Cow::Borrowed(match quantity {
                     Quantity::Position => &run.q[joint],
-                    Quantity::Velocity | Quantity::Direction => qd,
+                    Quantity::Velocity | Quantity::Direction | Quantity::PairDirection => qd,
                     Quantity::Acceleration => &run.qdd[joint],
                     Quantity::Load => &motion.load()?.torque[joint],
                 }))

@@ -28,9 +28,9 @@ mod formula;
 use std::sync::{PoisonError, RwLock};
 
 pub use draft::{Draft, DraftColumn};
-pub use expression::{Expression, Input, Mistake};
+pub use expression::{Expression, Input, Mistake, Writer};
 use file::Definition;
-pub use formula::Formula;
+pub use formula::{Formula, Of, Quantity};
 
 use super::{Effect, registry};
 

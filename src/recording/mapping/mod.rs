@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 pub use spec::MappingSpec;
 pub(super) use units::{split_unit, unit_named};
+pub(super) use words::is_current;
 
 /// One of the five things that a recording holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -97,8 +98,8 @@ pub enum MappingError {
     File(String),
     /// A needed channel was not found.
     #[error(
-        "no {} column was recognised among: {}; say which it is, for example `{example}` (`*` stands for the joint number)",
-        channel.title(), list(columns)
+        "no {} column was recognised among: {}; say which it is, for example `{example}` (`*` stands for the joint number){}",
+        channel.title(), list(columns), amperes(*channel, columns)
     )]
     Missing {
         /// The channel.
@@ -142,6 +143,17 @@ pub enum MappingError {
         /// Columns of the other.
         other: Vec<String>,
     },
+}
+
+/// What is to be said of currents where a torque was looked for.
+fn amperes(channel: Channel, columns: &[String]) -> String {
+    match columns.iter().find(|name| channel == Channel::Torque && words::is_current(name)) {
+        Some(name) => format!(
+            ". `{name}` is a current: it is a torque only times the motor's constant and the gear's ratio, which a mapping file \
+             states: tau = {{ columns = [\"…\"], factor = … }}"
+        ),
+        None => String::new(),
+    }
 }
 
 /// Names for a message; a long list is cut, and says so.

@@ -57,7 +57,10 @@ const VELOCITY: &[&str] = &[
 ];
 const ACCELERATION: &[&str] =
     &["qdd", "ddq", "qa", "acc", "accel", "acceleration", "accelerations", "qddot", "ddtheta", "thetaddot", "thetadd"];
-const TORQUE: &[&str] = &["tau", "torque", "torques", "effort", "efforts", "trq", "force", "forces", "τ"];
+const TORQUE: &[&str] =
+    &["tau", "torque", "torques", "moment", "moments", "effort", "efforts", "trq", "force", "forces", "τ"];
+/// Words for the current of a motor, which is no torque.
+const CURRENT: &[&str] = &["current", "currents", "amp", "amps", "ampere", "amperes"];
 
 /// Words about a column, and how welcome they make it. Never wanted: `None`.
 fn qualifier(word: &str) -> Option<Option<u8>> {
@@ -68,7 +71,7 @@ fn qualifier(word: &str) -> Option<Option<u8>> {
         "cmd" | "command" | "commanded" | "des" | "desired" | "ref" | "reference" | "target" | "goal" | "setpoint"
         | "sp" | "con" | "control" | "ctrl" | "planned" => Some(COMMANDED),
         "fric" | "friction" | "err" | "error" | "std" | "var" | "limit" | "min" | "max" | "ff" | "model" | "pred"
-        | "predicted" | "gravity" | "est" | "estimated" | "external" | "ext" => None,
+        | "predicted" | "gravity" | "est" | "estimated" | "external" | "ext" | "tcp" | "tool" | "cartesian" => None,
         _ => return None,
     })
 }
@@ -80,6 +83,12 @@ const FILLER: &[&str] =
 const PLAIN: u8 = 1;
 /// How welcome a column with an unknown word is.
 const UNKNOWN: u8 = 4;
+
+/// Whether a name is that of the current of a motor.
+pub(in crate::recording) fn is_current(name: &str) -> bool {
+    let (words, _) = words_and_numbers(split_unit(name).0);
+    words.iter().any(|word| CURRENT.contains(&word.as_str()))
+}
 
 /// What a name says: `tau_meas2` is measured torque of joint 2. `None` if it says no channel, or nothing wanted.
 pub(super) fn read_name(name: &str) -> Option<Reading> {

@@ -17,6 +17,7 @@ use rusqlite::limits::Limit;
 use rusqlite::{Connection, ErrorCode, MAIN_DB};
 
 use super::budget::{Budget, TooMuch};
+use super::cdr::Cdr;
 use super::table::{Column, Table};
 use crate::progress::{Monitor, Stopped};
 
@@ -299,66 +300,6 @@ fn table(states: Vec<State>, mut passed_over: Vec<String>) -> Table {
     }
     let runs = std::iter::once(0..states.len()).collect();
     Table { columns, runs, joints: Some(joints), passed_over, ..Table::default() }
-}
-
-/// A CDR message, read from the front.
-struct Cdr<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    big_endian: bool,
-}
-
-impl<'a> Cdr<'a> {
-    fn new(message: &'a [u8]) -> Result<Self, &'static str> {
-        match message {
-            [0, order @ (0 | 1), _, _, bytes @ ..] => Ok(Cdr { bytes, at: 0, big_endian: *order == 0 }),
-            _ => Err("it is not in plain CDR"),
-        }
-    }
-
-    /// The next bytes; numbers stand at multiples of their size.
-    fn take(&mut self, count: usize, alignment: usize) -> Result<&'a [u8], &'static str> {
-        let start = self.at.next_multiple_of(alignment);
-        let end = start.checked_add(count).ok_or("it claims an impossible size")?;
-        self.at = end;
-        self.bytes.get(start..end).ok_or("it ends too early")
-    }
-
-    fn u32(&mut self) -> Result<u32, &'static str> {
-        let bytes: [u8; 4] = self.take(4, 4)?.try_into().map_err(|_| "it ends too early")?;
-        Ok(if self.big_endian { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
-    }
-
-    /// How many elements follow, each of at least `size` bytes.
-    fn count(&mut self, size: usize) -> Result<usize, &'static str> {
-        let count = self.u32()? as usize;
-        let left = self.bytes.len().saturating_sub(self.at);
-        if count.saturating_mul(size) > left { Err("it claims more elements than there are") } else { Ok(count) }
-    }
-
-    fn text(&mut self) -> Result<String, &'static str> {
-        let length = self.count(1)?;
-        let bytes = self.take(length, 1)?;
-        Ok(String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned())
-    }
-
-    fn numbers(&mut self) -> Result<Vec<f64>, &'static str> {
-        let count = self.count(8)?;
-        let number = |bytes: &[u8]| {
-            let mut word = [0; 8];
-            word.copy_from_slice(bytes);
-            if self.big_endian { f64::from_be_bytes(word) } else { f64::from_le_bytes(word) }
-        };
-        let bytes = if count == 0 { &[] } else { self.bytes.get(self.at.next_multiple_of(8)..).unwrap_or_default() };
-        let values: Vec<f64> = bytes.chunks_exact(8).take(count).map(number).collect();
-        if values.len() != count {
-            return Err("it ends too early");
-        }
-        if count > 0 {
-            self.at = self.at.next_multiple_of(8) + 8 * count;
-        }
-        Ok(values)
-    }
 }
 
 #[cfg(test)]

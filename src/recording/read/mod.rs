@@ -7,8 +7,11 @@ mod arrays;
 mod assemble;
 mod bag;
 mod budget;
+mod cdr;
 mod csv;
+mod gzip;
 mod join;
+mod json;
 mod mat;
 mod npz;
 mod sniff;
@@ -25,8 +28,10 @@ pub use self::csv::CsvError;
 pub use super::npy::NpyError;
 pub use arrays::ArraysError;
 pub use budget::TooMuch;
+pub use gzip::GzipError;
 pub use join::JoinError;
 pub(crate) use join::parts;
+pub use json::JsonError;
 pub use mat::MatError;
 pub use npz::NpzError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
@@ -38,7 +43,7 @@ use self::table::{Table, listed};
 use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::correction::{Correction, CorrectionError};
 use super::differentiate::description;
-use super::mapping::{Channel, Mapping, MappingError, MappingSpec};
+use super::mapping::{Channel, Mapping, MappingError, MappingSpec, is_current};
 use super::transform::TransformError;
 use super::{Joint, Origin, Provenance, Recording, RecordingError};
 use crate::arm::{Arm, Posture};
@@ -192,6 +197,22 @@ pub enum ReadError {
         file: String,
         /// What is wrong.
         problem: BagError,
+    },
+    /// The JSON can't be read.
+    #[error("{file}: {problem}")]
+    Json {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: JsonError,
+    },
+    /// The packed file can't be unpacked.
+    #[error("{file}: {problem}")]
+    Gzip {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: GzipError,
     },
     /// Files that were to stand side by side do not fit.
     #[error("{file}: {problem}")]
@@ -467,6 +488,15 @@ impl Source for One<'_> {
 }
 
 fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor) -> Result<Content, ReadError> {
+    if bytes.starts_with(gzip::SIGNATURE) {
+        let budget = &mut Budget::of(bytes.len() as u64, limit);
+        let unpacked = gzip::unpack(bytes, budget, monitor);
+        monitor.check()?;
+        let unpacked = unpacked.map_err(|problem| ReadError::Gzip { file: file.to_owned(), problem })?;
+        // `log.csv.gz` is a CSV; a name that says nothing of what is inside promises nothing.
+        let inner = self::ending(Path::new(file.strip_suffix(".gz").unwrap_or_default()));
+        return decode(&unpacked, file, &inner, limit, monitor);
+    }
     let format = sniff(bytes, ending).map_err(|problem| ReadError::Format { file: file.to_owned(), problem })?;
     let budget = &mut Budget::of(bytes.len() as u64, limit);
     let content = content(bytes, format, file.to_owned(), budget, monitor);
@@ -486,6 +516,7 @@ fn content(
         Format::Csv => csv::read(bytes, budget, monitor).map_err(|problem| ReadError::Csv { file, problem })?,
         Format::Mat => mat::read(bytes, budget, monitor).map_err(|problem| ReadError::Mat { file, problem })?,
         Format::Bag => bag::read(bytes, budget, monitor).map_err(|problem| ReadError::Bag { file, problem })?,
+        Format::Json => json::read(bytes, budget, monitor).map_err(|problem| ReadError::Json { file, problem })?,
         Format::Npz => {
             let wrong = |problem| ReadError::Npz { file, problem: Box::new(problem) };
             return npz::read(bytes, budget, monitor).map_err(wrong);
@@ -584,7 +615,7 @@ impl Merge {
         if let Some(joints) = table.joints.as_ref().filter(|joints| joints.len() == mapping.joints.len()) {
             mapping.joints = joints.clone();
         }
-        let findings = about_mapping(&mapping, file);
+        let findings = about_mapping(&mapping, &spec, file);
         Ok(Merge { mapping, joints: Vec::new(), trajectories: Vec::new(), findings, cutoffs: Vec::new() })
     }
 
@@ -656,8 +687,21 @@ impl Merge {
     }
 }
 
-fn about_mapping(mapping: &Mapping, file: &str) -> Vec<Finding> {
+fn about_mapping(mapping: &Mapping, spec: &MappingSpec, file: &str) -> Vec<Finding> {
     let mut findings = Vec::new();
+    let currents = mapping.tau.iter().find(|name| is_current(name));
+    if let Some(name) = currents.filter(|_| !spec.transforms.contains_key(&Channel::Torque)) {
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::Amperes,
+            what: format!("the torque is taken from `{name}`, which is a current [A]: no gain is stated."),
+            place: Place::file(file),
+            remedy: "All torques and parameters are in amperes then. State the motor's constant times the gear's ratio as factor \
+                     of tau in a mapping file."
+                .to_owned(),
+            set_right: Vec::new(),
+        });
+    }
     for channel in &mapping.commanded {
         findings.push(Finding {
             severity: Severity::Warning,

@@ -13,14 +13,16 @@ pub enum Format {
     Mat,
     /// A ROS 2 bag: an SQLite database.
     Bag,
+    /// JSON, or JSON Lines.
+    Json,
 }
 
 /// All formats in the words of a sentence, such as `Recordings (…)`.
-pub const READABLE: &str = "CSV, NPZ, NPY, MATLAB or ROS 2 bag";
+pub const READABLE: &str = "CSV, NPZ, NPY, JSON, MATLAB or ROS 2 bag";
 
 impl Format {
     /// All of them, the commonest first.
-    pub const ALL: [Format; 5] = [Format::Csv, Format::Npz, Format::Npy, Format::Mat, Format::Bag];
+    pub const ALL: [Format; 6] = [Format::Csv, Format::Npz, Format::Npy, Format::Json, Format::Mat, Format::Bag];
 
     /// Its name for people.
     pub fn name(self) -> &'static str {
@@ -30,6 +32,7 @@ impl Format {
             Format::Npy => "NPY",
             Format::Mat => "MATLAB",
             Format::Bag => "ROS 2 bag",
+            Format::Json => "JSON",
         }
     }
 
@@ -41,6 +44,7 @@ impl Format {
             Format::Npy => &["npy"],
             Format::Mat => &["mat"],
             Format::Bag => &["db3"],
+            Format::Json => &["json", "jsonl", "ndjson"],
         }
     }
 
@@ -52,13 +56,17 @@ impl Format {
             Format::Npy => "a single numpy array",
             Format::Mat => "a MATLAB file",
             Format::Bag => "an SQLite database",
+            Format::Json => "JSON",
         }
     }
 }
 
+/// The ending of files that are packed with gzip; the one before it tells what is in them.
+pub const PACKED: &str = "gz";
+
 /// The endings of all files that can be read.
 pub fn endings() -> impl Iterator<Item = &'static str> {
-    Format::ALL.into_iter().flat_map(Format::endings).copied()
+    Format::ALL.into_iter().flat_map(Format::endings).copied().chain([PACKED])
 }
 
 /// The file is not one that we read.
@@ -110,12 +118,11 @@ const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"\xff\xd8\xff", "a JPEG image", "choose the log itself"),
     (b"%PDF", "a PDF document", "choose the log itself"),
     (b"\x7fELF", "a program", "choose the log itself"),
-    (b"\x1f\x8b", "compressed with gzip", UNPACK),
     (b"BZh", "compressed with bzip2", UNPACK),
     (b"\xfd7zXZ\0", "compressed with xz", UNPACK),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", UNPACK),
-    (b"\xff\xfe", "text in UTF-16", "save it as UTF-8"),
-    (b"\xfe\xff", "text in UTF-16", "save it as UTF-8"),
+    (b"\xff\xfe", "text in UTF-16", "save it as UTF-8 (in a terminal: iconv -f UTF-16 -t UTF-8 log.csv > log8.csv)"),
+    (b"\xfe\xff", "text in UTF-16", "save it as UTF-8 (in a terminal: iconv -f UTF-16 -t UTF-8 log.csv > log8.csv)"),
     (b"version https://git-lfs", "a Git LFS pointer, not the data", "fetch the data with `git lfs pull`"),
     (b"ccopy_reg", "a Python pickle", PICKLE),
     (b"(dp", "a Python pickle", PICKLE),
@@ -171,7 +178,7 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
         return Err(FormatError::Unknown);
     }
     match first {
-        b'{' | b'[' => unsupported("JSON", TO_CSV),
+        b'{' | b'[' => Ok(Format::Json),
         b'<' => unsupported("XML or a web page", "download the file itself, as CSV or NPZ"),
         _ => Ok(Format::Csv),
     }

@@ -1,0 +1,29 @@
+//! What a report is made of, whatever it is written as.
+
+/// A report.
+pub(super) struct Document {
+    pub(super) title: String,
+    pub(super) blocks: Vec<Block>,
+}
+
+/// A part of it.
+pub(super) enum Block {
+    /// A section begins.
+    Heading(String),
+    Text(String),
+    List(Vec<String>),
+    Table(Table),
+    Figure {
+        title: String,
+        svg: String,
+    },
+    /// What is typed into a terminal.
+    Code(String),
+}
+
+/// A table with its title.
+pub(super) struct Table {
+    pub(super) title: String,
+    pub(super) head: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
+}

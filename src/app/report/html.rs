@@ -1,0 +1,53 @@
+//! A page that needs nothing else: pictures stand in it, and it asks no network for anything.
+
+use super::document::{Block, Document, Table};
+
+const STYLE: &str = "body{font:15px/1.5 'DejaVu Sans',Verdana,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#1a1a1a;\
+background:#fff}h1{font-size:1.6em}h2{font-size:1.25em;margin-top:2em;border-bottom:1px solid #bbb}\
+table{border-collapse:collapse;margin:1em 0;font-size:.87em}caption{text-align:left;font-weight:bold;padding:.3em 0}\
+th,td{border-bottom:1px solid #ddd;padding:.25em .7em;text-align:left;vertical-align:top}th{border-bottom:2px solid #888}\
+pre{background:#f3f3f3;padding:.8em;overflow-x:auto}figure{margin:1.2em 0;break-inside:avoid}figcaption{font-size:.87em}\
+svg{max-width:100%;height:auto}@media print{body{margin:0;max-width:none}table{break-inside:auto}}";
+
+/// The page.
+pub(super) fn page(document: &Document) -> String {
+    let title = escaped(&document.title);
+    let mut page = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width\">\n<title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
+         <h1>{title}</h1>\n"
+    );
+    document.blocks.iter().for_each(|part| page.push_str(&block(part)));
+    page.push_str("</body>\n</html>\n");
+    page
+}
+
+fn block(block: &Block) -> String {
+    match block {
+        Block::Heading(text) => format!("<h2>{}</h2>\n", escaped(text)),
+        Block::Text(text) => format!("<p>{}</p>\n", escaped(text)),
+        Block::Code(text) => format!("<pre>{}</pre>\n", escaped(text)),
+        Block::Figure { title, svg } => {
+            format!("<figure>\n{svg}\n<figcaption>{}</figcaption>\n</figure>\n", escaped(title))
+        }
+        Block::List(lines) => {
+            let lines: String = lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
+            if lines.is_empty() { String::new() } else { format!("<ul>\n{lines}</ul>\n") }
+        }
+        Block::Table(table) => table_of(table),
+    }
+}
+
+fn table_of(table: &Table) -> String {
+    let row = |tag: &str, cells: &[String]| {
+        let cells: String = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect();
+        format!("<tr>{cells}</tr>\n")
+    };
+    let rows: String = table.rows.iter().map(|cells| row("td", cells)).collect();
+    let (title, head) = (escaped(&table.title), row("th", &table.head));
+    format!("<table>\n<caption>{title}</caption>\n<thead>{head}</thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

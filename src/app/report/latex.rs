@@ -1,0 +1,47 @@
+//! The tables of a report for a paper: LaTeX with booktabs.
+
+use super::document::{Block, Document, Table};
+
+/// All tables, one after the other.
+pub(super) fn tables(document: &Document) -> String {
+    let mut text = format!("% {}\n% needs \\usepackage{{booktabs}} and letters in UTF-8\n", document.title);
+    for block in &document.blocks {
+        match block {
+            Block::Heading(heading) => text.push_str(&format!("\n% {heading}\n")),
+            Block::Table(table) => text.push_str(&table_of(table)),
+            Block::Text(_) | Block::List(_) | Block::Figure { .. } | Block::Code(_) => {}
+        }
+    }
+    text
+}
+
+fn table_of(table: &Table) -> String {
+    let row = |cells: &[String]| {
+        let cells: Vec<String> = cells.iter().map(|cell| escaped(cell)).collect();
+        format!("    {} \\\\\n", cells.join(" & "))
+    };
+    let rows: String = table.rows.iter().map(|cells| row(cells)).collect();
+    format!(
+        "\\begin{{table}}\n  \\caption{{{}}}\n  \\begin{{tabular}}{{{}}}\n    \\toprule\n{}    \\midrule\n{rows}    \\bottomrule\n  \
+         \\end{{tabular}}\n\\end{{table}}\n",
+        escaped(&table.title),
+        "l".repeat(table.head.len()),
+        row(&table.head)
+    )
+}
+
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '\\' => escaped.push_str("\\textbackslash{}"),
+            '^' => escaped.push_str("\\textasciicircum{}"),
+            '~' => escaped.push_str("\\textasciitilde{}"),
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => escaped.extend(['\\', letter]),
+            '²' => escaped.push_str("\\textsuperscript{2}"),
+            '³' => escaped.push_str("\\textsuperscript{3}"),
+            _ => escaped.push(letter),
+        }
+    }
+    escaped
+}

@@ -1,0 +1,323 @@
+//! The report of a session: what was measured, what was found, the model, what is missing, what is not known, and how to do it again.
+//! One [`Document`], written as a page that needs nothing else ([`html`]), or its tables for a paper ([`latex`], [`markdown`]).
+
+mod document;
+mod html;
+mod latex;
+mod markdown;
+
+use document::{Block, Document, Table};
+
+use super::{About, plots, screens};
+use crate::diagnosis::Report;
+use crate::figure::{self, Figure, Size, Style, Theme};
+use crate::model::{JointError, Term};
+use crate::recording::{Origin, Recording, joints_text};
+use crate::session::{Session, Step, View};
+
+/// What a report is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReportFormat {
+    /// One page with everything in it.
+    Html,
+    /// The tables, with booktabs.
+    Latex,
+    /// Text and tables.
+    Markdown,
+}
+
+/// Refused candidates that are told.
+const MOST_REFUSED: usize = 25;
+/// The screens whose plots are shown, each under the section of its name.
+const SHOWN: [&str; 4] = ["compare", "residuals", "diagnose", "ladder"];
+/// Plots of one screen that are shown.
+const MOST_PLOTS: usize = 9;
+
+/// The report of a session with a recording; `again` are the commands that make it anew.
+pub fn report(session: &Session, again: &[String], format: ReportFormat) -> String {
+    let has_figures = format == ReportFormat::Html;
+    let document = document(session, again, has_figures);
+    match format {
+        ReportFormat::Html => html::page(&document),
+        ReportFormat::Latex => latex::tables(&document),
+        ReportFormat::Markdown => markdown::text(&document),
+    }
+}
+
+fn document(session: &Session, again: &[String], has_figures: bool) -> Document {
+    let name = session.recording.as_ref().map_or("no recording", |recording| &recording.name);
+    let mut document = Document { title: format!("What a model of {name} is missing"), blocks: Vec::new() };
+    let Some(recording) = session.recording.as_deref() else { return document };
+    let blocks = &mut document.blocks;
+    if let Some(report) = &session.report {
+        blocks.push(Block::Text(report.headline().to_owned()));
+        blocks.push(Block::List(
+            report
+                .effects
+                .iter()
+                .map(|effect| {
+                    format!("{}, {} ({})", effect.effect.name, joints_text(&effect.joints), effect.sureness())
+                })
+                .collect(),
+        ));
+    }
+    data(session, recording, blocks);
+    findings(session, blocks);
+    models(session, recording, blocks);
+    if has_figures {
+        for screen in SHOWN.iter().take(2).filter_map(|id| screens::find(id).ok()) {
+            figures(session, screen, blocks);
+        }
+    }
+    if let Some(report) = &session.report {
+        missing(report, blocks);
+        if has_figures {
+            for screen in SHOWN.iter().skip(2).filter_map(|id| screens::find(id).ok()) {
+                figures(session, screen, blocks);
+            }
+        }
+        ruled_out(report, blocks);
+        not_known(report, blocks);
+    }
+    reproduce(session, again, blocks);
+    document
+}
+
+fn data(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
+    blocks.push(Block::Heading("The data".to_owned()));
+    let origin = |origin: &Origin| match origin {
+        Origin::Measured => "measured".to_owned(),
+        Origin::Derived(how) => format!("derived: {how}"),
+    };
+    let duration: f64 =
+        recording.trajectories.iter().filter_map(|run| Some(run.time.last()? - run.time.first()?)).sum();
+    let samples =
+        |segments: &[crate::recording::split::Segment]| segments.iter().map(|one| one.samples.len()).sum::<usize>();
+    let mut rows = vec![
+        row(["joints", &recording.joints.iter().map(|joint| joint.name.clone()).collect::<Vec<_>>().join(", ")]),
+        row(["trajectories", &recording.trajectories.len().to_string()]),
+        row(["samples", &recording.sample_count().to_string()]),
+        row(["duration [s]", &number(duration)]),
+        row(["velocity", &origin(&recording.provenance.velocity)]),
+        row(["acceleration", &origin(&recording.provenance.acceleration)]),
+        row(["samples to train on", &samples(&session.split.train).to_string()]),
+        row(["samples held out", &samples(&session.split.held_out).to_string()]),
+    ];
+    if let Some(mapping) = &session.mapping {
+        let columns = |names: &Vec<String>| names.join(", ");
+        rows.push(row(["columns of position", &columns(&mapping.q)]));
+        rows.push(row(["columns of torque", &columns(&mapping.tau)]));
+    }
+    blocks.push(Block::Table(Table { title: "the recording".to_owned(), head: row(["what", "value"]), rows }));
+}
+
+fn findings(session: &Session, blocks: &mut Vec<Block>) {
+    if session.findings.is_empty() {
+        blocks.push(Block::Text("Nothing is odd about the recording.".to_owned()));
+        return;
+    }
+    let rows = session.findings.iter().map(|finding| row([finding.severity.word(), &finding.what, &finding.remedy]));
+    let (title, head) = ("what is odd about it".to_owned(), row(["", "what was found", "what to do"]));
+    blocks.push(Block::Table(Table { title, head, rows: rows.collect() }));
+}
+
+fn models(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
+    blocks.push(Block::Heading("The model, step by step".to_owned()));
+    let joints: Vec<String> = (1..=recording.joint_count()).map(|joint| format!("joint {joint}")).collect();
+    let head = [row(["model"]), joints, row(["all", "MSE of all", "R² of all"])].concat();
+    let line = |step: &std::sync::Arc<Step>| {
+        let all = step.evaluation.all_held_out;
+        let own = step.evaluation.held_out.iter().map(|joint| number(joint.nmse));
+        let mut line = vec![step.name.clone()];
+        line.extend(own);
+        line.extend([number(all.nmse), number(all.mse), format!("{:.5}", all.r2)]);
+        line
+    };
+    let rows = session.ladder.iter().map(line).collect();
+    blocks.push(Block::Table(Table { title: "held-out nMSE of every step".to_owned(), head, rows }));
+    let Some(step) = session.current() else { return };
+    if let Some(floor) = &step.evaluation.noise_floor_nmse {
+        let floor = floor.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", ");
+        blocks.push(Block::Text(format!("Noise alone would leave, by joint: {floor}.")));
+    }
+    let joint = |joint: Option<usize>| joint.map_or("–".to_owned(), |joint| (joint + 1).to_string());
+    let line = |parameter: &crate::model::Parameter| {
+        let interval = parameter
+            .interval
+            .map_or("not shown by these data".to_owned(), |[low, high]| format!("{} … {}", number(low), number(high)));
+        vec![
+            step.fitted.model.terms[parameter.term].label(),
+            parameter.name.clone(),
+            joint(parameter.joint),
+            number(parameter.value),
+            interval,
+            parameter.unit.clone(),
+        ]
+    };
+    let head = row(["term", "parameter", "joint", "value", "95 % interval", "unit"]);
+    let rows: Vec<Vec<String>> = step.fitted.parameters.iter().map(line).collect();
+    if !rows.is_empty() {
+        blocks.push(Block::Table(Table { title: format!("parameters of {}", step.name), head, rows }));
+    }
+    let line = |(joint, (train, held_out)): (usize, (&JointError, &JointError))| {
+        let cells = [train.nmse, held_out.nmse, held_out.mse].map(number);
+        [vec![(joint + 1).to_string()], cells.to_vec(), vec![format!("{:.5}", held_out.r2)]].concat()
+    };
+    let errors = step.evaluation.train.iter().zip(&step.evaluation.held_out).enumerate();
+    let head = row(["joint", "nMSE, training", "nMSE, held out", "MSE, held out", "R², held out"]);
+    blocks.push(Block::Table(Table {
+        title: format!("errors of {}", step.name),
+        head,
+        rows: errors.map(line).collect(),
+    }));
+}
+
+fn figures(session: &Session, screen: &'static About, blocks: &mut Vec<Block>) {
+    let style = Style { size: Size::TwoColumn, theme: Theme::Print, ..Style::default() };
+    for (number, panel) in plots(session.clone(), View::default(), screen).into_iter().take(MOST_PLOTS).enumerate() {
+        let title = panel.title.clone();
+        // Every picture of the page has marks of its own.
+        let mark = format!("{}{number}", screen.id);
+        if let Ok(svg) = figure::inline(&Figure::new(vec![panel]), &style, &mark) {
+            blocks.push(Block::Figure { title: format!("{}: {title}", screen.title), svg });
+        }
+    }
+}
+
+fn missing(report: &Report, blocks: &mut Vec<Block>) {
+    blocks.push(Block::Heading("What is missing, and the evidence".to_owned()));
+    for effect in &report.effects {
+        let numbers = |values: &[f64]| values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", ");
+        let mut text = format!(
+            "{}, {} ({}): {} Its formula is {}. Held-out nMSE {} → {}.",
+            effect.effect.name,
+            joints_text(&effect.joints),
+            effect.sureness(),
+            effect.effect.fingerprint,
+            effect.effect.formula,
+            numbers(&effect.nmse_before),
+            numbers(&effect.nmse_after)
+        );
+        if !effect.alternatives.is_empty() {
+            let others: Vec<String> = effect.alternatives.iter().map(|other| other.text()).collect();
+            text.push_str(&format!(" Explains nearly as much: {}.", others.join(", ")));
+        }
+        text.push_str(&format!(" Source of the formula: {}.", effect.effect.source));
+        blocks.push(Block::Text(text));
+    }
+    let rows: Vec<Vec<String>> = report
+        .presence
+        .iter()
+        .map(|one| {
+            let [presence, share] = [one.probability, one.share].map(|value| format!("{:.1} %", 100.0 * value));
+            vec![one.place(), presence, one.likelihood().to_owned(), one.effect.name.to_owned(), share]
+        })
+        .collect();
+    if !rows.is_empty() {
+        let head = row(["what kind, where", "presence", "", "likeliest form", "share of the torque"]);
+        blocks.push(Block::Table(Table { title: "how likely each kind of physics is there".to_owned(), head, rows }));
+    }
+}
+
+fn ruled_out(report: &Report, blocks: &mut Vec<Block>) {
+    let refused: Vec<_> = report.ranking.iter().filter(|candidate| !candidate.accepted()).collect();
+    if refused.is_empty() {
+        return;
+    }
+    blocks.push(Block::Heading("What was ruled out".to_owned()));
+    let rows = refused.iter().take(MOST_REFUSED).map(|candidate| {
+        let joint = candidate.joint.map_or("all".to_owned(), |joint| (joint + 1).to_string());
+        vec![candidate.effect.name.to_owned(), joint, candidate.divides(), candidate.reason()]
+    });
+    let head = row(["candidate", "joint", "alone, error", "why not"]);
+    blocks.push(Block::Table(Table {
+        title: "candidates that are no part of the answer".to_owned(),
+        head,
+        rows: rows.collect(),
+    }));
+    if refused.len() > MOST_REFUSED {
+        blocks.push(Block::Text(format!("and {} more.", refused.len() - MOST_REFUSED)));
+    }
+}
+
+fn not_known(report: &Report, blocks: &mut Vec<Block>) {
+    blocks.push(Block::Heading("What is not known".to_owned()));
+    let unknown = report.not_known.iter().map(|unknown| format!("{}.", unknown.text()));
+    let complete = report.completeness.iter().map(|one| one.text());
+    blocks.push(Block::List(complete.chain(unknown).collect()));
+    let advice = report.notes.iter().map(|note| note.sentence()).collect::<Vec<_>>().join(" ");
+    if !advice.is_empty() {
+        blocks.push(Block::Text(advice));
+    }
+}
+
+fn reproduce(session: &Session, again: &[String], blocks: &mut Vec<Block>) {
+    blocks.push(Block::Heading("How to do it again".to_owned()));
+    blocks.push(Block::Text(format!("Written by Torquescope {}.", env!("CARGO_PKG_VERSION"))));
+    let is_learned =
+        |step: &&std::sync::Arc<Step>| step.fitted.model.terms.iter().any(|term| matches!(term, Term::Learned(_)));
+    let seeds: Vec<String> = session
+        .ladder
+        .iter()
+        .filter(is_learned)
+        .map(|step| format!("{}: seed {} of the training", step.name, session.plan.options.seed))
+        .collect();
+    match seeds.is_empty() {
+        true => {
+            blocks.push(Block::Text("Nothing in it is drawn: no model was trained, so there is no seed.".to_owned()))
+        }
+        false => blocks.push(Block::List(seeds)),
+    }
+    if !again.is_empty() {
+        blocks.push(Block::Code(again.join("\n")));
+    }
+}
+
+fn row<const WIDTH: usize>(cells: [&str; WIDTH]) -> Vec<String> {
+    cells.map(str::to_owned).to_vec()
+}
+
+/// Four significant digits.
+fn number(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let place = value.abs().log10().floor();
+    if (-3.0..6.0).contains(&place) {
+        format!("{:.*}", (3.0 - place).max(0.0) as usize, value)
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Monitor;
+    use crate::session::Command;
+    use crate::simulation::Scenario;
+
+    #[test]
+    fn the_report_stands_alone_and_says_what_was_found() {
+        let monitor = Monitor::new();
+        let session = Command::Simulate(Box::new(Scenario::embedded())).run(&Session::default(), &monitor).unwrap();
+        let session = Command::Diagnose.run(&session, &monitor).unwrap();
+        let again = ["torquescope report \"a & b.csv\" -o report.html".to_owned()];
+        let page = report(&session, &again, ReportFormat::Html);
+        for word in ["Coulomb friction, joint", "What was ruled out", "What is not known", "<svg", "a &amp; b.csv"] {
+            assert!(page.contains(word), "{word}");
+        }
+        // It is read without a network, and each mark in it is there once.
+        let without_names = page.replace("http://www.w3.org/", "");
+        assert!(!without_names.contains("http") && !page.contains("<script src") && !page.contains("<link"));
+        let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+        let unique: std::collections::HashSet<&&str> = marks.iter().collect();
+        assert_eq!(unique.len(), marks.len());
+        let tex = report(&session, &again, ReportFormat::Latex);
+        assert!(tex.contains("\\toprule") && tex.contains("Coulomb friction") && tex.contains("95 \\%"), "{tex}");
+        assert_eq!(tex.matches("\\begin{table}").count(), tex.matches("\\end{table}").count());
+        let text = report(&session, &again, ReportFormat::Markdown);
+        assert!(text.starts_with("# What a model of") && text.contains("| model |"), "{text}");
+        assert_eq!([0.0, 1.5, 1.23456e-7, 123_456.0].map(number), ["0", "1.500", "1.235e-7", "123456"]);
+    }
+}

@@ -1,0 +1,173 @@
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use clap::Args;
+use serde_json::json;
+
+use super::choice::{Choice, one_of};
+use super::data::{OptionalLog, read_model};
+use super::failure::OrUsage;
+use super::table::{number, table};
+use super::{progress, write_file};
+use crate::export::controller::{self, Code, Language, Wish};
+use crate::export::robot::{self, Format, NotHeld, Spliced};
+use crate::export::share;
+use crate::file;
+use crate::model::Fitted;
+use crate::recording::Recording;
+
+/// Write a model as the code of a controller, with a test, or into the robot's own file.
+///
+/// The model is one that is solved for: a rigid body with named effects. As code it is one function tau(q, qd, qdd), in which dry
+/// friction turns round smoothly, within --smooth. What no function of the present motion can give (an effect with a memory, a
+/// reading that comes late) is left out, and told. Beside the code stands a test with states and the torque of the model there.
+///
+/// Into a URDF go damping and friction of the joints, into an MJCF also armature and springs; nothing else in the file changes. What
+/// the format can't hold is told. With --log it is told how much of the torque all that is.
+#[derive(Args)]
+#[command(after_help = "Examples:
+  torquescope export c model.json -o controller/arm_torque.c
+  torquescope export cpp model.json --smooth 0.02 -o arm_torque.hpp
+  torquescope export python model.json --log arm.npz -o arm_torque.py
+  torquescope export ros2 model.json -o arm_torque.yaml
+  torquescope export urdf model.json --into robot.urdf --log arm.npz
+  torquescope export mjcf model.json --into robot.xml --joints shoulder,elbow -o identified.xml")]
+pub struct Export {
+    /// What to write.
+    #[arg(value_parser = one_of(KINDS))]
+    kind: Kind,
+    /// A model that `train` saved.
+    model: PathBuf,
+    /// Of code: the file, whose name is that of the function; or a folder, for a function `torque_model`. The test stands beside
+    /// it. Of a robot's file: where the changed one goes; without, it takes the place of --into, which is kept as .bak.
+    #[arg(short, long, value_name = "FILE|DIR")]
+    output: Option<PathBuf>,
+    /// The robot's own file.
+    #[arg(long, value_name = "ROBOT")]
+    into: Option<PathBuf>,
+    /// The model's joints by their names in the robot's file, base first; without, those that move.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    joints: Vec<String>,
+    /// The speed within which dry friction turns round [rad/s or m/s]; where the model found a wider reversal, that is kept.
+    #[arg(long, value_name = "WIDTH", default_value_t = 0.01)]
+    smooth: f64,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    log: OptionalLog,
+}
+
+/// What can be written.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Code(Language),
+    Robot(Format),
+}
+
+const KINDS: [Choice<Kind>; 7] = [
+    ("c", "C99: a header, a source and a test", Kind::Code(Language::C)),
+    ("cpp", "C++11: a header with everything in it, and a test", Kind::Code(Language::Cpp)),
+    ("python", "Python with NumPy, for one state or many", Kind::Code(Language::Python)),
+    ("matlab", "MATLAB or Octave", Kind::Code(Language::Matlab)),
+    ("ros2", "the parameters of a ROS 2 node (YAML)", Kind::Code(Language::Ros2)),
+    ("urdf", "damping and friction, into the robot's URDF", Kind::Robot(Format::Urdf)),
+    ("mjcf", "the same, armature and springs, into the robot's MJCF", Kind::Robot(Format::Mjcf)),
+];
+
+impl Export {
+    /// Reads, writes, tells.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let fitted = read_model(&self.model)?;
+        let recording = self.log.recording_for(&fitted)?;
+        match self.kind {
+            Kind::Code(language) => self.write_code(language, &fitted, recording.as_ref()),
+            Kind::Robot(format) => self.splice(format, &fitted, recording.as_ref()),
+        }
+    }
+
+    fn splice(&self, format: Format, fitted: &Fitted, recording: Option<&Recording>) -> anyhow::Result<()> {
+        let Some(path) = &self.into else {
+            return Err(anyhow!("name the robot's own file with --into, such as --into robot.urdf")).or_usage();
+        };
+        let text = file::read_text(path).with_context(|| format!("can't read {}", path.display())).or_usage()?;
+        let spliced = robot::write(fitted, format, &text, &self.joints, recording);
+        let Spliced { text, written, not_held } = spliced.with_context(|| path.display().to_string()).or_usage()?;
+        match &self.output {
+            Some(output) => write_file(output, text.as_bytes())?,
+            None => file::write_keeping_old(path, text.as_bytes())
+                .with_context(|| format!("can't write {}", path.display()))?,
+        }
+        if self.json {
+            let written: Vec<_> = written.iter().map(|one| {
+                json!({ "joint": one.joint, "attribute": one.attribute, "before": one.before, "value": one.value })
+            }).collect();
+            let not_held: Vec<_> = not_held
+                .iter()
+                .map(|one| {
+                    let (value, unit) = one.value.clone().unzip();
+                    json!({ "what": one.what, "value": value, "unit": unit, "why": one.why, "share": one.share })
+                })
+                .collect();
+            println!("{}", serde_json::to_string_pretty(&json!({ "written": written, "not_held": not_held }))?);
+            return Ok(());
+        }
+        let row = |one: &robot::Change| {
+            let before = one.before.clone().unwrap_or_else(|| "–".to_owned());
+            vec![one.joint.clone(), one.attribute.to_owned(), before, number(one.value)]
+        };
+        let rows: Vec<Vec<String>> = written.iter().map(row).collect();
+        println!("written:\n{}", table(&["joint", "attribute", "before", "now"], &rows));
+        let rows: Vec<Vec<String>> = not_held.iter().map(not_held_row).collect();
+        println!("\nnot in the file:\n{}", table(&["what", " value", "share of the torque", " why"], &rows));
+        Ok(())
+    }
+
+    fn write_code(&self, language: Language, fitted: &Fitted, recording: Option<&Recording>) -> anyhow::Result<()> {
+        let (folder, name) = self.place()?;
+        let motion = recording.and_then(|recording| recording.trajectories.first());
+        let wish = Wish { name: &name, width: self.smooth, motion };
+        let Code { files, left_out } = controller::write(fitted, language, &wish).or_usage()?;
+        std::fs::create_dir_all(&folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
+        let mut written = Vec::new();
+        for file in &files {
+            let path = folder.join(&file.name);
+            write_file(&path, file.text.as_bytes())?;
+            written.push(path.display().to_string());
+        }
+        let mut told = Vec::new();
+        for out in &left_out {
+            let share = recording.map(|recording| share::of_torque(fitted, recording, out.term, None)).transpose()?;
+            let known = share.map_or("name --log to be told how much of the torque it is".to_owned(), |share| {
+                format!("{:.1} % of the torque (RMS)", 100.0 * share)
+            });
+            progress::told(format_args!("left out: {}, {}; {known}", out.name, out.why));
+            told.push(json!({ "term": out.name, "why": out.why, "share": share }));
+        }
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&json!({ "files": written, "left_out": told }))?);
+        } else {
+            println!("{}", written.join("\n"));
+        }
+        Ok(())
+    }
+
+    /// The folder, and the name of the function.
+    fn place(&self) -> anyhow::Result<(PathBuf, String)> {
+        let Some(output) = &self.output else {
+            return Err(anyhow!("say with -o where the code goes: a file, or a folder")).or_usage();
+        };
+        if output.is_dir() || output.extension().is_none() {
+            return Ok((output.clone(), "torque_model".to_owned()));
+        }
+        let stem = output.file_stem().ok_or_else(|| anyhow!("-o names no file")).or_usage()?;
+        let folder = output.parent().unwrap_or(Path::new("")).to_owned();
+        Ok((folder, stem.to_string_lossy().into_owned()))
+    }
+}
+
+fn not_held_row(one: &NotHeld) -> Vec<String> {
+    let value = one.value.as_ref().map_or_else(|| "–".to_owned(), |(value, unit)| format!("{} {unit}", number(*value)));
+    let share = one.share.map_or_else(|| "name --log".to_owned(), |share| format!("{:.1} %", 100.0 * share));
+    vec![one.what.clone(), value, share, one.why.to_owned()]
+}

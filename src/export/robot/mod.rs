@@ -1,0 +1,190 @@
+//! What was identified, spliced into the robot's own file (URDF or MJCF): damping, dry friction, and in MJCF armature and springs.
+//!
+//! Only the values themselves change in the text; blanks, comments and everything else stay as they are. Which parameter is which
+//! attribute follows from its column: what is in proportion to q̇ is damping, whatever effect it comes from. What the format can't hold
+//! is told.
+//! Sources: ROS, URDF XML `joint/dynamics`; MuJoCo, XML reference, `body/joint` (damping, frictionloss, armature, stiffness,
+//! springref in degrees unless the compiler says radian).
+
+mod property;
+mod splice;
+
+use std::collections::BTreeMap;
+
+use property::{Property, plain_columns};
+use splice::{Splice, SpliceError};
+
+use super::share;
+use crate::model::{Fitted, ModelError, Term};
+use crate::recording::{JointKind, Recording};
+
+/// The robot's file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// The Unified Robot Description Format of ROS.
+    Urdf,
+    /// The format of MuJoCo.
+    Mjcf,
+}
+
+/// The file with what was identified.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spliced {
+    /// The whole text.
+    pub text: String,
+    /// What was written.
+    pub written: Vec<Change>,
+    /// What the format can't hold.
+    pub not_held: Vec<NotHeld>,
+}
+
+/// One value that was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// The joint, by its name in the file.
+    pub joint: String,
+    /// The attribute.
+    pub attribute: &'static str,
+    /// What stood there.
+    pub before: Option<String>,
+    /// What stands there now, in the units of the file.
+    pub value: f64,
+}
+
+/// What the format can't hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NotHeld {
+    /// The term and its parameter.
+    pub what: String,
+    /// Its value and unit, if it is a number.
+    pub value: Option<(f64, String)>,
+    /// Why it was not written.
+    pub why: &'static str,
+    /// RMS of its torque over that which was measured; `None` without a recording.
+    pub share: Option<f64>,
+}
+
+/// The file can't be spliced.
+#[derive(Debug, thiserror::Error)]
+pub enum RobotFileError {
+    /// It is no such file.
+    #[error(transparent)]
+    Text(#[from] SpliceError),
+    /// Its joints are not those of the model.
+    #[error(
+        "the file has {found} moving joint(s) ({names}), the model {needed}: name those of the model, base first, with --joints"
+    )]
+    Count {
+        /// In the file.
+        found: usize,
+        /// Their names.
+        names: String,
+        /// Of the model.
+        needed: usize,
+    },
+    /// A joint that was named is not there.
+    #[error("the file has no moving joint `{name}`; it has {names}")]
+    NoJoint {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        names: String,
+    },
+    /// A term can't be computed.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+/// The text of a robot's file with what was identified. `joints` names those of the model in the file, base first; without, the file
+/// has as many as the model. With a recording, shares of the torque are measured.
+///
+/// # Errors
+/// [`RobotFileError`] if it is no such file, or its joints are not those of the model.
+pub fn write(
+    fitted: &Fitted,
+    format: Format,
+    text: &str,
+    joints: &[String],
+    recording: Option<&Recording>,
+) -> Result<Spliced, RobotFileError> {
+    let mut splice = Splice::of(format, text)?;
+    let names = chosen(&splice.joints(), joints, fitted.setting().kinds.len())?;
+    let (found, not_held) = sorted(fitted, format, recording)?;
+    let mut written = Vec::new();
+    for ((joint, property), value) in &found {
+        let value = match property {
+            // MuJoCo states where the spring is at rest.
+            Property::Preload => {
+                let Some(stiffness) = found.get(&(*joint, Property::Stiffness)) else { continue };
+                let turns = fitted.setting().kinds[*joint] == JointKind::Revolute;
+                splice.angle(-value / stiffness, turns)
+            }
+            _ => *value,
+        };
+        let Some(attribute) = property.attribute(format) else { continue };
+        let before = splice.set(names[*joint], attribute, value);
+        let joint = splice.joints()[names[*joint]].clone();
+        written.push(Change { joint, attribute, before, value });
+    }
+    Ok(Spliced { text: splice.text(), written, not_held })
+}
+
+/// The joints of the model among those of the file.
+fn chosen(names: &[String], asked: &[String], needed: usize) -> Result<Vec<usize>, RobotFileError> {
+    let all = || names.join(", ");
+    let place = |name: &String| {
+        let found = names.iter().position(|other| other == name);
+        found.ok_or_else(|| RobotFileError::NoJoint { name: name.clone(), names: all() })
+    };
+    let chosen = match asked {
+        [] => (0..names.len()).collect::<Vec<usize>>(),
+        asked => asked.iter().map(place).collect::<Result<_, _>>()?,
+    };
+    match chosen.len() == needed {
+        true => Ok(chosen),
+        false => Err(RobotFileError::Count { found: chosen.len(), names: all(), needed }),
+    }
+}
+
+/// Values by joint and property, and what has none in this format.
+type Sorted = (BTreeMap<(usize, Property), f64>, Vec<NotHeld>);
+
+fn sorted(fitted: &Fitted, format: Format, recording: Option<&Recording>) -> Result<Sorted, ModelError> {
+    let (mut found, mut not_held): Sorted = (BTreeMap::new(), Vec::new());
+    let share = |term: usize, parameter: Option<usize>| {
+        recording.map(|recording| share::of_torque(fitted, recording, term, parameter)).transpose()
+    };
+    for (number, term) in fitted.model.terms.iter().enumerate() {
+        let Term::Effect(placed) = term else {
+            let why = "its parameters are sums over links, as the data show them: the masses of the file stay";
+            not_held.push(NotHeld { what: term.label(), value: None, why, share: share(number, None)? });
+            continue;
+        };
+        let plain = plain_columns(placed, fitted.setting().kinds.len());
+        let specs = placed.effect.linear().zip(fitted.linear_of(number));
+        for (place, (spec, value)) in specs.enumerate() {
+            let property = plain.get(place).copied().flatten();
+            let is_possible = (spec.min..=spec.max).contains(&value);
+            let has_spring = plain.contains(&Some(Property::Stiffness));
+            let why = match (property, placed.joint) {
+                (Some(property), Some(joint)) if property.is_held(format, has_spring) && is_possible => {
+                    *found.entry((joint, property)).or_default() += value;
+                    continue;
+                }
+                (Some(property), Some(_)) if property.is_held(format, has_spring) => "its value is not possible",
+                _ => "the format has no word for it",
+            };
+            let kind = fitted.setting().kinds[placed.joint.unwrap_or(0)];
+            not_held.push(NotHeld {
+                what: format!("{}: {}", term.label(), spec.name),
+                value: Some((value, spec.dimension.unit(kind).to_owned())),
+                why,
+                share: share(number, Some(place))?,
+            });
+        }
+    }
+    Ok((found, not_held))
+}
+
+#[cfg(test)]
+mod tests;

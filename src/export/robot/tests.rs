@@ -1,0 +1,115 @@
+use super::*;
+use crate::effect::registry;
+use crate::model::{Model, RigidBody, fit};
+use crate::progress::Monitor;
+use crate::recording::split::Split;
+use crate::simulation::{Scenario, simulate};
+
+const URDF: &str = "<?xml version=\"1.0\"?>\n<!-- ours,\tnot to be touched -->\n<robot name='arm'>\n  <link name=\"base\"/>\n  \
+<joint type=\"revolute\" name=\"wrist\"><parent link=\"upper\"/><child link=\"hand\"/></joint>\n  \
+<joint name=\"shoulder\" type=\"revolute\">\n    <parent link=\"base\"/>\n    <child link=\"lower\"/>\n    \
+<dynamics friction='0.1' damping = \"7\"/>  <!-- guessed -->\n  </joint>\n  \
+<joint name=\"elbow\" type=\"continuous\">\n    <parent link=\"lower\"/>\n    <child link=\"upper\"/>\n  </joint>\n  \
+<joint name=\"bolt\" type=\"fixed\"><parent link=\"hand\"/><child link=\"tool\"/></joint>\n</robot>\n";
+
+const MJCF: &str = "<mujoco>\n  <compiler angle=\"degree\"/>\n  <worldbody><body>\n    <joint name=\"a\" armature=\"1\"/>\n    \
+<body><joint/><body><joint name=\"c\" type=\"hinge\" damping=\"3\"/></body></body>\n  </body></worldbody>\n</mujoco>\n";
+
+fn recording() -> Recording {
+    let mut recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
+    recording.trajectories.truncate(3);
+    recording
+}
+
+/// The embedded arm with effects on single joints (from 0).
+fn fitted(recording: &Recording, effects: &[(&str, usize)]) -> Fitted {
+    let start = Model { terms: vec![Term::RigidBody(RigidBody::Identified)] };
+    let add =
+        |model: Model, (id, joint): &(&str, usize)| model.with_effect(registry::find(id).unwrap(), &[*joint]).unwrap();
+    let model = effects.iter().fold(start, add);
+    fit(&model, recording, &Split::automatic(recording), &Monitor::new()).unwrap()
+}
+
+#[test]
+fn only_the_values_change_in_a_urdf() {
+    let recording = recording();
+    let model = fitted(
+        &recording,
+        &[
+            ("viscous-friction", 0),
+            ("coulomb-friction", 0),
+            ("coulomb-friction", 1),
+            ("coulomb-friction", 2),
+            ("rotor-inertia", 1),
+        ],
+    );
+    let value = |term: usize| model.linear_of(term)[0];
+    let spliced = write(&model, Format::Urdf, URDF, &[], Some(&recording)).unwrap();
+    let mut expected = URDF.to_owned();
+    // What is negative is not possible, so it is told and not written.
+    if value(1) >= 0.0 {
+        expected = expected.replace("damping = \"7\"", &format!("damping = \"{}\"", value(1)));
+    }
+    if value(2) >= 0.0 {
+        expected = expected.replace("friction='0.1'", &format!("friction='{}'", value(2)));
+    }
+    if value(3) >= 0.0 {
+        let old = "<child link=\"upper\"/>\n";
+        let new = format!("<child link=\"upper\"/>\n    <dynamics friction=\"{}\"/>\n", value(3));
+        expected = expected.replace(old, &new);
+    }
+    if value(4) >= 0.0 {
+        let old = "<child link=\"hand\"/></joint>";
+        let new = format!("<child link=\"hand\"/><dynamics friction=\"{}\"/></joint>", value(4));
+        expected = expected.replace(old, &new);
+    }
+    assert_eq!(spliced.text, expected);
+    assert!(value(3) > 0.0, "the friction that the embedded arm hides is found");
+    let told: Vec<&str> = spliced.not_held.iter().map(|one| one.what.as_str()).collect();
+    assert!(told.contains(&"rigid body") && told.iter().any(|what| what.contains("reflected_inertia")), "{told:?}");
+    assert!(spliced.not_held.iter().all(|one| one.share.is_some_and(f64::is_finite)));
+}
+
+#[test]
+fn an_mjcf_holds_armature_and_springs_in_its_own_units() {
+    let recording = recording();
+    let model = fitted(&recording, &[("joint-spring", 1), ("rotor-inertia", 0), ("stribeck-friction", 2)]);
+    let spliced = write(&model, Format::Mjcf, MJCF, &[], None).unwrap();
+    let of = |attribute: &str| spliced.written.iter().find(|change| change.attribute == attribute);
+    let [stiffness, preload] = [model.linear_of(1)[0], model.linear_of(1)[1]];
+    if stiffness >= 0.0 {
+        let rest = of("springref").unwrap();
+        assert!((rest.value + (preload / stiffness).to_degrees()).abs() < 1e-9 * rest.value.abs().max(1.0));
+        assert_eq!(rest.joint, "joint 2");
+    }
+    if let Some(armature) = of("armature") {
+        assert_eq!((armature.joint.as_str(), armature.before.as_deref()), ("a", Some("1")));
+    }
+    assert!(of("frictionloss").is_some_and(|change| change.joint == "c"), "the Coulomb part of Stribeck friction");
+    assert!(spliced.not_held.iter().any(|one| one.what.contains("stribeck_torque")));
+}
+
+#[test]
+fn what_can_not_be_spliced_is_told_with_the_remedy() {
+    let recording = recording();
+    let model = fitted(&recording, &[]);
+    let message = |text: &str, joints: &[&str]| {
+        let joints: Vec<String> = joints.iter().map(|name| (*name).to_owned()).collect();
+        write(&model, Format::Urdf, text, &joints, None).unwrap_err().to_string()
+    };
+    assert!(message("<robot><joint></robot>", &[]).contains("1:"), "{}", message("<robot><joint></robot>", &[]));
+    assert!(message(MJCF, &[]).contains("<mujoco>"));
+    assert!(message("<robot/>", &[]).contains("no joint"));
+    assert!(message(URDF, &["shoulder", "elbow"]).contains("--joints"));
+    assert!(
+        message(URDF, &["shoulder", "elbow", "bolt"]).contains("no moving joint `bolt`; it has shoulder, elbow, wrist")
+    );
+    // Nothing grows by entities, and circles end.
+    let bomb = "<!DOCTYPE r [<!ENTITY a \"aaaa\">]><robot>&a;</robot>";
+    assert!(!message(bomb, &[]).is_empty());
+    let joint = |name: &str, from: &str, to: &str| {
+        format!("<joint name=\"{name}\" type=\"revolute\"><parent link=\"{from}\"/><child link=\"{to}\"/></joint>")
+    };
+    let circle = format!("<robot>{}{}</robot>", joint("a", "x", "y"), joint("b", "y", "x"));
+    assert!(message(&circle, &[]).contains("2 moving joint"));
+}

@@ -1,0 +1,107 @@
+//! A figure's numbers drawn anew by matplotlib: a script to stand beside the table, for whoever wants it in another look.
+
+use super::{Axis, Figure, Scale, with_unit};
+
+/// The script for a table of this name, which stands beside it.
+///
+/// It draws lines, points, bars, bands, cells and what is held out; the marks that it does not know it tells.
+pub fn script(figure: &Figure, table: &str) -> String {
+    let panels: String = figure
+        .panels
+        .iter()
+        .map(|panel| {
+            let [x, y] = [&panel.x, &panel.y].map(axis);
+            format!("    {}: dict(x={x}, y={y}),\n", text(&panel.title))
+        })
+        .collect();
+    format!("{HEAD}TABLE = {}\nPANELS = {{\n{panels}}}\n\n{BODY}", text(table))
+}
+
+/// Label, scale and range of an axis.
+fn axis(axis: &Axis) -> String {
+    let scale = if axis.scale == Scale::Logarithmic { "log" } else { "linear" };
+    let range = axis.range.map_or("None".to_owned(), |[low, high]| format!("({low:?}, {high:?})"));
+    let names = match &axis.scale {
+        Scale::Names(names) => format!("[{}]", names.iter().map(|name| text(name)).collect::<Vec<_>>().join(", ")),
+        Scale::Linear | Scale::Logarithmic => "None".to_owned(),
+    };
+    format!(
+        "dict(label={}, scale=\"{scale}\", range={range}, names={names})",
+        text(&with_unit(&axis.label, &axis.unit))
+    )
+}
+
+/// A text as Python writes it, which is how JSON does.
+fn text(text: &str) -> String {
+    serde_json::Value::String(text.to_owned()).to_string()
+}
+
+const HEAD: &str = "\"\"\"Draws the table beside this script with matplotlib: python3 plot.py [FIGURE.pdf]\"\"\"\n\n\
+import csv\nimport os\nimport sys\nfrom collections import defaultdict\n\nimport matplotlib.pyplot as plt\n\n";
+
+const BODY: &str = r#"folder = os.path.dirname(os.path.abspath(__file__))
+series = defaultdict(list)
+with open(os.path.join(folder, TABLE), newline="", encoding="utf-8") as file:
+    for row in csv.DictReader(file):
+        series[row["panel"], row["mark"], row["series"]].append(row)
+
+
+def column(rows, name):
+    return [float(row[name]) if row[name] else float("nan") for row in rows]
+
+
+figure, axes = plt.subplots(len(PANELS), squeeze=False, figsize=(7, 2.5 * len(PANELS)), constrained_layout=True)
+for ax, (title, panel) in zip(axes[:, 0], PANELS.items()):
+    ax.set_title(title)
+    for (of, mark, name), rows in series.items():
+        if of != title:
+            continue
+        x, y = column(rows, "x"), column(rows, "y")
+        if mark == "line":
+            ax.plot(x, y, label=name or None, linewidth=1)
+        elif mark == "points":
+            ax.scatter(x, y, label=name or None, s=4)
+        elif mark == "bar":
+            ax.bar(x, y, label=name or None)
+        elif mark == "band":
+            ax.fill_between(x, column(rows, "low"), column(rows, "high"), label=name or None, alpha=0.3)
+        elif mark == "held out":
+            for low, high in zip(column(rows, "low"), column(rows, "high")):
+                ax.axvspan(low, high, color="0.92", zorder=0)
+        elif mark == "cell":
+            ax.scatter(x, y, c=column(rows, "value"), marker="s")
+        else:
+            print(f"{title}: `{mark}` {name} is not drawn", file=sys.stderr)
+    for axis, along in (("x", panel["x"]), ("y", panel["y"])):
+        ax.set(**{f"{axis}label": along["label"], f"{axis}scale": along["scale"]})
+        if along["range"]:
+            ax.set(**{f"{axis}lim": along["range"]})
+        if along["names"]:
+            ax.set(**{f"{axis}ticks": range(len(along["names"])), f"{axis}ticklabels": along["names"]})
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(fontsize="small")
+if len(sys.argv) > 1:
+    figure.savefig(sys.argv[1])
+else:
+    plt.show()
+"#;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::mark::Line;
+    use crate::figure::{Ink, Panel};
+
+    #[test]
+    fn the_script_names_its_table_and_every_panel() {
+        let axes = [Axis::new("time", "s"), Axis::new("nMSE", "").logarithmic()];
+        let panel =
+            Panel::new("joint \"1\"", axes).with(Line::through("model", [[0.0, 1.0], [1.0, 0.1]], Ink::Series(0)));
+        let text = script(&Figure::new(vec![panel]), "a.csv");
+        assert!(
+            text.contains("TABLE = \"a.csv\"") && text.contains("\"joint \\\"1\\\"\": dict(x=dict(label=\"time"),
+            "{text}"
+        );
+        assert!(text.contains("scale=\"log\"") && text.contains("[s]"), "{text}");
+    }
+}

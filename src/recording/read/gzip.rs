@@ -1,0 +1,53 @@
+//! Files that gzip has packed: unpacked once, then read as what they are.
+
+use std::io::Read;
+
+use flate2::read::MultiGzDecoder;
+
+use super::budget::{Budget, TooMuch};
+use crate::progress::{Monitor, Stopped};
+
+/// The file can't be unpacked.
+#[derive(Debug, thiserror::Error)]
+pub enum GzipError {
+    /// It is cut, or its checksum is wrong.
+    #[error("it is packed with gzip and damaged after {after} unpacked bytes ({problem}); copy or pack it again")]
+    Damaged {
+        /// How far it could be unpacked.
+        after: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// It was packed twice.
+    #[error("it is packed with gzip twice; unpack it once with `gunzip`")]
+    Twice,
+    /// It would take too much memory.
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+/// With these bytes a packed file begins.
+pub(super) const SIGNATURE: &[u8] = b"\x1f\x8b";
+/// So much is unpacked at a time \[bytes\].
+const PART: u64 = 1 << 20;
+
+/// What was packed.
+pub(super) fn unpack(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Vec<u8>, GzipError> {
+    let mut decoder = MultiGzDecoder::new(bytes);
+    let mut unpacked = Vec::new();
+    loop {
+        monitor.check()?;
+        let before = unpacked.len();
+        let read = (&mut decoder).take(PART).read_to_end(&mut unpacked);
+        let read =
+            read.map_err(|problem| GzipError::Damaged { after: unpacked.len(), problem: problem.to_string() })?;
+        budget.unpack(read as u64)?;
+        if unpacked.len() == before {
+            break;
+        }
+    }
+    if unpacked.starts_with(SIGNATURE) { Err(GzipError::Twice) } else { Ok(unpacked) }
+}
