@@ -141,7 +141,9 @@ impl Export {
             let known = share.map_or("name --log to be told how much of the torque it is".to_owned(), |share| {
                 format!("{:.1} % of the torque (RMS)", 100.0 * share)
             });
-            progress::told(format_args!("left out: {}, {}; {known}", out.name, out.why));
+            if !self.json {
+                progress::told(format_args!("left out: {}, {}; {known}", out.name, out.why));
+            }
             told.push(json!({ "term": out.name, "why": out.why, "share": share }));
         }
         if self.json {

@@ -60,7 +60,8 @@ impl Starts {
             Starts::Places(shares) => shares.iter().map(|share| low + share * (high - low)).collect(),
             Starts::Waves => {
                 let half_a_period = PI / (high - low).max(f64::MIN_POSITIVE);
-                let wave = |number: usize| 2.0 * half_a_period + number as f64 * half_a_period.max(LEAST_WAVE_STEP);
+                let first = (2.0 * half_a_period).max(LEAST_WAVE);
+                let wave = |number: usize| first + number as f64 * half_a_period.max(LEAST_WAVE_STEP);
                 (0..WAVES).map(wave).collect()
             }
         }
@@ -110,6 +111,8 @@ impl Starts {
 const BEYOND: f64 = 4.0;
 /// So many wave numbers are tried first, half a period over the joint's way apart, which is half of what tells two waves apart.
 const WAVES: usize = 15;
+/// A wave that repeats once a turn is gravity's \[rad⁻¹\].
+const LEAST_WAVE: f64 = 2.0;
 /// Over ways of more than half a turn they are further apart \[rad⁻¹\], so that as many reach as far.
 const LEAST_WAVE_STEP: f64 = 1.0;
 
@@ -345,9 +348,9 @@ mod tests {
         for (value, periods) in short.iter().zip([1.0, 1.5, 2.0]) {
             assert!((value - TAU * periods / 0.25).abs() < 1e-9, "{short:?}");
         }
-        // A way of two turns tells waves apart that are half a radian's inverse apart; they are tried a whole one apart.
+        // A way of two turns tells slower waves apart; but the slowest is gravity's.
         let long = starts.values([-TAU, TAU]);
-        assert!((long[0] - 0.5).abs() < 1e-12 && (long[1] - 1.5).abs() < 1e-12, "{long:?}");
+        assert_eq!(long[..3], [2.0, 3.0, 4.0]);
         assert_eq!(starts.around(&long, long[1]), [long[0], long[2]]);
         let [below, above] = starts.around(&long, long[14]);
         assert!(below == long[13] && above > long[14] && above < long[14] + 1.0, "{above}");

@@ -38,11 +38,9 @@ impl Gestures<'_> {
             *self.window = Window::default();
             return;
         }
-        let measuring = self.cursor.is_some()
-            && ctx.input(|input| {
-                // Window managers take Alt and a drag for themselves.
-                input.modifiers.alt || (input.key_down(Key::M) && !ctx.text_edit_focused())
-            });
+        // Window managers take Alt and a drag for themselves.
+        let (alt, m) = ctx.input(|input| (input.modifiers.alt, input.key_down(Key::M)));
+        let measuring = self.cursor.is_some() && (alt || (m && !ctx.text_edit_focused()));
         if measuring && (response.drag_started() || response.dragged()) {
             let begin = ctx.input(|input| input.pointer.press_origin());
             if let (Some(begin), Some(end)) = (begin, response.interact_pointer_pos()) {

@@ -10,7 +10,7 @@ use document::{Block, Document, Table};
 
 use super::{About, plots, screens};
 use crate::diagnosis::Report;
-use crate::figure::{self, Figure, Size, Style, Theme};
+use crate::figure::{self, Figure, Panel, Size, Style, Theme};
 use crate::model::{JointError, Term};
 use crate::recording::{Origin, Recording, joints_text};
 use crate::session::{Session, Step, View};
@@ -174,12 +174,25 @@ fn models(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
 
 fn figures(session: &Session, screen: &'static About, blocks: &mut Vec<Block>) {
     let style = Style { size: Size::TwoColumn, theme: Theme::Print, ..Style::default() };
-    for (number, panel) in plots(session.clone(), View::default(), screen).into_iter().take(MOST_PLOTS).enumerate() {
+    let mut panels = plots(session.clone(), View::default(), screen);
+    name_axes(&mut panels);
+    for (number, panel) in panels.into_iter().take(MOST_PLOTS).enumerate() {
         let title = panel.title.clone();
         // Every picture of the page has marks of its own.
         let mark = format!("{}{number}", screen.id);
         if let Ok(svg) = figure::inline(&Figure::new(vec![panel]), &style, &mark) {
             blocks.push(Block::Figure { title: format!("{}: {title}", screen.title), svg });
+        }
+    }
+}
+
+/// Of panels above each other only the last one names their common axis; here each stands alone.
+fn name_axes(panels: &mut [Panel]) {
+    for above in (1..panels.len()).rev() {
+        let (before, behind) = panels.split_at_mut(above);
+        let (upper, lower) = (&mut before[above - 1].x, &behind[0].x);
+        if upper.label.is_empty() && upper.link == lower.link {
+            (upper.label, upper.unit) = (lower.label.clone(), lower.unit.clone());
         }
     }
 }
