@@ -1,7 +1,7 @@
 //! A model that was solved for as the code of a controller: one function τ(q, q̇, q̈), and the vectors by which it is tested.
 //!
-//! The torque is written once, on a [`tape`] of scalar steps: the rigid body ([`body`]), then each effect that has a closed form.
-//! A [`language`] prints the tape. What no function of the present motion can give (an effect with a memory, a delay of a reading)
+//! The torque is written once, on a `tape` of scalar steps: the rigid body (`body`), then each effect that has a closed form.
+//! A `language` prints the tape. What no function of the present motion can give (an effect with a memory, a delay of a reading)
 //! is left out, and told.
 
 mod body;

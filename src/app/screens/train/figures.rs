@@ -37,7 +37,7 @@ pub fn errors(epochs: &[Epoch], share: f64, others: &[(Arc<Step>, Ink)]) -> Pane
     }
     let own = [
         ("loss on train", &loss, Ink::Series(0)),
-        ("validation nMSE", &validation, Ink::Series(2)),
+        ("validation nMSE", &validation, Ink::Series(1)),
         ("held-out nMSE", &held_out, Ink::Predicted),
     ];
     // Trainings of before, and those without held-out data, have no validation part.
@@ -67,7 +67,7 @@ pub fn of_seeds(seeds: &[Arc<Step>], others: &[(Arc<Step>, Ink)]) -> Panel {
     }
     let kinds: [(&str, OfEpoch, Ink); 3] = [
         ("loss on train", |epoch| Some(epoch.loss), Ink::Series(0)),
-        ("validation nMSE", |epoch| epoch.validation, Ink::Series(2)),
+        ("validation nMSE", |epoch| epoch.validation, Ink::Series(1)),
         ("held-out nMSE", |epoch| epoch.held_out, Ink::Predicted),
     ];
     for (name, value, ink) in kinds {
