@@ -7,7 +7,8 @@ use super::failure::OrUsage;
 use super::progress;
 use super::table::{number, numbers, table};
 use crate::effect::registry;
-use crate::recording::seal::Truth;
+use crate::recording::JointKind;
+use crate::recording::seal::{self, HiddenEffect, Truth};
 use crate::session::Command;
 
 /// The seal of a simulated recording.
@@ -87,16 +88,16 @@ impl Open {
 
 impl Answer {
     fn of(truth: &Truth) -> Self {
-        let hidden = |hidden: &crate::recording::seal::HiddenEffect| {
+        let hidden = |hidden: &HiddenEffect| {
             let specs = registry::find(&hidden.effect).map_or(&[][..], |effect| effect.parameters);
             let parameters = specs.iter().zip(&hidden.parameters).map(|(spec, value)| Parameter {
                 name: spec.name.to_owned(),
                 value: *value,
-                unit: spec.dimension.unit(crate::recording::JointKind::Revolute).to_owned(),
+                unit: spec.dimension.unit(JointKind::Revolute).to_owned(),
             });
             Hidden { effect: hidden.effect.clone(), joint: counted(hidden.joint), parameters: parameters.collect() }
         };
-        let cause = |cause: &crate::recording::seal::Cause| Cause {
+        let cause = |cause: &seal::Cause| Cause {
             effect: cause.effect.clone(),
             joint: counted(cause.joint),
             share: cause.share,

@@ -97,7 +97,7 @@ fn usual_noise() -> f64 {
     0.01
 }
 
-/// Six runs of six seconds: enough for every effect, and simulated in a moment.
+/// Eight runs of six seconds: enough for every effect, and simulated in a moment.
 fn usual_motion() -> Excitation {
     Excitation::MultiSine {
         trajectories: 8,

@@ -230,10 +230,10 @@ fn unstuck(
             Err(TrainError::Stopped(_)) => break,
             next => next?,
         };
-        if restart::unexplained(&newest) < restart::unexplained(&best) {
+        let unexplained = restart::unexplained(&newest);
+        if unexplained < restart::unexplained(&best) {
             best = newest.clone();
         } else {
-            let unexplained = restart::unexplained(&newest);
             best.run.other_starts.push(OtherStart { seed, unexplained });
         }
     }
