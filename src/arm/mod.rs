@@ -25,6 +25,7 @@ pub mod chain;
 pub mod dynamics;
 pub mod kinematics;
 pub mod regressor;
+pub mod urdf;
 
 use serde::{Deserialize, Serialize};
 

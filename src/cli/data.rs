@@ -12,6 +12,7 @@ use clap::{Args, ValueEnum};
 use super::choice::{Choice, one_of};
 use super::failure::OrUsage;
 use super::progress;
+use crate::arm::urdf::UrdfArm;
 use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
 use crate::file::{self, is_same};
@@ -22,7 +23,7 @@ use crate::progress::Monitor;
 use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions, endings, parts};
-use crate::recording::{Recording, catalogue};
+use crate::recording::{JointKind, Recording, catalogue};
 use crate::session::{self, Command, Document, Session, default_name, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
@@ -55,8 +56,9 @@ pub struct Reading {
     /// Where the arm points at q = 0, if the file does not say it.
     #[arg(long)]
     zero: Option<Zero>,
-    /// The arm's stated masses and lengths (JSON: links, gravity, posture).
-    #[arg(long, value_name = "ARM.json")]
+    /// The arm's stated masses and lengths (JSON: links, gravity, posture); or the URDF of a serial arm, whose axes are taken and
+    /// whose masses are identified.
+    #[arg(long, value_name = "ARM.json|URDF")]
     arm: Option<PathBuf>,
     /// Sampling rate [Hz] of files without a time column.
     #[arg(long, value_name = "HZ")]
@@ -561,6 +563,25 @@ pub fn read_arm(path: &Path) -> anyhow::Result<Arm> {
     read().or_usage()
 }
 
+/// A mapping with the axes of a URDF.
+fn with_axes_of(mapping: MappingSpec, path: &Path) -> anyhow::Result<MappingSpec> {
+    let text = file::read_text(path).with_context(|| format!("can't read {}", path.display())).or_usage()?;
+    let arm = UrdfArm::parse(&text).with_context(|| path.display().to_string()).or_usage()?;
+    progress::remark(format_args!("the axes of {}: {}", path.display(), arm.joints.join(", ")));
+    let kind = match (arm.sliding.contains(&true), arm.sliding.contains(&false)) {
+        (true, true) if mapping.kind.is_none() => {
+            return Err(anyhow!(
+                "{} has sliding and turning joints: state the axes in a mapping file, and name the columns with their units",
+                path.display()
+            ))
+            .or_usage();
+        }
+        (true, false) => Some(JointKind::Prismatic),
+        _ => mapping.kind,
+    };
+    Ok(MappingSpec { chain: Some(arm.chain), kind, ..mapping })
+}
+
 /// Trajectories are named without the ending of their file.
 fn is_named_like_a_log(path: &Path) -> bool {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
@@ -573,9 +594,15 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         Zero::Right => Posture::RIGHT,
         Zero::Up => Posture::UP,
     });
-    let arm = reading.arm.as_deref().map(read_arm).transpose()?;
+    let is_urdf = |path: &&Path| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
+    let (urdf, arm) = (reading.arm.as_deref().filter(is_urdf), reading.arm.as_deref().filter(|path| !is_urdf(path)));
+    let arm = arm.map(read_arm).transpose()?;
+    let mapping = match urdf {
+        Some(path) => Some(with_axes_of(reading.map.clone().unwrap_or_default(), path)?),
+        None => reading.map.clone(),
+    };
     let options = ReadOptions {
-        mapping: reading.map.clone(),
+        mapping,
         zero,
         arm,
         rate_hz: reading.rate,

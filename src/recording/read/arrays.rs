@@ -134,7 +134,7 @@ fn misfit(array: &str, shape: &[usize]) -> String {
 }
 
 /// How many runs, and how many samples in each.
-type Extent = (usize, usize);
+pub(super) type Extent = (usize, usize);
 
 /// How an array may be read: (samples), (samples, joints) or (runs, samples, joints).
 fn extent(shape: &[usize]) -> Option<Extent> {
@@ -147,7 +147,7 @@ fn extent(shape: &[usize]) -> Option<Extent> {
 
 /// The extent that most arrays have; an array without elements may claim any, and constants do not outvote signals, however many
 /// there are.
-fn usual_extent<'a>(shapes: impl Iterator<Item = &'a [usize]> + Clone) -> Option<Extent> {
+pub(super) fn usual_extent<'a>(shapes: impl Iterator<Item = &'a [usize]> + Clone) -> Option<Extent> {
     let count = |shape: &[usize]| shape.iter().fold(1usize, |product, size| product.saturating_mul(*size));
     let full = shapes.filter(|shape| count(shape) > 1);
     let signals = full.clone().any(|shape| count(shape) > LARGEST_CONSTANT);
@@ -161,7 +161,7 @@ fn usual_extent<'a>(shapes: impl Iterator<Item = &'a [usize]> + Clone) -> Option
 }
 
 /// Whether an array becomes columns, a constant or a time step, where most have this extent.
-fn is_of_use(shape: &[usize], count: usize, usual: Option<Extent>) -> bool {
+pub(super) fn is_of_use(shape: &[usize], count: usize, usual: Option<Extent>) -> bool {
     let fits = |(runs, samples): Extent| match *shape {
         [own] if own == samples => true,
         [first, second] if runs > 1 && (first, second) == (runs, samples) => true,

@@ -305,34 +305,10 @@ fn table(states: Vec<State>, mut passed_over: Vec<String>) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::read::cdr::CdrWriter;
 
     fn message(stamp: u32, joints: &[&str], channels: [&[f64]; 3]) -> Vec<u8> {
-        fn pad(bytes: &mut Vec<u8>, alignment: usize) {
-            bytes.resize((bytes.len() - 4).next_multiple_of(alignment) + 4, 0);
-        }
-        fn word(bytes: &mut Vec<u8>, value: u32) {
-            pad(bytes, 4);
-            bytes.extend(value.to_le_bytes());
-        }
-        let mut bytes = vec![0, 1, 0, 0];
-        for value in [0, stamp, 1] {
-            word(&mut bytes, value);
-        }
-        bytes.push(0); // the frame is the empty text
-        word(&mut bytes, joints.len() as u32);
-        for joint in joints {
-            word(&mut bytes, joint.len() as u32 + 1);
-            bytes.extend(joint.as_bytes());
-            bytes.push(0);
-        }
-        for channel in channels {
-            word(&mut bytes, channel.len() as u32);
-            if !channel.is_empty() {
-                pad(&mut bytes, 8);
-                channel.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
-            }
-        }
-        bytes
+        CdrWriter::joint_state([0, stamp], joints, channels)
     }
 
     fn bag(kind: &str, messages: &[Vec<u8>]) -> Vec<u8> {

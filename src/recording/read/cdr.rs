@@ -55,3 +55,58 @@ impl<'a> Cdr<'a> {
         (0..count).map(|_| Ok(f64::from_le_bytes(self.word()?))).collect()
     }
 }
+
+/// Writes a CDR message, numbers with their least byte first: for the selftest and tests, which make logs of their own.
+pub(crate) struct CdrWriter(Vec<u8>);
+
+impl CdrWriter {
+    /// An empty message.
+    pub fn new() -> Self {
+        CdrWriter(vec![0, 1, 0, 0])
+    }
+
+    /// A number by its bytes, at a multiple of their count.
+    pub fn word<const SIZE: usize>(&mut self, word: [u8; SIZE]) -> &mut Self {
+        // Alignment counts from behind the four bytes of the encapsulation.
+        self.0.resize((self.0.len() - 4).next_multiple_of(SIZE) + 4, 0);
+        self.0.extend(word);
+        self
+    }
+
+    /// A text, with a zero at its end.
+    pub fn text(&mut self, text: &str) -> &mut Self {
+        self.word((text.len() as u32 + 1).to_le_bytes());
+        self.0.extend(text.bytes().chain([0]));
+        self
+    }
+
+    /// A list of texts.
+    pub fn texts(&mut self, texts: &[&str]) -> &mut Self {
+        self.word((texts.len() as u32).to_le_bytes());
+        texts.iter().fold(self, |message, text| message.text(text))
+    }
+
+    /// A list of numbers.
+    pub fn numbers(&mut self, values: &[f64]) -> &mut Self {
+        self.word((values.len() as u32).to_le_bytes());
+        values.iter().fold(self, |message, value| message.word(value.to_le_bytes()))
+    }
+
+    /// A `sensor_msgs/JointState`, stamped in seconds and nanoseconds; `channels` are positions, velocities and efforts.
+    pub fn joint_state(stamp: [u32; 2], joints: &[&str], channels: [&[f64]; 3]) -> Vec<u8> {
+        let mut message = CdrWriter::new();
+        for word in stamp {
+            message.word(word.to_le_bytes());
+        }
+        message.text("").texts(joints);
+        for channel in channels {
+            message.numbers(channel);
+        }
+        message.end()
+    }
+
+    /// The message.
+    pub fn end(self) -> Vec<u8> {
+        self.0
+    }
+}

@@ -7,12 +7,15 @@ mod arrays;
 mod assemble;
 mod bag;
 mod budget;
-mod cdr;
+pub(crate) mod cdr;
 mod csv;
 mod gzip;
+mod hdf5;
 mod join;
 mod json;
 mod mat;
+mod mcap;
+mod messages;
 mod npz;
 mod sniff;
 mod table;
@@ -29,10 +32,12 @@ pub use super::npy::NpyError;
 pub use arrays::ArraysError;
 pub use budget::TooMuch;
 pub use gzip::GzipError;
+pub use hdf5::Hdf5Error;
 pub use join::JoinError;
 pub(crate) use join::parts;
 pub use json::JsonError;
 pub use mat::MatError;
+pub use mcap::McapError;
 pub use npz::NpzError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
 
@@ -197,6 +202,22 @@ pub enum ReadError {
         file: String,
         /// What is wrong.
         problem: BagError,
+    },
+    /// The MCAP log can't be read.
+    #[error("{file}: {problem}")]
+    Mcap {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: Box<McapError>,
+    },
+    /// The HDF5 file can't be read.
+    #[error("{file}: {problem}")]
+    Hdf5 {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: Hdf5Error,
     },
     /// The JSON can't be read.
     #[error("{file}: {problem}")]
@@ -516,6 +537,9 @@ fn content(
         Format::Csv => csv::read(bytes, budget, monitor).map_err(|problem| ReadError::Csv { file, problem })?,
         Format::Mat => mat::read(bytes, budget, monitor).map_err(|problem| ReadError::Mat { file, problem })?,
         Format::Bag => bag::read(bytes, budget, monitor).map_err(|problem| ReadError::Bag { file, problem })?,
+        Format::Mcap => mcap::read(bytes, budget, monitor)
+            .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) })?,
+        Format::Hdf5 => hdf5::read(bytes, budget, monitor).map_err(|problem| ReadError::Hdf5 { file, problem })?,
         Format::Json => json::read(bytes, budget, monitor).map_err(|problem| ReadError::Json { file, problem })?,
         Format::Npz => {
             let wrong = |problem| ReadError::Npz { file, problem: Box::new(problem) };

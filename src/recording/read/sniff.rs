@@ -1,5 +1,7 @@
 //! What a file is, told from its bytes, and whether its name says so.
 
+use super::hdf5::MATLAB;
+
 /// What we can read: the one list of it, for file dialogs, texts and help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -15,14 +17,19 @@ pub enum Format {
     Bag,
     /// JSON, or JSON Lines.
     Json,
+    /// HDF5, which MATLAB writes since version 7.3.
+    Hdf5,
+    /// A log of messages, as rosbag2 writes it now.
+    Mcap,
 }
 
 /// All formats in the words of a sentence, such as `Recordings (…)`.
-pub const READABLE: &str = "CSV, NPZ, NPY, JSON, MATLAB or ROS 2 bag";
+pub const READABLE: &str = "CSV, NPZ, NPY, JSON, MATLAB, HDF5, MCAP or ROS 2 bag";
 
 impl Format {
     /// All of them, the commonest first.
-    pub const ALL: [Format; 6] = [Format::Csv, Format::Npz, Format::Npy, Format::Json, Format::Mat, Format::Bag];
+    pub const ALL: [Format; 8] =
+        [Format::Csv, Format::Npz, Format::Npy, Format::Json, Format::Mat, Format::Hdf5, Format::Mcap, Format::Bag];
 
     /// Its name for people.
     pub fn name(self) -> &'static str {
@@ -33,6 +40,8 @@ impl Format {
             Format::Mat => "MATLAB",
             Format::Bag => "ROS 2 bag",
             Format::Json => "JSON",
+            Format::Hdf5 => "HDF5",
+            Format::Mcap => "MCAP",
         }
     }
 
@@ -45,6 +54,8 @@ impl Format {
             Format::Mat => &["mat"],
             Format::Bag => &["db3"],
             Format::Json => &["json", "jsonl", "ndjson"],
+            Format::Hdf5 => &["h5", "hdf5", "mat"],
+            Format::Mcap => &["mcap"],
         }
     }
 
@@ -57,6 +68,8 @@ impl Format {
             Format::Mat => "a MATLAB file",
             Format::Bag => "an SQLite database",
             Format::Json => "JSON",
+            Format::Hdf5 => "an HDF5 file",
+            Format::Mcap => "an MCAP log",
         }
     }
 }
@@ -102,15 +115,9 @@ const TO_CSV: &str = "export the log as CSV or NPZ";
 const UNPACK: &str = "unpack it and read the file inside";
 const PICKLE: &str = "reading a pickle runs the code that stands in it. Convert it where you trust it, in Python: \
     d = pickle.load(open('log.pickle', 'rb')); numpy.savez('log.npz', time=d['t'], q=d['q'], qd=d['qd'], tau=d['tau'])";
-const FROM_MATLAB: &str = "save it in MATLAB as version 7: save('log.mat', '-v7')";
-const FROM_HDF5: &str = "convert it, in Python: f = h5py.File('log.h5'); \
-    numpy.savez('log.npz', time=f['time'], q=f['q'], qd=f['qd'], tau=f['tau'])";
 
 /// First bytes, what they tell, and what to do.
 const SIGNATURES: &[(&[u8], &str, &str)] = &[
-    (b"MATLAB 7.3", "a MATLAB 7.3 file", FROM_MATLAB),
-    (b"\x89HDF\r\n\x1a\n", "an HDF5 file", FROM_HDF5),
-    (b"\x89MCAP0\r\n", "an MCAP log", TO_CSV),
     (b"#ROSBAG", "a ROS bag", TO_CSV),
     (b"ULog\x01", "a ULog file", TO_CSV),
     (b"PAR1", "a Parquet file", TO_CSV),
@@ -130,7 +137,7 @@ const SIGNATURES: &[(&[u8], &str, &str)] = &[
 ];
 
 /// Endings that promise something that is not read.
-const UNREAD: [&str; 9] = ["h5", "hdf5", "pickle", "pkl", "parquet", "mcap", "bag", "xlsx", "png"];
+const UNREAD: [&str; 6] = ["pickle", "pkl", "parquet", "bag", "xlsx", "png"];
 
 /// Tells the format from the bytes, and compares it with the ending of the name (without dot, any case, may be empty).
 ///
@@ -139,7 +146,8 @@ const UNREAD: [&str; 9] = ["h5", "hdf5", "pickle", "pkl", "parquet", "mcap", "ba
 pub fn sniff(bytes: &[u8], ending: &str) -> Result<Format, FormatError> {
     let format = by_bytes(bytes)?;
     let ending = ending.to_lowercase();
-    let promises_other = |other: &Format| *other != format && other.endings().contains(&ending.as_str());
+    let is_of = |other: &Format| other.endings().contains(&ending.as_str());
+    let promises_other = |other: &Format| !is_of(&format) && is_of(other);
     if UNREAD.contains(&ending.as_str()) || Format::ALL.iter().any(promises_other) {
         return Err(FormatError::Misnamed { ending, is: format.is() });
     }
@@ -162,11 +170,17 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
     if bytes.starts_with(b"\x93NUMPY") {
         return Ok(Format::Npy);
     }
+    if bytes.starts_with(MATLAB) || bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+        return Ok(Format::Hdf5);
+    }
     if bytes.starts_with(b"MATLAB 5.0") {
         return Ok(Format::Mat);
     }
     if bytes.starts_with(b"SQLite format 3\0") {
         return Ok(Format::Bag);
+    }
+    if bytes.starts_with(b"\x89MCAP0\r\n") {
+        return Ok(Format::Mcap);
     }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return Ok(Format::Npz);
@@ -198,9 +212,9 @@ mod tests {
             (b" \n\t\r\n", "empty"),
             (b"\x80\x03}q\x00.", "pickle"),
             (b"(dp0\n.", "pickle"),
-            (b"MATLAB 7.3 MAT-file, Platform", "-v7"),
+            (b"MATLAB 7.3 MAT-file, Platform", "an HDF5 file; rename"),
             (b"MATLAB 5.0 MAT-file, Platform", "a MATLAB file; rename"),
-            (b"\x89HDF\r\n\x1a\n", "HDF5"),
+            (b"\x89HDF\r\n\x1a\n", "an HDF5 file; rename"),
             (b"SQLite format 3\0", "an SQLite database; rename"),
             (b"\x89PNG\r\n\x1a\n", "PNG"),
             (b"\xff\xfet\0i\0", "UTF-16"),

@@ -2,10 +2,13 @@
 
 mod bag;
 mod mat;
+mod mcap;
+mod message;
 
 use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
 
+use ::mcap::Compression;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use zip::write::SimpleFileOptions;
@@ -73,6 +76,8 @@ pub fn files(recording: &Recording, number: usize) -> Result<Vec<Seed>, Selftest
         ("plain.mat", mat::plain(run)),
         ("struct.mat", mat::packed(run)?),
         ("states.db3", bag::joint_states(run)?),
+        ("plain.mcap", mcap::joint_states(run, None)?),
+        ("packed.mcap", mcap::joint_states(run, Some(Compression::Zstd))?),
     ];
     Ok(files.into_iter().map(|(name, bytes)| Seed { name: format!("{number}-{name}"), bytes }).collect())
 }

@@ -1,0 +1,219 @@
+//! HDF5, and MATLAB 7.3, which is HDF5 behind a header of its own: a tree of datasets, named by their paths with dots between.
+//!
+//! MATLAB writes its arrays with their dimensions turned round, and a vector as a matrix with one column.
+
+use std::collections::HashSet;
+
+use hdf5_reader::group::Group;
+use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions};
+use ndarray::{ArrayD, Axis};
+
+use super::arrays::{self, ArraysError, BYTES};
+use super::budget::{Budget, TooMuch};
+use super::table::{MOST_COLUMNS, Table};
+use crate::progress::{Monitor, Stopped};
+
+/// The file can't be read.
+#[derive(Debug, thiserror::Error)]
+pub enum Hdf5Error {
+    /// It is damaged, or uses what is not read.
+    #[error(
+        "{at}: {problem}; copy the file again, or write it anew in Python: f = h5py.File('log.h5'); \
+             numpy.savez('log.npz', time=f['time'][:], q=f['q'][:], tau=f['tau'][:])"
+    )]
+    Damaged {
+        /// The dataset or group.
+        at: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// More datasets than any log has.
+    #[error("it has more than {MOST_COLUMNS} datasets and groups; a log has one dataset a channel")]
+    TooMany,
+    /// Its datasets make no table.
+    #[error(transparent)]
+    Arrays(#[from] ArraysError),
+    /// It would take too much memory.
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+/// Groups may lie in each other this deep.
+const DEEPEST: usize = 16;
+/// What a packed part may unpack to \[bytes\].
+const LARGEST_CHUNK: usize = 64 << 20;
+/// How much of it may be kept unpacked \[bytes\].
+const CACHE: usize = 8 << 20;
+
+/// Reads a file.
+pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, Hdf5Error> {
+    let most = usize::try_from(budget.left_to_unpack()).unwrap_or(usize::MAX);
+    let options = OpenOptions::default();
+    let options = options.with_max_chunk_bytes(LARGEST_CHUNK).with_max_read_bytes(most).with_chunk_cache_bytes(CACHE);
+    budget.unpack(bytes.len() as u64)?;
+    let file = Hdf5File::from_bytes_with_options(bytes, options).map_err(|problem| damaged("the file", &problem))?;
+    let root = file.root_group().map_err(|problem| damaged("the file", &problem))?;
+    let mut found = Found { datasets: Vec::new(), passed_over: Vec::new(), groups: HashSet::new() };
+    found.collect(&root, "", 0, budget, monitor)?;
+    let turned = bytes.starts_with(MATLAB);
+    let shapes: Vec<Vec<usize>> = found.datasets.iter().map(|(_, dataset)| shape(dataset, turned)).collect();
+    let usual = arrays::usual_extent(shapes.iter().map(Vec::as_slice));
+    let mut arrays = Vec::new();
+    for ((name, dataset), shape) in found.datasets.iter().zip(&shapes) {
+        monitor.check()?;
+        let count = shape.iter().fold(1usize, |product, size| product.saturating_mul(*size));
+        if !arrays::is_of_use(shape, count, usual) {
+            found.passed_over.push(format!("`{name}` (its shape is {shape:?})"));
+            continue;
+        }
+        // What is read, and what becomes of it.
+        budget.unpack((count as u64).saturating_mul(2 * BYTES))?;
+        match values(dataset).map_err(|problem| damaged(name, &problem))? {
+            Some(array) => arrays.push((name.clone(), laid_out(array, turned))),
+            None => found.passed_over.push(format!("`{name}` (no numbers)")),
+        }
+    }
+    Ok(arrays::table(arrays, found.passed_over, budget)?)
+}
+
+/// With these bytes begins what MATLAB wrote.
+pub(super) const MATLAB: &[u8] = b"MATLAB 7.3";
+
+fn damaged(at: &str, problem: &hdf5_reader::error::Error) -> Hdf5Error {
+    Hdf5Error::Damaged { at: format!("`{at}`"), problem: problem.to_string() }
+}
+
+/// What was found in the tree.
+struct Found {
+    datasets: Vec<(String, Dataset)>,
+    passed_over: Vec<String>,
+    /// Where the groups are: one that leads back to itself is not entered again.
+    groups: HashSet<u64>,
+}
+
+impl Found {
+    fn collect(
+        &mut self,
+        group: &Group,
+        path: &str,
+        depth: usize,
+        budget: &mut Budget,
+        monitor: &Monitor,
+    ) -> Result<(), Hdf5Error> {
+        monitor.check()?;
+        if depth > DEEPEST || !self.groups.insert(group.address()) {
+            return Ok(());
+        }
+        if self.groups.len() + self.datasets.len() > MOST_COLUMNS {
+            return Err(Hdf5Error::TooMany);
+        }
+        let at = if path.is_empty() { "the file" } else { path };
+        let (groups, datasets) = group.members().map_err(|problem| damaged(at, &problem))?;
+        let named = |name: &str| {
+            let name = name.rsplit('/').next().unwrap_or(name);
+            if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
+        };
+        for dataset in datasets {
+            let name = named(dataset.name());
+            budget.text(&name)?;
+            self.datasets.push((name, dataset));
+        }
+        // What MATLAB keeps for itself begins with #.
+        for inner in groups.iter().filter(|inner| !inner.name().rsplit('/').next().unwrap_or_default().starts_with('#'))
+        {
+            let name = named(inner.name());
+            budget.text(&name)?;
+            self.collect(inner, &name, depth + 1, budget, monitor)?;
+        }
+        Ok(())
+    }
+}
+
+/// The shape of a dataset as its writer meant it.
+fn shape(dataset: &Dataset, turned: bool) -> Vec<usize> {
+    let mut shape: Vec<usize> =
+        dataset.shape().iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
+    if turned {
+        shape.reverse();
+    }
+    if turned && is_vector(&shape) {
+        shape.retain(|size| *size != 1);
+    }
+    shape
+}
+
+fn is_vector(shape: &[usize]) -> bool {
+    shape.len() == 2 && shape.contains(&1) && shape.iter().any(|size| *size > 1)
+}
+
+fn laid_out(array: ArrayD<f64>, turned: bool) -> ArrayD<f64> {
+    if !turned {
+        return array;
+    }
+    let mut array = array.reversed_axes();
+    if is_vector(array.shape()) {
+        let single = usize::from(array.shape()[1] == 1);
+        array = array.index_axis_move(Axis(single), 0);
+    }
+    array
+}
+
+/// The numbers of a dataset; `None` if it holds something else.
+fn values(dataset: &Dataset) -> Result<Option<ArrayD<f64>>, hdf5_reader::error::Error> {
+    Ok(Some(match dataset.dtype() {
+        Datatype::FloatingPoint { size: 8, .. } => dataset.read_array::<f64>()?,
+        Datatype::FloatingPoint { size: 4, .. } => dataset.read_array::<f32>()?.mapv(f64::from),
+        Datatype::FixedPoint { size: 1, signed: true, .. } => dataset.read_array::<i8>()?.mapv(f64::from),
+        Datatype::FixedPoint { size: 1, signed: false, .. } => dataset.read_array::<u8>()?.mapv(f64::from),
+        Datatype::FixedPoint { size: 2, signed: true, .. } => dataset.read_array::<i16>()?.mapv(f64::from),
+        Datatype::FixedPoint { size: 2, signed: false, .. } => dataset.read_array::<u16>()?.mapv(f64::from),
+        Datatype::FixedPoint { size: 4, signed: true, .. } => dataset.read_array::<i32>()?.mapv(f64::from),
+        Datatype::FixedPoint { size: 4, signed: false, .. } => dataset.read_array::<u32>()?.mapv(f64::from),
+        Datatype::FixedPoint { size: 8, signed: true, .. } => dataset.read_array::<i64>()?.mapv(|value| value as f64),
+        Datatype::FixedPoint { size: 8, signed: false, .. } => dataset.read_array::<u64>()?.mapv(|value| value as f64),
+        _ => return Ok(None),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Written by h5py 3.16 (`tests/data/README.md` tells how): chunks with gzip and shuffle, groups, integers, texts.
+    const H5: &[u8] = include_bytes!("../../../tests/data/log.h5");
+    /// The same layout as MATLAB 7.3 writes it.
+    const MAT: &[u8] = include_bytes!("../../../tests/data/log73.mat");
+
+    fn table(bytes: &[u8]) -> Result<Table, Hdf5Error> {
+        read(bytes, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
+    }
+
+    #[test]
+    fn datasets_are_columns_named_by_their_paths() {
+        for bytes in [H5, MAT] {
+            let table = table(bytes).unwrap();
+            let value = |name: &str, row: usize| {
+                table.column(name).unwrap_or_else(|| panic!("{:?}", table.names())).values[row]
+            };
+            assert_eq!((value("time", 30), value("robot.q[0]", 30), value("robot.q[1]", 30)), (0.3, 30.0, -30.0));
+            assert_eq!((value("robot.tau[1]", 59), value("counter", 59)), (59.5, 59.0));
+            assert_eq!((table.runs.len(), table.runs[0].clone()), (1, 0..60));
+        }
+    }
+
+    #[test]
+    fn cut_and_damaged_files_are_errors_and_never_more() {
+        for end in (8..H5.len()).step_by(61) {
+            let _ = table(&H5[..end]);
+        }
+        assert!(table(&H5[..H5.len() / 3]).unwrap_err().to_string().contains("copy the file again"));
+        for place in (8..H5.len()).step_by(13) {
+            let mut damaged = H5.to_vec();
+            damaged[place] ^= 0xff;
+            let _ = table(&damaged);
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! MCAP: logs of messages, as rosbag2 has written them since ROS 2 Iron. The topic with positions and torques becomes columns.
+//!
+//! What a chunk claims to hold is put on the account before it is unpacked.
+//! Source: mcap.dev, MCAP format specification.
+
+use std::collections::{BTreeMap, HashMap};
+
+use ::mcap::records::{Channel, Record, op};
+use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use super::budget::{Budget, TooMuch};
+use super::messages::{Definition, Message};
+use super::table::{Column, MOST_COLUMNS, Table};
+use crate::progress::{Monitor, Stopped};
+use crate::recording::mapping::{Mapping, MappingSpec};
+
+/// The log can't be read.
+#[derive(Debug, thiserror::Error)]
+pub enum McapError {
+    /// It is cut, or lies about its lengths.
+    #[error("the log is damaged at byte {at}: {problem}; copy it again, or mend it with `mcap recover`")]
+    Damaged {
+        /// Where.
+        at: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Its records can't be read.
+    #[error("the log is damaged ({0}); copy it again, or mend it with `mcap recover`")]
+    Record(#[from] ::mcap::McapError),
+    /// A chunk is packed in a way that is not read.
+    #[error(
+        "its chunks are packed with `{0}`, which is not read (lz4 and zstd are); write them anew with `mcap compress`"
+    )]
+    Codec(String),
+    /// A message of a channel that nothing said.
+    #[error("a message belongs to channel {0}, which is not in the log; copy it again, or mend it with `mcap recover`")]
+    NoChannel(u16),
+    /// No topic has what is needed.
+    #[error("no topic of the log has positions and torques{}; record /joint_states or /dynamic_joint_states", also(.0))]
+    NoStates(Vec<String>),
+    /// A message that is cut or lies about its sizes.
+    #[error("message {number} of `{topic}` is damaged: {problem}; copy or record the log again")]
+    Message {
+        /// Counted from 1.
+        number: usize,
+        /// Its topic.
+        topic: String,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// It would take too much memory.
+    #[error(transparent)]
+    TooMuch(#[from] TooMuch),
+    /// The user asked to stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+fn also(topics: &[String]) -> String {
+    if topics.is_empty() { String::new() } else { format!(", only {}", topics.join("; ")) }
+}
+
+/// The first bytes of a log, and the last.
+const MAGIC: usize = 8;
+/// A record begins with its kind and its length.
+const HEAD: usize = 9;
+/// The kind of a record with packed ones in it.
+const CHUNK: u8 = op::CHUNK;
+/// The kinds of records that are looked into.
+const MATTER: [u8; 3] = [op::SCHEMA, op::CHANNEL, op::MESSAGE];
+
+/// Reads a log.
+pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, McapError> {
+    let largest = check_chunks(bytes, budget)?;
+    let mut schemas: HashMap<u16, Schema> = HashMap::new();
+    let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
+    let mut records = Records::new(bytes, largest);
+    while let Some(record) = records.next(monitor)? {
+        match record {
+            Record::Schema { header, data } => {
+                budget.hold(data.len() as u64)?;
+                let text = String::from_utf8_lossy(&data).into_owned();
+                schemas.insert(header.id, Schema { name: header.name, encoding: header.encoding, text });
+            }
+            Record::Channel(channel) => {
+                budget.text(&channel.topic)?;
+                let schema = schemas.get(&channel.schema_id);
+                topics.entry(channel.id).or_insert_with(|| Topic::of(&channel, schema));
+            }
+            Record::Message { header, data } => {
+                let topic = topics.get_mut(&header.channel_id).ok_or(McapError::NoChannel(header.channel_id))?;
+                topic.take(header.log_time, &data, budget)?;
+            }
+            _ => {}
+        }
+    }
+    let mut found: Vec<Topic> = topics.into_values().collect();
+    found.sort_by_key(|topic| std::cmp::Reverse(topic.values()));
+    let Some(best) = found.iter().position(Topic::has_states) else {
+        return Err(McapError::NoStates(found.iter().map(Topic::told).collect()));
+    };
+    let topic = found.remove(best);
+    Ok(topic.table(found.iter().map(Topic::told).collect()))
+}
+
+/// The records of a log that matter here, those in its chunks too. No record may claim more than `largest` \[bytes\]: room is made
+/// for what it claims before it is read.
+struct Records<'a> {
+    reader: LinearReader,
+    left: &'a [u8],
+}
+
+impl<'a> Records<'a> {
+    fn new(bytes: &'a [u8], largest: usize) -> Self {
+        let options = LinearReaderOptions::default().with_record_length_limit(largest).with_validate_chunk_crcs(true);
+        Records { reader: LinearReader::new_with_options(options), left: bytes }
+    }
+
+    fn next(&mut self, monitor: &Monitor) -> Result<Option<Record<'_>>, McapError> {
+        let (opcode, data) = loop {
+            monitor.check()?;
+            match self.reader.next_event().transpose()? {
+                None => return Ok(None),
+                Some(LinearReadEvent::ReadRequest(wanted)) => {
+                    let (now, later) = self.left.split_at(wanted.min(self.left.len()));
+                    self.reader.insert(now.len()).copy_from_slice(now);
+                    self.reader.notify_read(now.len());
+                    self.left = later;
+                }
+                Some(LinearReadEvent::Record { opcode, data }) if MATTER.contains(&opcode) => {
+                    // The borrow of one record must not outlive the loop that looks for it.
+                    break (opcode, data.to_vec());
+                }
+                Some(LinearReadEvent::Record { .. }) => {}
+            }
+        };
+        Ok(Some(::mcap::parse_record(opcode, &data)?.into_owned()))
+    }
+}
+
+/// Walks over the records: each must end within the file, and what chunks claim to unpack to must be allowed. Returns how large a
+/// record may be.
+fn check_chunks(bytes: &[u8], budget: &mut Budget) -> Result<usize, McapError> {
+    let mut largest = bytes.len();
+    let damaged = |at: usize, problem: &str| McapError::Damaged { at, problem: problem.to_owned() };
+    let mut at = MAGIC;
+    while at + HEAD <= bytes.len() {
+        let length = number(bytes, at + 1).ok_or_else(|| damaged(at, "it ends within a record"))?;
+        let start = at + HEAD;
+        let end = usize::try_from(length).ok().and_then(|length| start.checked_add(length));
+        let body = end.and_then(|end| bytes.get(start..end));
+        let body = body.ok_or_else(|| damaged(at, "a record claims to be longer than the file"))?;
+        if bytes[at] == CHUNK {
+            // Times of the first and the last message, unpacked size, checksum, codec.
+            let unpacked = number(body, 16).ok_or_else(|| damaged(at, "a chunk ends within its head"))?;
+            let codec = body.get(28..32).and_then(|size| size.try_into().ok()).map(u32::from_le_bytes);
+            let codec = codec.and_then(|size| body.get(32..32usize.checked_add(size as usize)?));
+            let codec = codec.ok_or_else(|| damaged(at, "a chunk ends within its head"))?;
+            if ![&b""[..], b"lz4", b"zstd"].contains(&codec) {
+                return Err(McapError::Codec(String::from_utf8_lossy(codec).chars().take(40).collect()));
+            }
+            budget.unpack(unpacked)?;
+            largest = largest.max(usize::try_from(unpacked).unwrap_or(usize::MAX));
+        }
+        at = start + body.len();
+        if bytes.len() - at == MAGIC {
+            return Ok(largest);
+        }
+    }
+    Err(damaged(at.min(bytes.len()), "it breaks off"))
+}
+
+fn number(bytes: &[u8], at: usize) -> Option<u64> {
+    Some(u64::from_le_bytes(bytes.get(at..at.checked_add(8)?)?.try_into().ok()?))
+}
+
+/// The messages of a topic.
+struct Topic {
+    name: String,
+    kind: String,
+    /// How its messages are read, or why not.
+    definition: Result<Definition, String>,
+    count: usize,
+    /// Messages of the same names are one table.
+    groups: BTreeMap<Vec<String>, Group>,
+}
+
+/// Messages that hold numbers of the same names.
+#[derive(Default)]
+struct Group {
+    /// When the log received each \[ns\].
+    received: Vec<u64>,
+    columns: Vec<Vec<f64>>,
+    joints: Option<Vec<String>>,
+}
+
+/// The definition of the messages of a channel.
+struct Schema {
+    name: String,
+    encoding: String,
+    text: String,
+}
+
+impl Topic {
+    fn of(channel: &Channel, schema: Option<&Schema>) -> Topic {
+        let definition = match (schema, channel.message_encoding.as_str()) {
+            (Some(schema), "cdr") if schema.encoding == "ros2msg" => Definition::parse(&schema.name, &schema.text),
+            (Some(schema), "cdr") => Err(format!("its definition is in {}", schema.encoding)),
+            (None, _) => Err("it has no definition".to_owned()),
+            (_, other) => Err(format!("its messages are in `{other}`, not in CDR")),
+        };
+        let kind = schema.map_or_else(String::new, |schema| schema.name.clone());
+        Topic { name: channel.topic.clone(), kind, definition, count: 0, groups: BTreeMap::new() }
+    }
+
+    fn take(&mut self, received: u64, data: &[u8], budget: &mut Budget) -> Result<(), McapError> {
+        self.count += 1;
+        let Ok(definition) = &self.definition else { return Ok(()) };
+        let (number, topic) = (self.count, &self.name);
+        let message =
+            definition.decode(data).map_err(|problem| McapError::Message { number, topic: topic.clone(), problem })?;
+        let message: Message = message.named();
+        let joints = message.joints();
+        let (names, values): (Vec<String>, Vec<f64>) = message.numbers.into_iter().unzip();
+        if names.len() > MOST_COLUMNS {
+            return Ok(());
+        }
+        budget.unpack((values.len() as u64 + 1) * size_of::<f64>() as u64)?;
+        let group = match self.groups.get_mut(&names) {
+            Some(group) => group,
+            None => {
+                names.iter().try_for_each(|name| budget.name(name))?;
+                let columns = vec![Vec::new(); names.len()];
+                self.groups.entry(names).or_insert(Group { columns, joints, ..Group::default() })
+            }
+        };
+        group.received.push(received);
+        group.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        Ok(())
+    }
+
+    fn usual(&self) -> Option<(&Vec<String>, &Group)> {
+        self.groups.iter().max_by_key(|(names, group)| names.len() * group.received.len())
+    }
+
+    /// How many numbers it holds.
+    fn values(&self) -> usize {
+        self.usual().map_or(0, |(names, group)| names.len() * group.received.len())
+    }
+
+    /// Whether it has what a recording needs.
+    fn has_states(&self) -> bool {
+        self.usual().is_some_and(|(names, _)| Mapping::find(names, &MappingSpec::default()).is_ok())
+    }
+
+    fn told(&self) -> String {
+        let why = self.definition.as_ref().err().map_or(String::new(), |why| format!(", {why}"));
+        format!("topic `{}` ({}, {} messages{why})", self.name, self.kind, self.count)
+    }
+
+    /// Its columns; time is that of the measurement, unless nobody stamped it.
+    fn table(self, mut passed_over: Vec<String>) -> Table {
+        let all = self.count;
+        let usual = self.groups.into_iter().max_by_key(|(names, group)| names.len() * group.received.len());
+        let (names, mut group) = usual.unwrap_or_default();
+        let count = group.received.len();
+        if count < all {
+            passed_over.push(format!("{} messages of `{}` with other values", all - count, self.name));
+        }
+        let place = |wanted: &str| names.iter().position(|name| name == wanted);
+        let stamp = place("header.stamp.sec").zip(place("header.stamp.nanosec"));
+        let stamps: Option<Vec<f64>> = stamp.map(|(sec, nanosec)| {
+            let [sec, nanosec] = [sec, nanosec].map(|place| &group.columns[place]);
+            let start = sec.first().copied().unwrap_or(0.0);
+            sec.iter().zip(nanosec).map(|(sec, nanosec)| sec - start + 1e-9 * nanosec).collect()
+        });
+        let grows = |times: &Vec<f64>| times.windows(2).all(|pair| pair[1] > pair[0]);
+        let start = group.received.first().copied().unwrap_or(0);
+        let received = || group.received.iter().map(|time| time.wrapping_sub(start) as i64 as f64 * 1e-9).collect();
+        let time = stamps.filter(grows).unwrap_or_else(received);
+        let mut columns = vec![Column { name: "time".to_owned(), values: time, text: None }];
+        for (name, values) in names.into_iter().zip(&mut group.columns) {
+            if !name.starts_with("header.") && name != "time" {
+                columns.push(Column { name, values: std::mem::take(values), text: None });
+            }
+        }
+        let runs = std::iter::once(0..count).collect();
+        Table { columns, runs, joints: group.joints, passed_over, ..Table::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::io::Cursor;
+
+    use super::*;
+    use crate::recording::read::cdr::CdrWriter;
+
+    const JOINT_STATE: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n\
+        ===\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
+        ===\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+
+    fn state(t: u32) -> Vec<u8> {
+        let value = f64::from(t) * 0.1;
+        let channels = [&[value][..], &[value + 1.0], &[value + 2.0]];
+        CdrWriter::joint_state([1000 + t / 100, (t % 100) * 10_000_000], &["elbow"], channels)
+    }
+
+    /// A log of 200 joint states, packed in this way.
+    fn log(compression: Option<::mcap::Compression>) -> Vec<u8> {
+        let mut file = Cursor::new(Vec::new());
+        let options = ::mcap::WriteOptions::new().compression(compression);
+        let mut writer = options.create(&mut file).unwrap();
+        let schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", JOINT_STATE.as_bytes()).unwrap();
+        let states = writer.add_channel(schema, "/joint_states", "cdr", &BTreeMap::new()).unwrap();
+        let other = writer.add_channel(0, "/notes", "json", &BTreeMap::new()).unwrap();
+        for t in 0..200 {
+            let header = ::mcap::records::MessageHeader {
+                channel_id: states,
+                sequence: t,
+                log_time: u64::from(t),
+                publish_time: 0,
+            };
+            writer.write_to_known_channel(&header, &state(t)).unwrap();
+        }
+        let header = ::mcap::records::MessageHeader { channel_id: other, sequence: 0, log_time: 0, publish_time: 0 };
+        writer.write_to_known_channel(&header, b"{}").unwrap();
+        writer.finish().unwrap();
+        drop(writer);
+        file.into_inner()
+    }
+
+    fn table(bytes: &[u8]) -> Result<Table, McapError> {
+        read(bytes, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
+    }
+
+    #[test]
+    fn joint_states_are_read_however_they_are_packed() {
+        for compression in [None, Some(::mcap::Compression::Lz4), Some(::mcap::Compression::Zstd)] {
+            let table = table(&log(compression)).unwrap();
+            assert_eq!(table.names(), ["time", "position[0]", "velocity[0]", "effort[0]"]);
+            let last = |name: &str| *table.column(name).unwrap().values.last().unwrap();
+            assert!((last("time") - 1.99).abs() < 1e-9 && (last("effort[0]") - 21.9).abs() < 1e-9);
+            assert_eq!(table.joints, Some(vec!["elbow".to_owned()]));
+            assert!(table.passed_over[0].contains("/notes"), "{:?}", table.passed_over);
+        }
+    }
+
+    #[test]
+    fn cut_and_lying_logs_are_refused_with_the_place() {
+        let whole = log(Some(::mcap::Compression::Zstd));
+        for end in (8..whole.len() - 1).step_by(7) {
+            assert!(table(&whole[..end]).is_err(), "cut at {end}");
+        }
+        // The head of the chunk: its length, what it claims to unpack to, its codec.
+        let chunk = (8..).find(|at| whole[*at] == CHUNK && whole[at + 37..].starts_with(&[4, 0, 0, 0])).unwrap();
+        let lying = |at: usize, bytes: &[u8]| {
+            let mut lying = whole.clone();
+            lying[at..at + bytes.len()].copy_from_slice(bytes);
+            table(&lying).unwrap_err().to_string()
+        };
+        assert!(lying(chunk + 1, &[0xff; 8]).contains(&format!("at byte {chunk}: a record claims")));
+        assert!(lying(chunk + HEAD + 16, &[0xff; 8]).contains("unpacked it takes more"));
+        assert!(lying(chunk + HEAD + 32, b"snap").contains("`snap`, which is not read"));
+        // Whatever is wrong, nothing panics.
+        for place in (8..whole.len()).step_by(3) {
+            let mut damaged = whole.clone();
+            damaged[place] ^= 0x55;
+            let _ = table(&damaged);
+        }
+    }
+}
