@@ -13,13 +13,15 @@ use crate::recording::transform::Transform;
 
 /// What leaves a channel out.
 pub(super) const LEAVE_OUT: &str = "-";
+/// The key of the topic in a mapping text.
+const TOPIC: &str = "topic";
 
 /// What the user says about the mapping. What is `None` is guessed. As text:
 /// `q=pos_filt*,qd=vel_filt*,qdd=-,tau=tau_a+tau_b,time=time`.
 ///
 /// Each entry is the name of a column or of an array, or a pattern in which `*` stands for the number (or the name) of
 /// the joint; `c2..c7` is all columns of the file from one to another; `+` joins several; `-` alone leaves the channel out, so
-/// that it is derived. A mapping file ([`MappingSpec::from_toml`]) says more than columns.
+/// that it is derived. `topic=/joint_states` says which topic of a log of messages is read. A mapping file ([`MappingSpec::from_toml`]) says more than columns.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MappingSpec {
@@ -43,6 +45,8 @@ pub struct MappingSpec {
     pub kind: Option<JointKind>,
     /// Where the axes of the arm are.
     pub chain: Option<Chain>,
+    /// Which topic of a log of messages is read.
+    pub topic: Option<String>,
 }
 
 impl MappingSpec {
@@ -76,6 +80,7 @@ struct MappingFile {
     rate_hz: Option<f64>,
     low_pass_hz: Option<f64>,
     kind: Option<JointKind>,
+    topic: Option<String>,
     q: Option<ChannelEntry>,
     qd: Option<ChannelEntry>,
     qdd: Option<ChannelEntry>,
@@ -107,7 +112,7 @@ impl From<Names> for Vec<String> {
 }
 
 impl MappingSpec {
-    /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz`, `kind` (`revolute`, `prismatic`), a table for each of `q`, `qd`, `qdd`,
+    /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz`, `kind` (`revolute`, `prismatic`), `topic`, a table for each of `q`, `qd`, `qdd`,
     /// `tau` with `columns` and, where the numbers are not in SI units, a [`Transform`], and a table `arm`, a [`Chain`].
     ///
     /// # Errors
@@ -120,6 +125,7 @@ impl MappingSpec {
             low_pass_hz: file.low_pass_hz,
             kind: file.kind,
             chain: file.arm,
+            topic: file.topic,
             ..MappingSpec::default()
         };
         if let Some(chain) = &spec.chain {
@@ -150,8 +156,12 @@ impl FromStr for MappingSpec {
         for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
             let wrong = |problem| MappingError::Text { entry: entry.to_owned(), problem };
             let (key, value) = entry.split_once('=').ok_or_else(|| wrong("has no `=`"))?;
+            if key.trim() == TOPIC {
+                spec.topic = Some(value.trim().to_owned());
+                continue;
+            }
             let channel = Channel::ALL.into_iter().find(|channel| channel.key() == key.trim());
-            let channel = channel.ok_or_else(|| wrong("does not begin with time, q, qd, qdd or tau"))?;
+            let channel = channel.ok_or_else(|| wrong("does not begin with time, q, qd, qdd, tau or topic"))?;
             let names: Vec<String> = value.split('+').map(|name| name.trim().to_owned()).collect();
             if names.iter().any(String::is_empty) {
                 return Err(wrong("names no column"));
@@ -167,7 +177,9 @@ impl FromStr for MappingSpec {
 impl fmt::Display for MappingSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let said = Channel::ALL.into_iter().filter_map(|channel| Some((channel.key(), self.get(channel)?)));
-        let entries: Vec<String> = said.map(|(key, names)| format!("{key}={}", names.join("+"))).collect();
+        let columns = said.map(|(key, names)| format!("{key}={}", names.join("+")));
+        let topic = self.topic.iter().map(|topic| format!("{TOPIC}={topic}"));
+        let entries: Vec<String> = columns.chain(topic).collect();
         f.write_str(&entries.join(","))
     }
 }

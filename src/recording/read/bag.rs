@@ -18,6 +18,7 @@ use rusqlite::{Connection, ErrorCode, MAIN_DB};
 
 use super::budget::{Budget, TooMuch};
 use super::cdr::Cdr;
+use super::messages::NoTopic;
 use super::table::{Column, Table};
 use crate::progress::{Monitor, Stopped};
 
@@ -33,6 +34,9 @@ pub enum BagError {
     /// Other messages only.
     #[error("the bag holds no `{JOINT_STATE}`{}; record the topic /joint_states", also(.0))]
     NoJointStates(Vec<String>),
+    /// The topic that was asked for is not there.
+    #[error(transparent)]
+    NoTopic(#[from] NoTopic),
     /// A message that is cut or lies about its sizes.
     #[error("message {number} of `{topic}` is damaged: {problem}; copy or record the bag again")]
     Message {
@@ -60,27 +64,38 @@ fn also(topics: &[String]) -> String {
 
 const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 
-/// Reads a bag.
-pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, BagError> {
+/// Reads a bag; of several topics with joint states the one that is asked for, or the first.
+pub(super) fn read(
+    bytes: &[u8],
+    topic: Option<&str>,
+    budget: &mut Budget,
+    monitor: &Monitor,
+) -> Result<Table, BagError> {
     let database = open(bytes, monitor)?;
-    let table = joint_states(&database, bytes.len() as u64, budget, monitor);
+    let table = joint_states(&database, bytes.len() as u64, topic, budget, monitor);
     // SQLite only says that it was interrupted.
     monitor.check()?;
     table
 }
 
-fn joint_states(database: &Connection, size: u64, budget: &mut Budget, monitor: &Monitor) -> Result<Table, BagError> {
+fn joint_states(
+    database: &Connection,
+    size: u64,
+    asked: Option<&str>,
+    budget: &mut Budget,
+    monitor: &Monitor,
+) -> Result<Table, BagError> {
     refuse_programs(database)?;
-    let (topics, passed_over) = topics(database, budget)?;
-    // One topic is read; a bag of a single arm has no other.
-    let Some((topic, name)) = topics.first() else {
+    let (mut topics, passed_over) = topics(database, budget)?;
+    if topics.is_empty() {
         return Err(BagError::NoJointStates(passed_over));
-    };
+    }
+    let (topic, name) = topics.remove(NoTopic::unless_first(topics.iter().map(|(_, name)| name.as_str()), asked)?);
     let mut passed_over: Vec<String> = passed_over.into_iter().map(|topic| format!("topic {topic}")).collect();
-    let others = topics.iter().skip(1).map(|(_, name)| format!("topic `{name}` (joint states again)"));
+    let others = topics.iter().map(|(_, name)| format!("topic `{name}` (joint states again)"));
     passed_over.extend(others);
 
-    let states = states(database, *topic, name, size, budget, monitor)?;
+    let states = states(database, topic, &name, size, budget, monitor)?;
     Ok(table(states, passed_over))
 }
 
@@ -337,7 +352,7 @@ mod tests {
     }
 
     fn parse(bytes: &[u8]) -> Result<Table, BagError> {
-        read(bytes, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
+        read(bytes, None, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
     }
 
     #[test]
@@ -454,7 +469,7 @@ mod tests {
     fn a_stop_is_heard() {
         let (whole, monitor) = (bag(JOINT_STATE, &messages()), Monitor::new());
         monitor.stop("enough");
-        let stopped = read(&whole, &mut Budget::of(whole.len() as u64, 1 << 30), &monitor);
+        let stopped = read(&whole, None, &mut Budget::of(whole.len() as u64, 1 << 30), &monitor);
         assert!(matches!(stopped, Err(BagError::Stopped(_))));
     }
 }

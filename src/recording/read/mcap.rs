@@ -9,7 +9,7 @@ use ::mcap::records::{Channel, Record, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::budget::{Budget, TooMuch};
-use super::messages::{Definition, Message};
+use super::messages::{Definition, Message, NoTopic};
 use super::table::{Column, MOST_COLUMNS, Table};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::mapping::{Mapping, MappingSpec};
@@ -39,6 +39,9 @@ pub enum McapError {
     /// No topic has what is needed.
     #[error("no topic of the log has positions and torques{}; record /joint_states or /dynamic_joint_states", also(.0))]
     NoStates(Vec<String>),
+    /// The topic that was asked for is not there.
+    #[error(transparent)]
+    NoTopic(#[from] NoTopic),
     /// A message that is cut or lies about its sizes.
     #[error("message {number} of `{topic}` is damaged: {problem}; copy or record the log again")]
     Message {
@@ -70,8 +73,13 @@ const CHUNK: u8 = op::CHUNK;
 /// The kinds of records that are looked into.
 const MATTER: [u8; 3] = [op::SCHEMA, op::CHANNEL, op::MESSAGE];
 
-/// Reads a log.
-pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, McapError> {
+/// Reads a log; of several topics with positions and torques the one that is asked for, or that with the most numbers.
+pub(super) fn read(
+    bytes: &[u8],
+    topic: Option<&str>,
+    budget: &mut Budget,
+    monitor: &Monitor,
+) -> Result<Table, McapError> {
     let largest = check_chunks(bytes, budget)?;
     let mut schemas: HashMap<u16, Schema> = HashMap::new();
     let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
@@ -95,13 +103,13 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
             _ => {}
         }
     }
-    let mut found: Vec<Topic> = topics.into_values().collect();
-    found.sort_by_key(|topic| std::cmp::Reverse(topic.values()));
-    let Some(best) = found.iter().position(Topic::has_states) else {
-        return Err(McapError::NoStates(found.iter().map(Topic::told).collect()));
-    };
-    let topic = found.remove(best);
-    Ok(topic.table(found.iter().map(Topic::told).collect()))
+    let (mut states, others): (Vec<Topic>, Vec<Topic>) = topics.into_values().partition(Topic::has_states);
+    if states.is_empty() {
+        return Err(McapError::NoStates(others.iter().map(Topic::told).collect()));
+    }
+    states.sort_by_key(|topic| std::cmp::Reverse(topic.values()));
+    let chosen = states.remove(NoTopic::unless_first(states.iter().map(|topic| topic.name.as_str()), topic)?);
+    Ok(chosen.table(states.iter().chain(&others).map(Topic::told).collect()))
 }
 
 /// The records of a log that matter here, those in its chunks too. No record may claim more than `largest` \[bytes\]: room is made
@@ -333,7 +341,11 @@ mod tests {
     }
 
     fn table(bytes: &[u8]) -> Result<Table, McapError> {
-        read(bytes, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
+        read_topic(bytes, None)
+    }
+
+    fn read_topic(bytes: &[u8], topic: Option<&str>) -> Result<Table, McapError> {
+        read(bytes, topic, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
     }
 
     #[test]
@@ -346,6 +358,14 @@ mod tests {
             assert_eq!(table.joints, Some(vec!["elbow".to_owned()]));
             assert!(table.passed_over[0].contains("/notes"), "{:?}", table.passed_over);
         }
+    }
+
+    #[test]
+    fn the_topic_that_is_asked_for_is_read_or_told_not_to_be_there() {
+        let log = log(None);
+        assert_eq!(read_topic(&log, Some("/joint_states")).unwrap().names().len(), 4);
+        let problem = read_topic(&log, Some("/notes")).unwrap_err().to_string();
+        assert!(problem.contains("no topic `/notes` with joint states") && problem.contains("`/joint_states`"));
     }
 
     #[test]

@@ -15,6 +15,28 @@ const MOST_NUMBERS: usize = 4096;
 /// Elements of an array that have no bytes of their own (an empty type) are not counted by the bytes that are left.
 const MOST_ELEMENTS: usize = 65_536;
 
+/// The topic that was asked for is not among those that can be read.
+#[derive(Debug, thiserror::Error)]
+#[error("no topic `{asked}` with joint states is in the log; it has {there}")]
+pub struct NoTopic {
+    asked: String,
+    there: String,
+}
+
+impl NoTopic {
+    /// Where the topic that is asked for stands among those that can be read; the first, if none is.
+    pub(super) fn unless_first<'a>(
+        topics: impl Iterator<Item = &'a str> + Clone,
+        asked: Option<&str>,
+    ) -> Result<usize, NoTopic> {
+        let Some(asked) = asked else { return Ok(0) };
+        topics.clone().position(|topic| topic == asked).ok_or_else(|| NoTopic {
+            asked: asked.to_owned(),
+            there: topics.map(|topic| format!("`{topic}`")).collect::<Vec<_>>().join(", "),
+        })
+    }
+}
+
 /// The definition of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Definition {

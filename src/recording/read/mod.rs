@@ -402,7 +402,7 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Resu
 /// [`ReadError`] as for [`read`].
 pub fn own_recording(bytes: &[u8], monitor: &Monitor) -> Result<Recording, ReadError> {
     let file = "the recording of the session".to_owned();
-    match decode(bytes, &file, "npz", ReadOptions::default().largest, monitor)? {
+    match decode(bytes, &file, "npz", &ReadOptions::default(), monitor)? {
         Content::Recording(recording) => Ok(*recording),
         Content::Table(_) => Err(ReadError::NotAlone { file }),
     }
@@ -441,7 +441,7 @@ fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Con
     if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
         return folder(path, options, monitor);
     }
-    decode(&bytes(path, options)?, &file_name(path), &ending(path), options.largest, monitor)
+    decode(&bytes(path, options)?, &file_name(path), &ending(path), options, monitor)
 }
 
 /// The size of a plain file that is not too large \[bytes\].
@@ -508,19 +508,25 @@ impl Source for One<'_> {
     }
 }
 
-fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor) -> Result<Content, ReadError> {
+fn decode(
+    bytes: &[u8],
+    file: &str,
+    ending: &str,
+    options: &ReadOptions,
+    monitor: &Monitor,
+) -> Result<Content, ReadError> {
+    let budget = &mut Budget::of(bytes.len() as u64, options.largest);
     if bytes.starts_with(gzip::SIGNATURE) {
-        let budget = &mut Budget::of(bytes.len() as u64, limit);
         let unpacked = gzip::unpack(bytes, budget, monitor);
         monitor.check()?;
         let unpacked = unpacked.map_err(|problem| ReadError::Gzip { file: file.to_owned(), problem })?;
         // `log.csv.gz` is a CSV; a name that says nothing of what is inside promises nothing.
         let inner = self::ending(Path::new(file.strip_suffix(".gz").unwrap_or_default()));
-        return decode(&unpacked, file, &inner, limit, monitor);
+        return decode(&unpacked, file, &inner, options, monitor);
     }
     let format = sniff(bytes, ending).map_err(|problem| ReadError::Format { file: file.to_owned(), problem })?;
-    let budget = &mut Budget::of(bytes.len() as u64, limit);
-    let content = content(bytes, format, file.to_owned(), budget, monitor);
+    let topic = options.mapping.as_ref().and_then(|mapping| mapping.topic.as_deref());
+    let content = content(bytes, format, topic, file.to_owned(), budget, monitor);
     // Who was stopped says so in the words of its format.
     monitor.check()?;
     content
@@ -529,6 +535,7 @@ fn decode(bytes: &[u8], file: &str, ending: &str, limit: u64, monitor: &Monitor)
 fn content(
     bytes: &[u8],
     format: Format,
+    topic: Option<&str>,
     file: String,
     budget: &mut Budget,
     monitor: &Monitor,
@@ -536,8 +543,8 @@ fn content(
     let table = match format {
         Format::Csv => csv::read(bytes, budget, monitor).map_err(|problem| ReadError::Csv { file, problem })?,
         Format::Mat => mat::read(bytes, budget, monitor).map_err(|problem| ReadError::Mat { file, problem })?,
-        Format::Bag => bag::read(bytes, budget, monitor).map_err(|problem| ReadError::Bag { file, problem })?,
-        Format::Mcap => mcap::read(bytes, budget, monitor)
+        Format::Bag => bag::read(bytes, topic, budget, monitor).map_err(|problem| ReadError::Bag { file, problem })?,
+        Format::Mcap => mcap::read(bytes, topic, budget, monitor)
             .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) })?,
         Format::Hdf5 => hdf5::read(bytes, budget, monitor).map_err(|problem| ReadError::Hdf5 { file, problem })?,
         Format::Json => json::read(bytes, budget, monitor).map_err(|problem| ReadError::Json { file, problem })?,
