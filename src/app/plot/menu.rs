@@ -14,17 +14,19 @@ const STEPS: f64 = 300.0;
 /// The menu, while it is open; a cursor has values.
 pub fn show(ui: &Ui, shown: &Shown, window: &mut Window, cursor: Option<f64>) {
     let Shown { response, panel, .. } = shown;
-    let values = cursor.map(|at| values_at(panel, at)).filter(|values| !values.is_empty());
-    let copy = || {
-        let lines = std::iter::once(panel.heading()).chain(values.clone().unwrap_or_default());
+    let values = || cursor.map(|at| values_at(panel, at)).filter(|values| !values.is_empty());
+    let copy = |values: Vec<String>| {
+        let lines = std::iter::once(panel.heading()).chain(values);
         ui.ctx().copy_text(lines.collect::<Vec<_>>().join("\n"));
     };
     let pressed = |key| response.has_focus() && ui.input(|input| input.key_pressed(key));
     if pressed(Key::E) {
         export::ask(ui, &panel.title);
     }
-    if values.is_some() && pressed(Key::C) {
-        copy();
+    if pressed(Key::C)
+        && let Some(values) = values()
+    {
+        copy(values);
     }
     let id = Id::unique(("menu of a plot", ui.scope_id(), &panel.title));
     let mut menu = Popup::context_menu(response).id(id).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
@@ -39,8 +41,10 @@ pub fn show(ui: &Ui, shown: &Shown, window: &mut Window, cursor: Option<f64>) {
             limits(ui, shown, window);
             ui.separator();
         }
-        if values.is_some() && ui.button("Copy the values at the cursor (C)").clicked() {
-            copy();
+        if let Some(values) = values()
+            && ui.button("Copy the values at the cursor (C)").clicked()
+        {
+            copy(values);
             ui.close();
         }
         if ui.button("Export this plot… (E)").clicked() {
