@@ -6,8 +6,7 @@ use super::desk::{Desk, Order, is_held_out};
 use crate::recording::Recording;
 
 /// How charts are used.
-pub const HINT: &str =
-    "Drag: cursor. M+drag: measure. Ctrl+wheel, Ctrl+drag: zoom. Right drag: move. Double click: all.";
+pub const HINT: &str = "Drag: cursor. Ctrl+wheel, Ctrl+drag: zoom. Right click: limits, export. F1: all keys.";
 
 /// Lets the user choose a trajectory by name.
 pub fn trajectory(ui: &mut Ui, desk: &mut Desk) {
@@ -27,6 +26,27 @@ pub fn trajectory(ui: &mut Ui, desk: &mut Desk) {
     });
     chooser.response.labelled_by(label.id);
     desk.focus.show_trajectory(chosen);
+}
+
+/// Lets the user choose another trajectory that is drawn over the shown one.
+pub fn beside(ui: &mut Ui, desk: &mut Desk) {
+    let Some(recording) = desk.session.recording.as_deref() else { return };
+    let (count, shown) = (recording.trajectories.len(), desk.focus.trajectory);
+    desk.focus.beside.take_if(|other| *other >= count || *other == shown);
+    if count < 2 {
+        return;
+    }
+    let name = |index: Option<usize>| index.map_or("none", |index| recording.trajectories[index].name.as_str());
+    let label = ui.label("over it");
+    let chooser = ComboBox::from_id_salt("beside").selected_text(name(desk.focus.beside)).width(110.0);
+    let chooser = chooser.show_ui(ui, |ui| {
+        ui.selectable_value(&mut desk.focus.beside, None, name(None));
+        for index in (0..count).filter(|index| *index != shown) {
+            ui.selectable_value(&mut desk.focus.beside, Some(index), name(Some(index)));
+        }
+    });
+    let what = "Another trajectory in the same charts, paler and dotted, from the same beginning";
+    chooser.response.labelled_by(label.id).on_hover_text(what);
 }
 
 /// Lets the user choose a joint by name.

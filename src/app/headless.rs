@@ -7,6 +7,7 @@ use anyhow::{Context as _, bail};
 use cpu_time::ThreadTime;
 use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 
+use super::desk::Change;
 use super::raster::{Picture, Raster};
 use super::theme::{self, Palette};
 use super::{About, Order, Shown, TorquescopeApp, screens};
@@ -66,6 +67,36 @@ pub struct ScreenshotOptions {
     pub text_scale: f32,
     /// Which experiment the screen of experiments shows.
     pub experiment: Option<Shown>,
+    /// Whether it has more contrast.
+    pub contrast: bool,
+    /// Which panel of the screen stands in front of its tabs; `None` as it is.
+    pub panel: Option<String>,
+    /// What lies over the screen.
+    pub over: Option<Over>,
+}
+
+/// What can lie over a screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Over {
+    /// How plots are exported.
+    Export,
+    /// All models of the session.
+    Models,
+    /// All lessons.
+    Lessons,
+    /// Every command by its name.
+    Commands,
+}
+
+impl Over {
+    fn order(self) -> Order {
+        match self {
+            Over::Export => Order::Export(None),
+            Over::Models => Order::Models(true),
+            Over::Lessons => Order::Lessons(true),
+            Over::Commands => Order::Palette(true),
+        }
+    }
 }
 
 impl Default for ScreenshotOptions {
@@ -77,6 +108,9 @@ impl Default for ScreenshotOptions {
             scale: 1.0,
             text_scale: 1.0,
             experiment: None,
+            contrast: false,
+            panel: None,
+            over: None,
         }
     }
 }
@@ -93,6 +127,7 @@ pub fn screenshot(session: Session, view: View, options: &ScreenshotOptions) -> 
         app.order(Order::Experiment(shown.clone()));
     }
     app.order(Order::Show(screen));
+    app.order(Order::HighContrast(options.contrast));
     let picture = render(&mut app, options)?;
     picture.png().context("the picture can't be written as PNG")
 }
@@ -126,6 +161,16 @@ pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::
     Ok(raster.paint(&primitives, pixels, output.pixels_per_point, ground))
 }
 
+/// What brings the panel that is asked for in front of its tabs.
+fn in_front(app: &TorquescopeApp, options: &ScreenshotOptions) -> anyhow::Result<Option<Order>> {
+    let Some(name) = &options.panel else { return Ok(None) };
+    let known: Vec<&str> = app.panels.panels().into_iter().map(|(known, _)| known).collect();
+    if !known.contains(&name.as_str()) {
+        bail!("the screen {} has no panel `{name}`; it has: {}", options.screen, known.join(", "));
+    }
+    Ok(Some(Order::Panel(name.clone(), Change::Show)))
+}
+
 /// Frames until nothing moves any more; of each the output is seen, the last is given.
 fn settle(
     ctx: &egui::Context,
@@ -153,6 +198,10 @@ fn settle(
             app.draw(ui);
         });
         see(&mut output);
+        // Panels can be moved once they were drawn.
+        if frame == 0 {
+            app.orders.extend(in_front(app, options)?.into_iter().chain(options.over.map(Over::order)));
+        }
         if frame + 1 >= FEWEST_FRAMES && !app.is_busy() && app.orders.is_empty() {
             return Ok(output);
         }

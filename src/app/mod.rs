@@ -10,6 +10,7 @@ pub mod desk;
 mod dock;
 mod filed;
 mod fonts;
+mod formula;
 mod glossary;
 pub mod headless;
 mod icon;
@@ -38,7 +39,7 @@ pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use report::{ReportFormat, report};
 pub use settings::Settings;
 
-use crate::figure::Panel;
+use crate::figure::{Figure, Format, Panel};
 use crate::lesson::{self, Acted, LessonError};
 use crate::progress::{Epoch, Event, Progress};
 use crate::recording::read;
@@ -698,9 +699,17 @@ impl TorquescopeApp {
     fn write_figure(&mut self, drawing: Drawing, ctx: &egui::Context) {
         let context = ctx.clone();
         let wake = move || context.request_repaint();
+        let (session, view) = (self.history.current().clone(), self.view());
         self.drawing = Some(Job::spawn("export", wake, move |_| {
             let Drawing { figure, format, style, path } = drawing;
-            let files = crate::figure::files(&figure, format, &style, &path).map_err(|error| error.to_string())?;
+            let figures = match figure {
+                Some(figure) => vec![(path.clone(), figure)],
+                None => pages(&session, &view, format, &path)?,
+            };
+            let mut files = Vec::new();
+            for (path, figure) in figures {
+                files.extend(crate::figure::files(&figure, format, &style, &path).map_err(|error| error.to_string())?);
+            }
             for (path, bytes) in files {
                 crate::file::write(&path, &bytes)
                     .map_err(|error| format!("{} can't be written ({error})", path.display()))?;
@@ -836,6 +845,17 @@ impl TorquescopeApp {
 /// What the clock says \[s since 1970\].
 pub fn now() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
+}
+
+/// The plots of every screen that has some, and where they are written in a folder, which is made.
+fn pages(session: &Session, view: &View, format: Format, folder: &Path) -> Result<Vec<(PathBuf, Figure)>, String> {
+    std::fs::create_dir_all(folder).map_err(|error| format!("{} can't be made ({error})", folder.display()))?;
+    let page = |screen: &'static About| {
+        let panels = plots(session.clone(), view.clone(), screen);
+        let path = folder.join(format!("{}.{}", screen.id, format.ending()));
+        (!panels.is_empty()).then(|| (path, Figure::new(panels)))
+    };
+    Ok(screens::all().filter_map(page).collect())
 }
 
 /// Before a file is overwritten that is not as this window knows it.

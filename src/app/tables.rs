@@ -50,7 +50,7 @@ pub fn errors(ui: &mut Ui, recording: &Recording, step: &Step) {
             .collect();
         let [.., unit] = recording.units();
         widgets::table(ui, "errors", &["", "nMSE", "on train", &format!("RMS [{unit}]")], &rows);
-        let text = "nMSE: squared error over squared torque; 0 % is perfect.";
+        let text = "nMSE: squared error over squared measurement; 0 % is perfect.";
         let label = ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
         glossary::explained(label, glossary::Word::Nmse);
     });

@@ -100,7 +100,7 @@ pub fn text(report: &Report) -> String {
         })
         .collect();
     if !presence.is_empty() {
-        let titles = ["what kind, where", "presence", " ", " likeliest form", "of the torque"];
+        let titles = ["what kind, where", "presence", " ", " likeliest form", "of the measured"];
         lines.extend([table(&titles, &presence), String::new()]);
     }
     lines.extend(report.completeness.iter().map(Completeness::text));

@@ -92,6 +92,9 @@ pub struct FigureLook {
     /// One legend for all plots, above them.
     #[arg(long)]
     shared_legend: bool,
+    /// Does not shade what is held out.
+    #[arg(long)]
+    no_shade: bool,
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -130,6 +133,7 @@ impl FigureLook {
             letter: self.font_size,
             family: self.font,
             lettered: self.letters,
+            shaded: !self.no_shade,
             legend: if self.shared_legend { Legend::Shared } else { Legend::Own },
         }
     }

@@ -6,7 +6,7 @@ use super::choice::{Choice, one_of};
 use super::data::OptionalData;
 use super::failure::OrUsage;
 use super::{output_folder, progress, write_file};
-use crate::app::headless::Look;
+use crate::app::headless::{Look, Over};
 use crate::app::screens::{self, diagnose, extrapolation, ladder, model, train};
 use crate::app::{self, About, ScreenshotOptions, Shown};
 use crate::lesson::{begin, catalogue};
@@ -24,6 +24,8 @@ use crate::training::fit::Plan;
   torquescope screenshot --screen compare --theme light --size 1600x1000 -o compare.png
   torquescope screenshot --all -o screenshots
   torquescope screenshot mine.torquescope --screen ladder -o ladder.png
+  torquescope screenshot --screen data --panel Sources --contrast -o sources.png
+  torquescope screenshot --screen compare --over export -o export.png
   torquescope screenshot --lesson 6 --screen compare -o lesson.png
   torquescope screenshot --screen experiment --experiment table-2 experiments -o table.png")]
 pub struct Screenshot {
@@ -47,6 +49,15 @@ pub struct Screenshot {
     /// Size of text and everything else [%], 80 to 200.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u16).range(80..=200))]
     text_size: u16,
+    /// More contrast.
+    #[arg(long)]
+    contrast: bool,
+    /// The panel that stands in front of its tabs, such as "What it has learned" of the screen `model`.
+    #[arg(long, value_name = "NAME", conflicts_with = "all")]
+    panel: Option<String>,
+    /// What lies over the screen.
+    #[arg(long, value_parser = one_of(OVER))]
+    over: Option<Over>,
     /// For the screen `experiment`: which one, and the folder of its results.
     #[arg(long, value_names = ["EXPERIMENT", "FOLDER"], num_args = 2)]
     experiment: Option<Vec<String>>,
@@ -88,6 +99,9 @@ impl Screenshot {
             size: self.size,
             scale: self.scale,
             text_scale: f32::from(self.text_size) / 100.0,
+            contrast: self.contrast,
+            panel: self.panel.clone(),
+            over: self.over,
             experiment: self.experiment.as_deref().map(|words| Shown {
                 experiment: words[0].clone(),
                 results: words[1].clone(),
@@ -103,6 +117,13 @@ impl Screenshot {
 pub fn screen_choices() -> impl Iterator<Item = Choice<&'static About>> {
     screens::all().map(|about| (about.id, about.purpose, about))
 }
+
+const OVER: [Choice<Over>; 4] = [
+    ("export", "how plots are exported, with a preview", Over::Export),
+    ("models", "the table of the session's models", Over::Models),
+    ("lessons", "the list of all lessons", Over::Lessons),
+    ("commands", "the command palette", Over::Commands),
+];
 
 const LOOKS: [Choice<Look>; 2] =
     [("light", "dark text on light ground", Look::Light), ("dark", "light text on dark ground", Look::Dark)];

@@ -142,7 +142,7 @@ impl Completeness {
     /// How much of what was missing is explained, and how much is left, without its full stop.
     pub fn text(&self) -> String {
         let explained = format!("{:.1} % of the squared residual is explained", 100.0 * self.explained);
-        let left = format!("{:.2} % of the torque is left beside noise or in doubt", 100.0 * self.remainder);
+        let left = format!("{:.2} % of what was measured is left beside noise or in doubt", 100.0 * self.remainder);
         let answer = if self.complete { "complete" } else { "not complete" };
         format!("joint {}: {answer}; {explained}, {left}", self.joint + 1)
     }
@@ -183,7 +183,7 @@ impl Refusal {
     fn text(self) -> String {
         match self {
             Refusal::Chance { .. } => "it explains hardly more than chance would".to_owned(),
-            Refusal::Small { share } => format!("its torque is only {:.2} % of the measured torque", 100.0 * share),
+            Refusal::Small { share } => format!("it is only {:.2} % of what was measured", 100.0 * share),
             Refusal::Unphysical => "its best parameters have the wrong sign".to_owned(),
             Refusal::LeftBy { effect } => format!("it is no more than what the formula of {} leaves", effect.name),
             Refusal::NotConfirmed { .. } => "blocks that were left out do not confirm it".to_owned(),
@@ -314,7 +314,7 @@ mod tests {
         let lag = registry::find("actuator-lag").unwrap();
         let candidate = |refusal| Candidate { effect, joint: None, error_drop: 0.1, ground: Ground::Refused(refusal) };
         let small = candidate(Refusal::Small { share: 0.0012 });
-        assert!(!small.accepted() && small.reason() == "its torque is only 0.12 % of the measured torque");
+        assert!(!small.accepted() && small.reason() == "it is only 0.12 % of what was measured");
         assert_eq!(serde_json::to_value(small).unwrap()["ground"]["share"], 0.0012);
         let left = candidate(Refusal::LeftBy { effect: lag });
         assert_eq!(left.reason(), "it is no more than what the formula of actuator lag leaves");

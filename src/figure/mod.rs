@@ -127,6 +127,8 @@ pub struct Style {
     pub family: Family,
     /// Whether panels are called (a), (b), …
     pub lettered: bool,
+    /// Whether stretches that lie behind the lines, such as what is held out, are shaded.
+    pub shaded: bool,
     /// Where the legends stand.
     pub legend: Legend,
 }
@@ -152,6 +154,7 @@ impl Default for Style {
             letter: None,
             family: Family::default(),
             lettered: false,
+            shaded: true,
             legend: Legend::default(),
         }
     }

@@ -47,6 +47,33 @@ fn text(figure: &Figure, format: Format) -> String {
     String::from_utf8(render(figure, format, &Style::default()).unwrap()).unwrap()
 }
 
+/// Of plots below each other over the same time the last one names it, each of those beside each other does.
+#[test]
+fn the_axis_is_named_below_each_column() {
+    let panel = |title: &str| {
+        let x = Axis::new("time t", "s").range([0.0, 1.0]).linked("time");
+        Panel::new(title, [x, Axis::new("", "N m")]).with(Line::through("", [[0.0, 0.0], [1.0, 1.0]], Ink::Measured))
+    };
+    let named = |count: usize, columns: usize| {
+        let figure = Figure { panels: (0..count).map(|number| panel(&format!("joint {number}"))).collect(), columns };
+        text(&figure, Format::Svg).matches("time t [s]").count()
+    };
+    assert_eq!([named(1, 1), named(3, 1), named(4, 2), named(3, 3)], [1, 1, 2, 3]);
+}
+
+/// What is held out is shaded, unless somebody wants it white; nothing else changes.
+#[test]
+fn shades_are_left_out_on_demand() {
+    let drawn = |shaded| {
+        let style = Style { shaded, ..Style::default() };
+        String::from_utf8(render(&everything(), Format::Svg, &style).unwrap()).unwrap()
+    };
+    let rectangles = |svg: &str| svg.matches("<rect").count();
+    let (with, without) = (drawn(true), drawn(false));
+    assert_eq!(rectangles(&with), rectangles(&without) + 1);
+    assert_eq!(with.matches("<path").count(), without.matches("<path").count());
+}
+
 #[test]
 fn an_svg_is_well_formed_and_holds_its_font_and_symbols() {
     let svg = text(&everything(), Format::Svg);

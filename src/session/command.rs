@@ -7,7 +7,7 @@ use super::error::SessionError;
 use super::step::{step, trained};
 use super::study::{self, Note, SetUp};
 use super::terms::{self, TermEdit};
-use super::{Bets, Generation, Guess, Session, Step, default_name, file, models, seeds};
+use super::{Bets, Generation, Guess, Session, Step, beside, default_name, file, models, seeds};
 use crate::diagnosis;
 use crate::diagnosis::proposal::propose;
 use crate::effect::registry;
@@ -36,6 +36,11 @@ pub enum Command {
         options: ReadOptions,
         /// Names of trajectories to hold out; with none, the split is automatic.
         held_out: Vec<String>,
+    },
+    /// Reads files as further trajectories of the recording, all held out, and holds every model against them; none is fitted anew.
+    Beside {
+        /// One or more files, read as the first were.
+        paths: Vec<PathBuf>,
     },
     /// Sets right how the recording is set up, and fits the preset anew.
     SetRight(Vec<Correction>),
@@ -192,6 +197,7 @@ impl Command {
                 };
                 fitted_if_possible(loaded, monitor)
             }
+            Command::Beside { paths } => beside::add(session, paths, monitor),
             Command::SetRight(corrections) => set_right(session, corrections, monitor),
             Command::Restore { path } => {
                 let document = file::open(path, monitor)?.document.knowing(&session.own_effects);
@@ -320,6 +326,10 @@ impl Command {
                 } else {
                     format!("open {name}")
                 }
+            }
+            Command::Beside { paths } => {
+                let name = paths.first().and_then(|path| path.file_name()).unwrap_or_default().to_string_lossy();
+                format!("look at {name} beside it")
             }
             Command::SetRight(corrections) => {
                 let texts: Vec<String> = corrections.iter().map(Correction::to_string).collect();

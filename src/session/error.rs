@@ -77,6 +77,16 @@ pub enum SessionError {
         /// So many letters at most.
         longest: usize,
     },
+    /// What was to be looked at is of another arm.
+    #[error(
+        "the joints of the other recording are moved by {has}, those of this one by {needs}: only the same arm can stand beside it"
+    )]
+    OtherJoints {
+        /// By joint.
+        has: String,
+        /// By joint.
+        needs: String,
+    },
     /// Two models can't have the same name.
     #[error("another model has that name already: {0}")]
     NameTaken(String),

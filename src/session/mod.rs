@@ -4,6 +4,7 @@
 //! [`Document`] is what a [`mod@file`] keeps of all that. Large parts are shared, so a session costs little to keep. The window and the
 //! command line run the same commands.
 
+mod beside;
 mod bet;
 mod command;
 mod document;

@@ -239,7 +239,9 @@ impl Lock {
             Lock::Seal => matches!(command, Command::OpenSeal),
             Lock::Diagnosis => matches!(command, Command::Diagnose | Command::Propose),
             Lock::Effects => matches!(command, Command::AddEffect { .. } | Command::Adopt { .. }),
-            Lock::Recordings => matches!(command, Command::Open { .. } | Command::Simulate(_)),
+            Lock::Recordings => {
+                matches!(command, Command::Open { .. } | Command::Beside { .. } | Command::Simulate(_))
+            }
         }
     }
 }

@@ -215,7 +215,7 @@ fn unstuck(
     while let Some(seed) = restart::next_start(&newest, recording, split, monitor)? {
         let left = OtherStart { seed: newest.run.plan.options.seed, unexplained: restart::unexplained(&newest) };
         monitor.tell(Event::Warning(format!(
-            "the training got stuck: {:.1} % of the torque's variance is left in what it learned from, far more than a rigid body \
+            "the training got stuck: {:.1} % of the variance is left in what it learned from, far more than a rigid body \
              leaves. It begins anew from another start (seed {seed} instead of {})",
             100.0 * left.unexplained,
             left.seed
@@ -505,7 +505,7 @@ impl SavedRun {
         let seeds: Vec<String> = self.other_starts.iter().map(OtherStart::to_string).collect();
         (!seeds.is_empty()).then(|| {
             format!(
-                "Kept is the start from seed {}; others got stuck, and left more of the torque's variance in what they learned \
+                "Kept is the start from seed {}; others got stuck, and left more of the variance in what they learned \
                  from: {}.",
                 self.plan.options.seed,
                 seeds.join(", ")

@@ -2,12 +2,13 @@
 //!
 //! [`mod@fit`] trains a model of the session; inside it
 //! [`data`] (samples, checked) → [`learn`] (a run: [`loss`], [`optimiser`], [`schedule`]) → [`learned::LearnedModel`] → [`predict`]
-//! (torque and components), which [`inside`] looks into; `restart` begins anew what got stuck. [`options`] holds the two recipes, the paper's and ours.
+//! (torque and components), which [`inside`] and [`friction`] look into; `restart` begins anew what got stuck. [`options`] holds the two recipes, the paper's and ours.
 
 mod components;
 pub mod data;
 pub mod effects;
 pub mod fit;
+pub mod friction;
 pub mod inside;
 pub mod learn;
 pub mod learned;

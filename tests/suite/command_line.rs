@@ -512,7 +512,10 @@ fn a_saved_session_is_drawn() {
     let add = Command::AddEffect { effect: "coulomb-friction".into(), joints: vec![0] };
     let session = run(add, &run(open, &Session::default()));
     std::fs::write(at.join("mine.torquescope"), file::to_bytes(&session.into()).unwrap()).unwrap();
-    succeeds(&["screenshot", "mine.torquescope", "--screen", "ladder", "-o", "ladder.png"], at);
+    let picture = ["screenshot", "mine.torquescope", "--screen", "ladder", "-o", "ladder.png"];
+    succeeds(&[&picture[..], &["--panel", "What was found", "--over", "models", "--contrast"]].concat(), at);
+    let message = fails(&[&picture[..], &["--panel", "No such panel"]].concat(), at, 1);
+    assert!(message.contains("has no panel `No such panel`; it has: Steps, What was found, The truth"), "{message}");
     assert!(std::fs::read(at.join("ladder.png")).unwrap().starts_with(b"\x89PNG"));
     succeeds(&["figure", "ladder", "mine.torquescope", "-o", "ladder.csv"], at);
     let table = std::fs::read_to_string(at.join("ladder.csv")).unwrap();

@@ -35,6 +35,78 @@ fn a_formula_of_channels_is_drawn() {
     assert!(window.query_by_label_contains("there is no channel `qd9`").is_some(), "there are three joints");
 }
 
+/// The same formula stands on every screen with charts over time; behind a low-pass it is drawn over what it was.
+#[test]
+fn a_formula_passes_a_low_pass_on_every_screen() {
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    let legend = |window: &mut Window| -> Vec<String> {
+        let panels = window.state_mut().figures();
+        let panel = panels.iter().find(|panel| panel.title == "tau1 * qd1").unwrap();
+        panel.legend().iter().map(|entry| entry.name.to_owned()).collect()
+    };
+    assert!(window.query_by_label("low-pass").is_none(), "there is nothing to filter yet");
+    write_into(&mut window, "formula of channels", "tau1 * qd1");
+    assert!(legend(&mut window).is_empty());
+    enter(&mut window, "low-pass", "5");
+    settle(&mut window);
+    assert_eq!(legend(&mut window), ["as it is", "low-pass 5 Hz"]);
+    for screen in [&data::ABOUT, &model::ABOUT] {
+        window.state_mut().order(Order::Show(screen));
+        settle(&mut window);
+        assert_eq!(legend(&mut window), ["as it is", "low-pass 5 Hz"], "{}", screen.id);
+    }
+    window.state_mut().order(Order::Show(&compare::ABOUT));
+    settle(&mut window);
+    enter(&mut window, "low-pass", "5000");
+    settle(&mut window);
+    assert!(window.query_by_label_contains("half the sampling rate").is_some());
+}
+
+/// From where to where a chart is seen can be typed; F shows everything again.
+#[test]
+fn limits_of_axes_are_typed() {
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    let seen = |window: &mut Window, title: &str| {
+        let panels = window.state_mut().figures();
+        let panel = panels.iter().find(|panel| panel.title == title).unwrap();
+        [panel.x.range, panel.y.range]
+    };
+    let before = seen(&mut window, "joint 1: torque");
+    window.get_by_label("plot of joint 1: torque [N m]").focus();
+    window.run_steps(2);
+    window.key_press(Key::L);
+    window.run_steps(4);
+    for (field, limit) in [("x from", "1.5"), ("x to", "2.5"), ("y from", "-3"), ("y to", "7")] {
+        enter(&mut window, field, limit);
+    }
+    assert_eq!(seen(&mut window, "joint 1: torque"), [Some([1.5, 2.5]), Some([-3.0, 7.0])]);
+    assert_eq!(
+        seen(&mut window, "joint 2: torque"),
+        [Some([1.5, 2.5]), None],
+        "time is the same in all, heights are not"
+    );
+    click(&mut window, "Show everything (F)");
+    assert_eq!(seen(&mut window, "joint 1: torque"), before);
+}
+
+/// The values at the cursor are copied, with their place and units.
+#[test]
+fn values_at_the_cursor_are_copied() {
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    window.get_by_label("plot of joint 1: torque [N m]").focus();
+    window.run_steps(2);
+    window.key_down(Key::C);
+    window.step();
+    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.clone()),
+        _ => None,
+    });
+    let lines: Vec<String> = copied.unwrap().lines().map(str::to_owned).collect();
+    assert_eq!(lines[0], "joint 1: torque [N m]");
+    assert!(lines[2].starts_with("measured τ ") && lines[2].ends_with(" N m"), "{lines:?}");
+    assert_eq!(lines.len(), 4, "the time, and two lines: {lines:?}");
+}
+
 /// H, V, g, c, energy and power of any model; the truth beside them once the seal is open.
 #[test]
 fn what_a_model_has_learned_is_looked_into() {
@@ -88,6 +160,23 @@ fn an_export_shows_a_preview() {
     window.get_by_role_and_label(Role::CheckBox, "Height of a plot").click();
     settle(&mut window);
     assert_ne!(size(&window), before, "the plots have another height");
+}
+
+/// The plots of all screens are written in one go, a file for each in a folder.
+#[test]
+fn every_screen_is_exported_in_one_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    window.state_mut().order(Order::Export(None));
+    settle(&mut window);
+    window.get_by_role_and_label(Role::CheckBox, "Every screen, a file for each in a folder of this name").click();
+    window.run_steps(2);
+    export_to(&mut window, &folder.path().join("paper.csv"), "CSV: the numbers");
+    let files = std::fs::read_dir(folder.path().join("paper")).unwrap().map(|entry| entry.unwrap().file_name());
+    let files: Vec<String> = files.map(|name| name.to_string_lossy().into_owned()).collect();
+    for screen in ["data.csv", "model.csv", "compare.csv", "residuals.csv", "ladder.csv"] {
+        assert!(files.contains(&screen.to_owned()), "{screen}: {files:?}");
+    }
 }
 
 /// What is printed of a saved session has the models that were drawn over each other when it was saved.

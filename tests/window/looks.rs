@@ -69,7 +69,7 @@ fn charts_of_the_same_quantity_are_linked() {
     assert_eq!(velocity(&mut window), whole);
 
     // Frequencies of the torque and of what is left of it.
-    zoom(&mut window, "residual power by frequency", 8.0);
+    zoom(&mut window, "residual power by frequency [(N m)²/Hz]", 8.0);
     zoom(&mut window, "residual against position [N m]", 4.0);
     let near = position(&mut window);
     let power = "joint 1: power of τ, logarithmic";

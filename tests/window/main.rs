@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
+mod begin;
+mod busy;
 mod care;
 mod charts;
 mod lessons;
@@ -242,6 +244,35 @@ fn the_arm_is_edited_by_hand_and_simulated() {
     assert!(arm.links[2].length > 1.05 * before.links[2].length, "{:?}", arm.links[2]);
     assert!(arm.links[0].mass > 1.3 * before.links[0].mass, "{:?}", arm.links[0]);
     assert_eq!(arm.links[1], before.links[1]);
+}
+
+/// More than one effect is hidden, as by the command line; the seal knows them all.
+#[test]
+fn several_effects_are_hidden_in_one_arm() {
+    let mut window = window(demonstration(), &data::ABOUT, Theme::Dark);
+    click(&mut window, "Simulate your own");
+    window.get_by_role_and_label(Role::Button, "Hide another effect").click_accesskit();
+    window.run_steps(4);
+    let choosers: Vec<_> = window.get_all_by_role_and_label(Role::ComboBox, "Hidden effect").collect();
+    assert_eq!(choosers.len(), 2);
+    choosers[1].click_accesskit();
+    window.run_steps(4);
+    window.get_by_role_and_label(Role::Button, "viscous friction").click_accesskit();
+    window.run_steps(4);
+    window.get_by_role_and_label(Role::Button, "down").click_accesskit();
+    window.run_steps(4);
+    window.get_by_role_and_label(Role::Button, "Simulate").click_accesskit();
+    settle(&mut window);
+    window.state_mut().order(Order::run(Command::OpenSeal));
+    settle(&mut window);
+    let posture = window.state().session().recording.as_ref().unwrap().posture;
+    assert_eq!(posture, Some(torquescope::arm::Posture::DOWN));
+    let truth = window.state().session().truth.clone().unwrap();
+    let hidden: Vec<&str> = truth.effects.iter().map(|hidden| hidden.effect.as_str()).collect();
+    assert_eq!(hidden, ["coulomb-friction", "viscous-friction"]);
+    window.get_by_label("hide no Coulomb friction (1)").click_accesskit();
+    window.run_steps(4);
+    assert_eq!(window.get_all_by_role_and_label(Role::ComboBox, "Hidden effect").count(), 1);
 }
 
 /// The bars of a step lead back to it.

@@ -99,7 +99,7 @@ fn models_are_drawn_over_each_other_on_every_screen() {
     let shown = [
         (&compare::ABOUT, "joint 1: residual", " [N m]"),
         (&residuals::ABOUT, "residual against velocity", " [N m]"),
-        (&residuals::ABOUT, "residual power by frequency", ""),
+        (&residuals::ABOUT, "residual power by frequency", " [(N m)²/Hz]"),
         (&residuals::ABOUT, "time line", " [N m]"),
         (&extrapolation::ABOUT, "joint 1: torque at this scale", " [N m]"),
     ];
@@ -124,6 +124,56 @@ fn models_are_drawn_over_each_other_on_every_screen() {
     window.get_by_role_and_label(Role::CheckBox, "show rigid body").click();
     settle(&mut window);
     assert!(!is_spoken(&window, "rigid body in joint 1: gravity"));
+}
+
+/// H, V, g, c, energy, power and the friction of all joints, of every model that is shown.
+#[test]
+fn models_are_looked_into_over_each_other() {
+    let mut window = compared(&model::ABOUT);
+    click(&mut window, "Models (4)");
+    click(&mut window, "What it has learned");
+    let titles = ["H(q), diagonal", "V(q)", "g(q)", "c(q, q̇)", "energy"];
+    for title in titles {
+        let panels = window.state_mut().figures();
+        let panel = panels.iter().find(|panel| panel.title == title).unwrap();
+        let of_other = panel.marks.iter().filter(|mark| {
+            mark.entry().is_some_and(|entry| matches!(entry.key, LineKey::Line(torquescope::figure::Ink::Model(0), ..)))
+        });
+        let own = if title == "V(q)" {
+            1
+        } else if title == "energy" {
+            2
+        } else {
+            3
+        };
+        assert_eq!(of_other.count(), own, "{title}: a line of the other model for each of the own");
+        assert!(panel.legend().iter().any(|entry| entry.name == "rigid body"), "{title}");
+    }
+    let tops = [1, 2, 3].map(|joint| {
+        let title = format!("joint {joint}: beside inertia and gravity");
+        window.get_by_label(&format!("plot of {title} [N m]")).scroll_to_me();
+        settle(&mut window);
+        assert!(is_spoken(&window, &format!("rigid body in {title}")), "{title}");
+        assert!(is_spoken(&window, &format!("measured in {title}")), "{title}");
+        window.get_by_label(&format!("plot of {title} [N m]")).rect().top()
+    });
+    assert!(tops.iter().all(|top| (top - tops[0]).abs() < 40.0), "side by side: {tops:?}");
+}
+
+/// A long name goes on in the next line of the table, and is written there as a short one is.
+#[test]
+fn a_long_name_is_seen_whole() {
+    let mut window = compared(&compare::ABOUT);
+    let long = "a rigid body with friction of its first joint, my own one";
+    let rename = Command::Rename { name: "rigid body".into(), to: long.into() };
+    window.state_mut().order(Order::run(rename));
+    settle(&mut window);
+    let rect =
+        |window: &Window, name: &str| window.get_by_role_and_label(Role::TextInput, &format!("name of {name}")).rect();
+    let (whole, short) = (rect(&window, long), rect(&window, "rigid body + Coulomb 1, 2"));
+    assert!(whole.height() > 1.5 * short.height() && short.height() < 32.0, "{whole:?} {short:?}");
+    assert!(whole.width() > 250.0, "{whole:?}");
+    assert_eq!(whole.width(), short.width());
 }
 
 /// What is ticked to be compared is the next step on Compare; then it is drawn.

@@ -2,7 +2,8 @@
 //!
 //! `UPDATE_SNAPSHOTS=1 cargo test --test window snapshots` draws them anew: look at what changed before you commit it.
 
-use egui::Theme;
+use egui::{Role, Theme};
+use egui_kittest::kittest::Queryable;
 use egui_kittest::{SnapshotOptions, SnapshotResults, try_image_snapshot_options};
 use torquescope::app::Order;
 use torquescope::app::screens::{
@@ -104,23 +105,71 @@ fn every_screen_looks_as_it_did_with_high_contrast() {
     }
 }
 
+/// The screens on which most is seen, in a small and in a large window, light, dark and with high contrast: one sheet for each.
+#[test]
+fn screens_look_as_they_did_in_small_and_large_windows() {
+    const SIZES: [[f32; 2]; 2] = [[1000.0, 700.0], [1600.0, 1000.0]];
+    const LOOKS: [(Theme, bool, &str); 3] =
+        [(Theme::Light, false, "light"), (Theme::Dark, false, "dark"), (Theme::Light, true, "contrast")];
+    let session = run(Command::OpenSeal, &repaired());
+    let main = [&data::ABOUT, &compare::ABOUT, &residuals::ABOUT, &ladder::ABOUT];
+    let mut sheets: Vec<Sheet> = SIZES.iter().flat_map(|size| LOOKS.map(|_| Sheet::of(main.len(), *size))).collect();
+    for screen in main {
+        let mut window = window(session.clone(), screen, Theme::Light);
+        for (number, sheet) in sheets.iter_mut().enumerate() {
+            let (size, (theme, has_contrast, _)) = (SIZES[number / LOOKS.len()], LOOKS[number % LOOKS.len()]);
+            window.set_size(size.into());
+            window.ctx.set_theme(theme);
+            window.state_mut().order(Order::HighContrast(has_contrast));
+            settle(&mut window);
+            sheet.add(&mut window);
+        }
+    }
+    let mut results = SnapshotResults::new();
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * main.len());
+    for (number, sheet) in sheets.iter().enumerate() {
+        let ([width, _], (.., look)) = (SIZES[number / LOOKS.len()], LOOKS[number % LOOKS.len()]);
+        results.add(try_image_snapshot_options(&sheet.picture, format!("screens-{width}-{look}"), &options));
+    }
+}
+
+/// While something is at work: how far it is may differ from picture to picture, where it stands and what is shut may not.
+#[test]
+fn a_busy_screen_looks_as_it_did() {
+    const PIXELS_OF_PROGRESS: usize = 3000;
+    let mut results = SnapshotResults::new();
+    let options = SnapshotOptions::new().max_failed_pixels(PIXELS_OF_PROGRESS);
+    for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
+        let mut busy = crate::busy::busy(&diagnose::ABOUT, theme);
+        results.add(busy.try_snapshot_options(format!("busy-{suffix}"), &options));
+        busy.get_by_role_and_label(Role::Button, "Stop").click();
+        settle(&mut busy);
+    }
+}
+
 /// Pictures of all screens, two beside each other, half as large as the window: what moves or is missing is still seen.
 struct Sheet {
     picture: image::RgbaImage,
+    /// Of each picture.
+    sides: [u32; 2],
     count: u32,
 }
 
 impl Sheet {
-    const SIDES: [u32; 2] = [SIZE[0] as u32 / 2, SIZE[1] as u32 / 2];
-
+    /// Of all screens.
     fn new() -> Self {
-        let [width, height] = Sheet::SIDES;
-        let rows = screens::TABLE.len().div_ceil(2) as u32;
-        Sheet { picture: image::RgbaImage::new(2 * width, height * rows), count: 0 }
+        Sheet::of(screens::TABLE.len(), SIZE)
+    }
+
+    /// Of so many windows of this size.
+    fn of(count: usize, size: [f32; 2]) -> Self {
+        let sides = size.map(|side| side as u32 / 2);
+        let [width, height] = sides;
+        Sheet { picture: image::RgbaImage::new(2 * width, height * count.div_ceil(2) as u32), sides, count: 0 }
     }
 
     fn add(&mut self, window: &mut support::Window) {
-        let [width, height] = Sheet::SIDES;
+        let [width, height] = self.sides;
         let picture = image::imageops::thumbnail(&window.render().unwrap(), width, height);
         let corner = [self.count % 2 * width, self.count / 2 * height].map(i64::from);
         image::imageops::replace(&mut self.picture, &picture, corner[0], corner[1]);

@@ -62,6 +62,8 @@ fn begin_lesson(number: &str) -> Command {
 fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let (csv, saved) = (folder.join("swing.csv"), folder.join("saved.torquescope"));
     std::fs::write(&csv, swing()).unwrap();
+    let swing = run(Command::open(vec![csv.clone()], ReadOptions::default(), Vec::new()), &Session::default());
+    let beside = Command::Beside { paths: vec![csv.clone()] };
     let mut writer = window(diagnosed(), &data::ABOUT, Theme::Dark);
     writer.state_mut().order(Order::Save(saved.clone()));
     settle(&mut writer);
@@ -73,6 +75,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let plan = || Box::new(short_plan(2));
     let all = vec![
         (demonstration(), Command::Open { paths: vec![csv], options: ReadOptions::default(), held_out: Vec::new() }),
+        (swing, beside),
         (demonstration(), Command::Restore { path: saved }),
         (diagnosed(), Command::SetRight(vec!["sign-torque@1".parse().unwrap()])),
         (diagnosed(), Command::Simulate(Box::new(Scenario { seed: 5, ..Scenario::embedded() }))),
@@ -106,6 +109,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
             Command::TrainPreset { .. } | Command::Train { .. } | Command::TrainSeeds { .. } | Command::Resume(_) => (),
             Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. } | Command::Make { .. } => (),
             Command::SetRight(_)
+            | Command::Beside { .. }
             | Command::UseModel { .. }
             | Command::Diagnose
             | Command::AddEffect { .. }

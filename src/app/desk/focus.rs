@@ -8,17 +8,37 @@ use crate::model::Preset;
 use crate::recording::{Recording, Trajectory};
 use crate::session::{Command, Session, Step};
 
+/// A series of one's own over time, as it is written.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct OwnSeries {
+    /// A formula of channels; blank for none.
+    pub text: String,
+    /// Cut-off of its low-pass \[Hz\]; 0 lets everything pass.
+    pub cutoff_hz: f64,
+}
+
+impl OwnSeries {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.text.trim().is_empty()
+    }
+}
+
 /// Which trajectory, joint and time all screens show.
 #[derive(Debug)]
 pub struct Focus {
     /// Index of the trajectory.
     pub trajectory: usize,
+    /// Another trajectory that is drawn over it, if one is.
+    pub beside: Option<usize>,
     /// Counted from 0.
     pub joint: usize,
     /// The time cursor \[s\].
     pub cursor: Option<f64>,
     /// Which part of each quantity the charts show.
     pub views: Views,
+    /// What is drawn below the charts over time.
+    pub own_series: OwnSeries,
     /// Models that are drawn over the current one.
     pub overlaid: Overlaid,
     /// Models that are to be made beside the current one.
@@ -37,9 +57,11 @@ impl Default for Focus {
     fn default() -> Self {
         Focus {
             trajectory: 0,
+            beside: None,
             joint: 0,
             cursor: None,
             views: Views::default(),
+            own_series: OwnSeries::default(),
             overlaid: Overlaid::default(),
             wanted: Vec::new(),
             is_playing: false,
@@ -62,9 +84,14 @@ impl Focus {
         self.overlaid.keep(|shown| after.all_models().any(|model| model.generation == shown));
         self.views.fit(Along::Epoch);
         if !before.has_recording_of(after) {
+            let before_it = self.trajectory;
             (self.trajectory, self.joint) = (after.split.held_out.first().map_or(0, |segment| segment.trajectory), 0);
             self.views.fit_all();
-            self.cursor = None;
+            (self.cursor, self.beside) = (None, None);
+            // The first of what was added, over the one that was looked at.
+            if let (Some(Command::Beside { .. }), Some(recording)) = (by, &before.recording) {
+                (self.trajectory, self.beside) = (recording.trajectories.len(), Some(before_it));
+            }
         }
     }
 

@@ -15,7 +15,7 @@ mod time;
 use std::sync::Arc;
 
 pub use about::{About, Needs};
-pub use focus::Focus;
+pub use focus::{Focus, OwnSeries};
 pub use notice::{Messages, Notice, Toast, Tone};
 pub use order::{Drawing, Order, Parting};
 pub use overlaid::Overlaid;

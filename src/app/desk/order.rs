@@ -112,13 +112,13 @@ pub enum Parting {
 /// Plots, and the file that shows them.
 #[derive(Debug, Clone)]
 pub struct Drawing {
-    /// What is drawn.
-    pub figure: Figure,
+    /// What is drawn; `None` for the plots of every screen, a file for each in a folder.
+    pub figure: Option<Figure>,
     /// As what.
     pub format: Format,
     /// How.
     pub style: Style,
-    /// Where.
+    /// Where: the file, or the folder.
     pub path: PathBuf,
 }
 

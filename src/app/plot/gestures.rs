@@ -17,6 +17,8 @@ const STEPS: f64 = 200.0;
 
 /// What gestures move.
 pub struct Gestures<'a> {
+    /// Of the plot.
+    pub title: &'a str,
     /// The whole horizontal axis, in its own measure.
     pub extent: [f64; 2],
     /// The view.
@@ -53,8 +55,10 @@ impl Gestures<'_> {
             || response.dragged_by(PointerButton::Middle)
             || (response.dragged() && ctx.input(|input| input.modifiers.shift));
         if panning {
-            let shift = -f64::from(response.drag_delta().x) / plot.width * span;
+            let moved = response.drag_delta();
+            let shift = -f64::from(moved.x) / plot.width * span;
             self.show([shown[0] + shift, shown[1] + shift], place);
+            self.lift(f64::from(moved.y) / plot.height);
         } else if !(self.zooms_to_box || ctx.input(|input| input.modifiers.shift))
             && let (Some(cursor), Some(pointer)) = (&mut self.cursor, response.interact_pointer_pos())
         {
@@ -68,7 +72,9 @@ impl Gestures<'_> {
             let (zoom, wheel) = ctx.input(|input| (input.zoom_delta(), input.smooth_scroll_delta()));
             // Only with Ctrl or a pinch, so that the page still scrolls under the wheel.
             let factor = f64::from(1.0 / zoom);
-            if factor != 1.0 {
+            if factor != 1.0 && ctx.input(|input| input.modifiers.shift) {
+                self.stretch(factor, pointer, place);
+            } else if factor != 1.0 {
                 let pivot = at(pointer.x);
                 self.show([pivot + (shown[0] - pivot) * factor, pivot + (shown[1] - pivot) * factor], place);
             } else if wheel.x != 0.0 {
@@ -88,6 +94,25 @@ impl Gestures<'_> {
                 let from = cursor.unwrap_or(shown[0]);
                 **cursor = Some((from + steps * span / STEPS).clamp(self.extent[0], self.extent[1]));
             }
+        }
+    }
+
+    /// Zooms the heights about the pointer, in and out of what is there.
+    fn stretch(&mut self, factor: f64, pointer: Pos2, place: &Place) {
+        let [low, high] = place.ranges[1];
+        let share = (f64::from(pointer.y) - place.plot.top) / place.plot.height;
+        let pivot = high - share * (high - low);
+        let heights = [low, high].map(|end| pivot + (end - pivot) * factor);
+        if heights[1] > heights[0] && heights.iter().all(|end| end.is_finite()) {
+            self.window.heights.insert(self.title.to_owned(), heights);
+        }
+    }
+
+    /// Moves the heights, once they were zoomed: up by this share of what is seen.
+    fn lift(&mut self, share: f64) {
+        if let Some([low, high]) = self.window.heights.get_mut(self.title) {
+            let shift = share * (*high - *low);
+            (*low, *high) = (*low + shift, *high + shift);
         }
     }
 

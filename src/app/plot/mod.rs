@@ -7,6 +7,7 @@ mod gestures;
 mod header;
 mod key;
 mod linked;
+mod menu;
 mod screen;
 pub mod series;
 #[cfg(test)]

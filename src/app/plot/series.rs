@@ -34,3 +34,8 @@ pub fn predicted(step: &Arc<Step>, run: usize, joint: usize) -> Shared<f64> {
 pub fn term(step: &Arc<Step>, run: usize, term: usize, joint: usize) -> Shared<f64> {
     Shared::of(step, move |step| &step.evaluation.predictions[run].terms[term][joint])
 }
+
+/// The unit of a spectral density of what has this unit: power for each Hz.
+pub fn density(unit: &str) -> String {
+    if unit.contains(' ') { format!("({unit})²/Hz") } else { format!("{unit}²/Hz") }
+}

@@ -155,6 +155,35 @@ fn wheel_drag_keys_and_double_click_move_the_view() {
     assert_eq!(ranges(&window, 0)[0], [0.0, 9.99]);
 }
 
+/// With Shift the wheel zooms the heights alone, a drag moves them then, and a double click shows everything again.
+#[test]
+fn the_heights_are_zoomed_and_come_back() {
+    let mut window = window(1000);
+    let before = ranges(&window, 0);
+    let place = at(&window, 0.5, 0.25);
+    window.hover_at(place);
+    window.run_steps(2);
+    with(&mut window, Modifiers::SHIFT, |window| {
+        window.event(Event::Zoom(2.0));
+        window.run_steps(3);
+    });
+    let [x, [low, high]] = ranges(&window, 0);
+    assert_eq!(x, before[0]);
+    let height = before[1][1] - before[1][0];
+    assert!((high - low - 0.5 * height).abs() < 1e-3 * height, "half of it: {low} {high}");
+    let above = |[low, high]: [f64; 2]| high - 0.25 * (high - low);
+    assert!((above([low, high]) - above(before[1])).abs() < 0.01 * height, "what is under the pointer stays there");
+    let (begin, end) = (at(&window, 0.5, 0.3), at(&window, 0.5, 0.6));
+    with(&mut window, Modifiers::SHIFT, |window| drag(window, begin, end));
+    assert!(ranges(&window, 0)[1][1] > high + 0.1 * height, "dragged down: what lies above is seen");
+    for _ in 0..2 {
+        window.drag_at(place);
+        window.drop_at(place);
+    }
+    window.run_steps(3);
+    assert_eq!(ranges(&window, 0), before);
+}
+
 #[test]
 fn alt_and_drag_measure_and_a_brush_marks() {
     let mut window = window(1000);

@@ -1,7 +1,7 @@
 //! A panel of a figure in the window, with everything that one can do with it.
 //!
-//! Ctrl and the wheel zoom about the pointer, Ctrl and a drag zoom to a box, Shift or the right button drags the view, a double
-//! click shows everything again. A click or drag puts the cursor; with the keyboard the arrow keys move it, F shows everything.
+//! Ctrl and the wheel zoom about the pointer, with Shift the heights, Ctrl and a drag zoom to a box, Shift or the right button drags
+//! the view, a right click or L asks for its limits as numbers, a double click shows everything again. A click or drag puts the cursor; with the keyboard the arrow keys move it, F shows everything.
 //! M (or Alt) and drag measure between two cursors. Where a brush is asked for, a drag marks a region instead. The legend stands above
 //! the plot, never on the data, and shows the values at the cursor, or mean and RMS between the two.
 
@@ -16,6 +16,7 @@ use super::adapter::{self, Printed, Setting, Sight};
 use super::gestures::{self, Gestures, Region};
 use super::header::{self, Header, with_value};
 use super::linked::{Views, Window};
+use super::menu;
 use super::screen::{Screen, area, position, value};
 use crate::app::theme::{Palette, RADIUS, SMALL};
 use crate::figure::colours::Colours;
@@ -156,7 +157,7 @@ impl<'a> PanelView<'a> {
         let spoken = self.spoken.take().unwrap_or_else(|| format!("plot of {}", self.panel.heading()));
         let role = if self.panel.bare { Role::Image } else { Role::GraphicsObject };
         shown.response.widget_info(|| WidgetInfo::labeled(role, true, &spoken));
-        super::export::offer(ui, &shown.response, &shown.panel.title);
+        menu::show(ui, &shown, window, self.cursor.as_deref().copied().flatten());
         if ui.is_rect_visible(outer) {
             self.overlay(ui, &tools, window, &shown);
             if !self.panel.bare {
@@ -231,7 +232,8 @@ impl<'a> PanelView<'a> {
                 let ranges = ranges(&view.of(panel), plot, columns, &mut decimator);
                 let place = Place { plot: area(plot), ranges, axes: [&panel.x, &panel.y] };
                 let cursor = cursor.as_deref_mut();
-                Gestures { extent, window: view, cursor, zooms_to_box }.take(&context, response, &place);
+                Gestures { title: &panel.title, extent, window: view, cursor, zooms_to_box }
+                    .take(&context, response, &place);
             }
             let now = view.of(panel);
             let ranges = ranges(&now, plot, columns, &mut decimator);
@@ -243,7 +245,7 @@ impl<'a> PanelView<'a> {
         if let Some([x, y]) = zoomed {
             let extent = whole(&self.panel, plot.width() as usize, &mut tools.decimator.borrow_mut());
             let place = Place { plot: area(plot), ranges, axes: [&self.panel.x, &self.panel.y] };
-            Gestures { extent, window, cursor: None, zooms_to_box }.show(x, &place);
+            Gestures { title: &self.panel.title, extent, window, cursor: None, zooms_to_box }.show(x, &place);
             window.heights.insert(self.panel.title.clone(), y);
             panel = window.of(&self.panel);
             context.request_repaint();
@@ -364,14 +366,21 @@ fn ranges(panel: &Panel, plot: Rect, columns: usize, decimator: &mut Decimator) 
     ranges
 }
 
+/// Where it is, and the values of all lines there; empty if none has one.
+pub(super) fn values_at(panel: &Panel, x: f64) -> Vec<String> {
+    let text = |mark: &std::sync::Arc<dyn crate::figure::mark::Mark>| {
+        let (value, entry) = (mark.value_at(x)?, mark.entry()?);
+        Some(format!("{} {}", entry.name, with_value(&panel.y, value)).trim().to_owned())
+    };
+    let values: Vec<String> = panel.marks.iter().filter_map(text).collect();
+    let place = (!values.is_empty()).then(|| with_value(&panel.x, x));
+    place.into_iter().chain(values).collect()
+}
+
 /// The values under the pointer, beside it.
 fn values_beside(painter: &egui::Painter, palette: &Palette, shown: &Shown, pointer: egui::Pos2) {
     let [x, _] = value(&shown.place(), pointer);
-    let text = |mark: &std::sync::Arc<dyn crate::figure::mark::Mark>| {
-        let (value, entry) = (mark.value_at(x)?, mark.entry()?);
-        Some(format!("{} {}", entry.name, with_value(&shown.panel.y, value)).trim().to_owned())
-    };
-    let texts: Vec<String> = shown.panel.marks.iter().filter_map(text).collect();
+    let texts = values_at(&shown.panel, x);
     if texts.is_empty() {
         return;
     }

@@ -227,7 +227,7 @@ fn missing(report: &Report, blocks: &mut Vec<Block>) {
         })
         .collect();
     if !rows.is_empty() {
-        let head = row(["what kind, where", "presence", "", "likeliest form", "share of the torque"]);
+        let head = row(["what kind, where", "presence", "", "likeliest form", "share of what was measured"]);
         blocks.push(Block::Table(Table { title: "how likely each kind of physics is there".to_owned(), head, rows }));
     }
 }

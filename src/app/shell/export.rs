@@ -36,6 +36,8 @@ pub struct Exporting {
     plots: Option<Vec<(Panel, bool)>>,
     format: Format,
     style: Style,
+    /// Whether the plots of every screen are written, a file for each.
+    all: bool,
     preview: Preview,
     /// Where to.
     pub path: String,
@@ -49,7 +51,7 @@ impl Exporting {
         let name: String = name.chars().map(plain).collect();
         let path = format!("{name}-{}.svg", screen.id);
         let (style, preview) = (Style::default(), Preview::default());
-        Exporting { only, plots: None, format: Format::Svg, style, preview, path }
+        Exporting { only, plots: None, format: Format::Svg, style, all: false, preview, path }
     }
 
     /// Whether its picture is being drawn.
@@ -132,6 +134,7 @@ fn layout(ui: &mut Ui, style: &mut Style) {
         }
         ui.add_space(GROUP);
         ui.checkbox(&mut style.lettered, "(a) (b)").on_hover_text("Calls the plots by letters");
+        ui.checkbox(&mut style.shaded, "Shade").on_hover_text("Behind what is held out");
         let mut is_shared = style.legend == Legend::Shared;
         if ui.checkbox(&mut is_shared, "One legend").on_hover_text("Above all plots, for all of them").changed() {
             style.legend = if is_shared { Legend::Shared } else { Legend::Own };
@@ -154,7 +157,7 @@ fn maybe(ui: &mut Ui, name: &str, unit: &str, value: &mut Option<f64>, [least, m
 /// The questions, and whether they are answered.
 fn ask(ui: &mut Ui, desk: &mut Desk, screen: &About, open: &mut Exporting) -> bool {
     let palette = Palette::in_ui(ui);
-    let Exporting { plots, format, style, path, .. } = open;
+    let Exporting { plots, format, style, all, path, .. } = open;
     let plots = plots.get_or_insert_default();
     ui.heading(format!("Export: {}", screen.title));
     if plots.is_empty() {
@@ -163,7 +166,7 @@ fn ask(ui: &mut Ui, desk: &mut Desk, screen: &About, open: &mut Exporting) -> bo
     }
     ui.add_space(GAP);
     // However many there are, what follows stays in sight.
-    let height = (ui.ctx().content_rect().height() - 490.0).clamp(70.0, 330.0);
+    let height = (ui.ctx().content_rect().height() - 520.0).clamp(70.0, 330.0);
     let list = ScrollArea::vertical().id_salt("plots").max_height(height).min_scrolled_height(height);
     list.show(ui, |ui| {
         for (panel, on) in plots.iter_mut() {
@@ -198,18 +201,26 @@ fn ask(ui: &mut Ui, desk: &mut Desk, screen: &About, open: &mut Exporting) -> bo
     ui.add_space(GAP);
     let label = ui.label("File");
     ui.add(TextEdit::singleline(path).desired_width(f32::INFINITY)).labelled_by(label.id);
-    let text = "All samples that are in view, in their full precision; equal plots give equal files.";
+    ui.checkbox(all, "Every screen, a file for each in a folder of this name");
+    let text = match all {
+        true => "All samples of the shown trajectory; what was never computed is left out.",
+        false => "All samples that are in view, in their full precision; equal plots give equal files.",
+    };
     ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     ui.add_space(GAP);
     let chosen = plots.iter().filter(|(_, on)| *on).count();
-    let ready = chosen > 0 && !path.trim().is_empty();
+    let ready = (chosen > 0 || *all) && !path.trim().is_empty();
     ui.horizontal_wrapped(|ui| {
         let write = primary(ui, ready, "Write the file");
         write.widget_info(|| WidgetInfo::labeled(egui::Role::Button, ready, "Write the file"));
         if write.on_disabled_hover_text("Choose a plot and name a file").clicked() {
             let panels = plots.iter().filter(|(_, on)| *on).map(|(panel, _)| panel.clone()).collect();
-            let drawing =
-                Drawing { figure: Figure::new(panels), format: *format, style: *style, path: path.trim().into() };
+            let file = std::path::PathBuf::from(path.trim());
+            let (figure, path) = match all {
+                true => (None, file.with_extension("")),
+                false => (Some(Figure::new(panels)), file),
+            };
+            let drawing = Drawing { figure, format: *format, style: *style, path };
             desk.orders.push(Order::Draw(Box::new(drawing)));
             return true;
         }

@@ -1,7 +1,7 @@
 //! All models of the session in one table, on every screen: what is shown over the current one, under which name, and what they
 //! are worth.
 
-use egui::{Button, Checkbox, Color32, Grid, RichText, ScrollArea, TextEdit, TextStyle, Ui, WidgetInfo, vec2};
+use egui::{Button, Checkbox, Color32, Grid, RichText, ScrollArea, TextEdit, TextStyle, Ui, WidgetInfo};
 
 use super::frame::Shell;
 use crate::app::desk::{Desk, Order};
@@ -17,7 +17,7 @@ use crate::session::{Command, Generation, Session, Step};
 
 /// Most of the window's height that the table takes.
 const HEIGHT: f32 = 0.36;
-/// Least width of a name \[points\], and its most as a part of the table's.
+/// Least width of a name \[points\], and its most as a part of the table's: a longer one goes on in the next line.
 const LEAST_NAME: f32 = 120.0;
 const MOST_NAME: f32 = 0.29;
 
@@ -58,7 +58,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, open: &mut Models) {
     wanted(ui, desk);
 }
 
-/// As much as the longest name needs, if there is room for it.
+/// As much as the longest name needs, if there is room for it in one line.
 fn width_of_names(ui: &Ui, session: &Session) -> f32 {
     let font = TextStyle::Body.resolve(ui.style());
     let width = |name: &String| ui.painter().layout_no_wrap(name.clone(), font.clone(), Color32::PLACEHOLDER).size().x;
@@ -154,17 +154,24 @@ fn shown(ui: &mut Ui, desk: &mut Desk, step: &Step, is_current: bool) {
     });
 }
 
-/// A name is written in its place; Enter or a click elsewhere gives it.
+/// A name is written in its place, over as many lines as it needs; Enter or a click elsewhere gives it.
 fn edit_name(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, width: f32) {
     let idle = desk.busy.is_none();
     let of_it = |editing: &&(Generation, String)| editing.0 == step.generation;
     let mut text = open.editing.as_ref().filter(of_it).map_or_else(|| step.name.clone(), |(_, text)| text.clone());
-    let edit = TextEdit::singleline(&mut text).id_salt(("name", step.generation));
-    let size = vec2(width, ui.spacing().interact_size.y);
-    let edit = ui.add_enabled_ui(idle, |ui| ui.add_sized(size, edit)).inner;
+    let edit = TextEdit::multiline(&mut text).id_salt(("name", step.generation)).desired_rows(1).return_key(None);
+    // Where a table is drawn for the first time a cell has no width yet.
+    let of_width = |ui: &mut Ui| {
+        ui.set_width(width);
+        ui.add(edit.desired_width(f32::INFINITY))
+    };
+    let edit = ui.add_enabled_ui(idle, of_width).inner;
     edit.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, idle, format!("name of {}", step.name)));
+    if edit.has_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter)) {
+        edit.surrender_focus();
+    }
     if edit.changed() {
-        open.editing = Some((step.generation, text));
+        open.editing = Some((step.generation, text.replace('\n', " ")));
     }
     if edit.lost_focus()
         && let Some((_, text)) = open.editing.take_if(|editing| editing.0 == step.generation)

@@ -28,19 +28,36 @@ pub enum Letters {
 }
 
 /// The whole figure.
-pub fn draw<'f>(figure: &'f Figure, style: &Style, letters: Letters) -> String {
-    let (width, letter) = match style.size {
-        Size::OneColumn => (241.0, 7.0),
-        Size::TwoColumn => (496.0, 8.0),
-        Size::Slide => (720.0, 12.0),
-    };
-    let letter = style.letter.unwrap_or(letter);
+pub fn draw(figure: &Figure, style: &Style, letters: Letters) -> String {
     let columns = match style.size {
         _ if style.columns.is_some() => style.columns.unwrap_or(1),
         Size::Slide => figure.columns.max(figure.panels.len().div_ceil(MOST_ROWS_OF_SLIDE)),
         _ => figure.columns,
     };
     let columns = columns.clamp(1, figure.panels.len().max(1));
+    laid_out(&named_below(figure, columns), columns, style, letters)
+}
+
+/// The same figure, in which of plots below each other over the same axis only the last one names it.
+fn named_below(figure: &Figure, columns: usize) -> Figure {
+    let mut panels = figure.panels.clone();
+    for number in 0..panels.len().saturating_sub(columns) {
+        if panels[number].x.link.is_some() && panels[number].x == panels[number + columns].x {
+            panels[number].x.label.clear();
+            panels[number].x.unit.clear();
+        }
+    }
+    Figure { panels, columns: figure.columns }
+}
+
+/// The figure in so many columns.
+fn laid_out<'f>(figure: &'f Figure, columns: usize, style: &Style, letters: Letters) -> String {
+    let (width, letter) = match style.size {
+        Size::OneColumn => (241.0, 7.0),
+        Size::TwoColumn => (496.0, 8.0),
+        Size::Slide => (720.0, 12.0),
+    };
+    let letter = style.letter.unwrap_or(letter);
     let mut paper = Paper::new(style.theme.colours(), letter, style.family);
     let gap = letter;
     let cell = (width - gap * (columns + 1) as f64) / columns as f64;
@@ -84,7 +101,7 @@ pub fn draw<'f>(figure: &'f Figure, style: &Style, letters: Letters) -> String {
             if let (Size::Slide, Some(aspect)) = (style.size, view.panel.aspect) {
                 plot.width = plot.width.min(plot.height / aspect);
             }
-            paper.panel(view, plot, number * columns + column);
+            paper.panel(view, plot, number * columns + column, style.shaded);
         }
         top += above + plot_height + below + gap;
     }
@@ -197,7 +214,7 @@ impl Paper {
         self.width_of(name, self.letter()) + 3.6 * self.letter()
     }
 
-    fn panel(&mut self, view: &View, plot: Area, number: usize) {
+    fn panel(&mut self, view: &View, plot: Area, number: usize, shaded: bool) {
         let (letter, colours, panel) = (self.letter(), *self.colours(), view.panel);
         let place = Place { plot, ranges: view.ranges, axes: [&panel.x, &panel.y] };
         let sides = [[plot.left, plot.right()], [plot.top, plot.bottom()]];
@@ -206,7 +223,7 @@ impl Paper {
             self.rectangle(sides, &Fill { color: colours.canvas, opacity: 1.0 }, None, 0.0);
         }
         put!(self, "<g clip-path=\"url(#plot{number})\">");
-        for mark in panel.marks.iter().filter(|mark| mark.is_behind()) {
+        for mark in panel.marks.iter().filter(|mark| shaded && mark.is_behind()) {
             mark.draw(&place, self);
         }
         let count = (plot.width / (7.0 * letter)).clamp(2.0, 12.0) as usize;

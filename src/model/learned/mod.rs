@@ -100,7 +100,7 @@ pub enum LearnedTerm {
         /// λ: the loss grows by λ‖τ‖² of this term; 0 for none.
         penalty: f64,
     },
-    /// Stribeck friction of each joint, its coefficients trained: (τ_C + τ_S e^(−q̇²/v)) sign q̇ + d q̇.
+    /// Stribeck friction of each joint, its coefficients trained: (τ_c + τ_s e^(−(q̇/v_s)²)) sign q̇ + d q̇.
     Friction,
     /// Columns of any effects (see [`crate::effect`]), each with one trained factor.
     Columns {

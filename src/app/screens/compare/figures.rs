@@ -6,7 +6,7 @@ use super::Facts;
 use super::parts::Part;
 use crate::app::desk::time_extent;
 use crate::app::plot::{Along, series};
-use crate::figure::colours::DASHES;
+use crate::figure::colours::{DASHES, Dash};
 use crate::figure::mark::{Line, Points, Shade};
 use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::model::Term;
@@ -23,6 +23,12 @@ const STRONG: f64 = 1.86;
 /// How much of its colour the truth has.
 const PALE: f64 = 0.45;
 
+/// Width and dashes of another trajectory: of what was measured, and of what is predicted.
+const THIN: f64 = 0.9;
+const BESIDE: [Dash; 2] = [DASHES[5], DASHES[6]];
+/// How much of its colour another trajectory has.
+const FAINT: f64 = 0.75;
+
 /// Along one trajectory: measured and predicted torque of a joint, and below it what is left, or what it is made of.
 pub struct Torques<'a> {
     pub recording: &'a Arc<Recording>,
@@ -34,10 +40,27 @@ pub struct Torques<'a> {
     /// Other models over it.
     pub overlaid: &'a [Overlay],
     pub show_terms: bool,
+    /// Another trajectory over it.
+    pub beside: Option<Beside>,
     /// In place of the residual.
     pub parts: Option<&'a Arc<Vec<Part>>>,
     /// Only the part of this name, of all models over each other.
     pub only: Option<&'a str>,
+}
+
+/// Another trajectory, drawn over the shown one.
+pub struct Beside {
+    pub run: usize,
+    /// What does not stand in the recording as it is.
+    pub moved: Arc<Moved>,
+}
+
+/// Another trajectory as if it began with the shown one.
+pub struct Moved {
+    /// Its time \[s\].
+    pub time: Vec<f64>,
+    /// What the current model leaves of it, by joint \[N m or N\].
+    pub residual: Signals,
 }
 
 /// A model that is drawn over the current one.
@@ -51,11 +74,12 @@ pub struct Overlay {
 }
 
 impl Torques<'_> {
-    /// A panel over the time of the trajectory; only the last one names it.
-    fn panel(&self, joint: usize, what: &str, is_last: bool) -> Panel {
+    /// A panel over the time of the trajectory.
+    fn panel(&self, joint: usize, what: &str) -> Panel {
         let info = &self.recording.joints[joint];
-        let x = if is_last { Axis::new("time t", "s") } else { Axis::default() };
-        let x = x.range(time_extent(&self.recording.trajectories[self.run].time)).linked(Along::Time);
+        let [first, last] = time_extent(&self.recording.trajectories[self.run].time);
+        let others = self.beside.iter().flat_map(|beside| beside.moved.time.last().copied());
+        let x = Axis::new("time t", "s").range([first, others.fold(last, f64::max)]).linked(Along::Time);
         let panel = Panel::new(format!("{}: {what}", info.name), [x, Axis::new("", info.kind.units()[3])]);
         panel.with_all(self.held_out.iter().map(|stretch| Shade(*stretch)))
     }
@@ -64,11 +88,18 @@ impl Torques<'_> {
         Line::new(name, series::time(self.recording, self.run), values, ink).sampled()
     }
 
+    /// A line of the other trajectory, the one of its number; `None` if there is none.
+    fn line_beside(&self, number: usize, name: &str, values: Shared<f64>, ink: Ink) -> Option<Line> {
+        let Beside { run, moved } = self.beside.as_ref()?;
+        let name = format!("{name}, {}", self.recording.trajectories[*run].name);
+        let line = Line::new(name, Shared::of(moved, |moved| &moved.time[..]), values, ink).sampled();
+        Some(line.dash(BESIDE[number]).width(THIN).opacity(FAINT))
+    }
+
     /// Measured and predicted torque of a joint, with the terms of the model and other models.
     pub fn torque(&self, joint: usize) -> Panel {
         let measured = self.line("measured τ", series::torque(self.recording, self.run, joint), Ink::Measured);
-        let mut panel =
-            self.panel(joint, self.recording.joints[joint].kind.effort(), false).with(measured.width(UNDER));
+        let mut panel = self.panel(joint, self.recording.joints[joint].kind.effort()).with(measured.width(UNDER));
         let terms = self.step.fitted.model.terms.iter().map(Term::label).enumerate();
         let terms = terms.filter(|(term, _)| self.show_terms && self.facts.acts[*term][joint]);
         for (number, (term, label)) in terms.enumerate() {
@@ -80,25 +111,34 @@ impl Torques<'_> {
         for Overlay { step, ink, .. } in self.overlaid {
             panel.push(self.line(&step.name, series::predicted(step, self.run, joint), *ink));
         }
+        if let Some(Beside { run, .. }) = &self.beside {
+            let (measured, predicted) =
+                (series::torque(self.recording, *run, joint), series::predicted(self.step, *run, joint));
+            panel = panel.with_all(self.line_beside(0, "measured τ", measured, Ink::Measured));
+            panel = panel.with_all(self.line_beside(1, "predicted τ̂", predicted, Ink::Predicted));
+        }
         panel.with(self.line("predicted τ̂", series::predicted(self.step, self.run, joint), Ink::Predicted))
     }
 
     /// What the model leaves of the torque of a joint, or the parts of which it is made.
     pub fn below(&self, joint: usize) -> Panel {
-        let is_last = joint + 1 == self.recording.joint_count();
         let Some(parts) = self.parts else {
-            let mut panel = self.panel(joint, "residual", is_last);
+            let mut panel = self.panel(joint, "residual");
             for Overlay { step, ink, residual, .. } in self.overlaid {
                 let residual = residual.as_ref().map(|residual| Shared::of(residual, move |residual| &residual[joint]));
                 panel = panel.with_all(residual.map(|residual| self.line(&step.name, residual, *ink)));
+            }
+            if let Some(Beside { moved, .. }) = &self.beside {
+                let residual = Shared::of(moved, move |moved| &moved.residual[joint]);
+                panel = panel.with_all(self.line_beside(0, "τ − τ̂", residual, Ink::Residual));
             }
             let residual = Shared::of(self.facts, move |facts| &facts.residual[joint]);
             return panel.with(self.line("τ − τ̂", residual, Ink::Residual));
         };
         if let Some(only) = self.only {
-            return self.one_part(joint, only, parts, is_last);
+            return self.one_part(joint, only, parts);
         }
-        let mut panel = self.panel(joint, "decomposition", is_last);
+        let mut panel = self.panel(joint, "decomposition");
         let is_drawn = |part: &Part| [&part.own, &part.truth].into_iter().flatten().any(|torque| acts(&torque[joint]));
         let drawn = parts.iter().enumerate().filter(|(_, part)| is_drawn(part)).zip(DASHES.iter().cycle());
         for ((number, part), dash) in drawn {
@@ -117,8 +157,8 @@ impl Torques<'_> {
     }
 
     /// One part of the torque: the truth, what the current model has of it, and what the others have.
-    fn one_part(&self, joint: usize, only: &str, parts: &Arc<Vec<Part>>, is_last: bool) -> Panel {
-        let mut panel = self.panel(joint, only, is_last);
+    fn one_part(&self, joint: usize, only: &str, parts: &Arc<Vec<Part>>) -> Panel {
+        let mut panel = self.panel(joint, only);
         let place = |parts: &Vec<Part>| parts.iter().position(|part| part.name == only);
         if let Some(number) = place(parts).filter(|number| parts[*number].truth.is_some()) {
             let truth = Shared::of(parts, move |parts| torque_of(&parts[number].truth, joint));

@@ -2,7 +2,6 @@
 
 mod errors;
 mod figures;
-mod formula;
 mod parts;
 
 use std::sync::Arc;
@@ -10,7 +9,7 @@ use std::sync::Arc;
 use egui::{ComboBox, RichText, Slider, Ui, WidgetText};
 
 use errors::Sorting;
-use figures::{Overlay, Torques};
+use figures::{Beside, Moved, Overlay, Torques};
 use parts::Decomposition;
 
 use crate::app::desk::{About, Desk, Focus, Needs, held_out_times, time_extent};
@@ -19,7 +18,7 @@ use crate::app::memo::Question;
 use crate::app::plot::{Along, PanelView, arm, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
 use crate::app::theme::{GAP, Palette, SMALL};
-use crate::app::{controls, tables, widgets};
+use crate::app::{controls, formula, tables, widgets};
 use crate::arm::Arm;
 use crate::figure::Panel;
 use crate::figure::mark::nearest;
@@ -67,8 +66,6 @@ pub struct Compare {
     show_parts: bool,
     /// Only this part of the torque is shown, of all models; `None` for all parts of the current one.
     only: Option<String>,
-    /// A series of one's own, as it is written; empty for none.
-    formula: String,
     sorting: Sorting,
     /// Whether somebody has looked at this recording here.
     was_seen: bool,
@@ -86,12 +83,13 @@ impl Screen for Compare {
         widgets::headline(ui, &title, &sentence);
         ui.horizontal_wrapped(|ui| {
             controls::trajectory(ui, desk);
+            controls::beside(ui, desk);
             ui.add_space(GAP);
             ui.checkbox(&mut self.show_terms, "Terms").on_hover_text("Draw each term of the model, too");
             let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
             ui.checkbox(&mut self.show_parts, "Decompose").on_hover_text(what);
             self.part(ui, desk, &step);
-            formula::field(ui, &mut self.formula);
+            formula::field(ui, &mut desk.focus.own_series);
             controls::fit(ui, desk);
             ui.label(RichText::new(controls::HINT).size(SMALL).color(Palette::in_ui(ui).weak));
         });
@@ -124,10 +122,14 @@ impl Screen for Compare {
         }
         let (held_out, show_terms, parts) = (held_out_times(desk.session, run), self.show_terms, parts.as_ref());
         let (facts, overlaid, only) = (&facts, overlaid.as_slice(), self.only.as_deref());
-        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, parts, only };
+        let beside = desk.focus.beside.and_then(|other| {
+            let moved = desk.memo.now(desk.session, MovedTo { trajectory: run, other }).ok()?;
+            Some(Beside { run: other, moved })
+        });
+        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, beside, parts, only };
         let joints = 0..recording.joint_count();
         let mut panels: Vec<Panel> = joints.flat_map(|joint| [torques.torque(joint), torques.below(joint)]).collect();
-        panels.extend(formula::figure(desk, recording, step, &self.formula));
+        panels.extend(formula::figure(desk));
         panels.extend(figures::scatter(desk.session));
         panels.extend(arm_panel(recording, step, facts, run, desk.focus.cursor));
         panels
@@ -163,6 +165,26 @@ impl Question for Residual {
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
         let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
         Ok(step.evaluation.residual(recording, self.trajectory))
+    }
+}
+
+/// Another trajectory, moved to begin with the shown one.
+#[derive(Clone, PartialEq)]
+struct MovedTo {
+    trajectory: usize,
+    other: usize,
+}
+
+impl Question for MovedTo {
+    type Answer = Moved;
+
+    fn answer(&self, session: &Session) -> Result<Moved, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let step = session.current().ok_or("there is no model")?;
+        let run = |index: usize| recording.trajectories.get(index).ok_or("there is no such trajectory");
+        let [start, _] = time_extent(&run(self.trajectory)?.time);
+        let time = run(self.other)?.since_start().map(|since| start + since).collect();
+        Ok(Moved { time, residual: step.evaluation.residual(recording, self.other) })
     }
 }
 
@@ -261,7 +283,11 @@ impl Compare {
         let (held_out, show_terms) = (held_out_times(desk.session, run), self.show_terms);
         let (recording, step, facts, parts) = (&recording, &step, &facts, parts.as_ref());
         let (overlaid, only) = (overlaid.as_slice(), self.only.as_deref());
-        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, parts, only };
+        let beside = desk.focus.beside.and_then(|other| {
+            let moved = desk.memo.later(&ctx, desk.session, MovedTo { trajectory: run, other })?.ok()?;
+            Some(Beside { run: other, moved })
+        });
+        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, beside, parts, only };
         let joints = recording.joint_count();
         let last_extra = 31.0;
         let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 640.0);
@@ -278,7 +304,7 @@ impl Compare {
                 ui.add_space(4.0);
             }
         }
-        formula::show(ui, desk, recording, step, &self.formula);
+        formula::show(ui, desk);
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::app::desk::{held_out_times, time_extent};
+use crate::app::plot::series::density;
 use crate::app::plot::{Along, series};
 use crate::figure::mark::{Cells, Line, Shade};
 use crate::figure::{Axis, Ink, Panel};
@@ -27,16 +28,14 @@ pub fn signals(session: &Session, recording: &Arc<Recording>, run: usize, joint:
     ];
     let name = &recording.joints[joint].name;
     let extent = time_extent(&recording.trajectories[run].time);
-    let last = channels.len() - 1;
-    let panel = |(number, (title, unit, ink, of)): (usize, (&str, &str, Ink, Of))| {
-        let x = if number == last { Axis::new("time t", "s") } else { Axis::default() };
-        let axes = [x.range(extent).linked(Along::Time), Axis::new("", unit)];
+    let panel = |(title, unit, ink, of): (&str, &str, Ink, Of)| {
+        let axes = [Axis::new("time t", "s").range(extent).linked(Along::Time), Axis::new("", unit)];
         let values = series::signal(recording, run, move |run| of(run, joint));
         Panel::new(format!("{name}: {title}"), axes)
             .with_all(held_out_times(session, run).into_iter().map(Shade))
             .with(Line::new("", series::time(recording, run), values, ink).sampled().dash(&[]))
     };
-    channels.into_iter().enumerate().map(panel).collect()
+    channels.into_iter().map(panel).collect()
 }
 
 /// How often each position and velocity of a joint was recorded.
@@ -53,5 +52,8 @@ pub fn spectrum(recording: &Recording, joint: usize, power: &[[f64; 2]]) -> Opti
     let x = Axis::new("frequency", "Hz").range(extent).linked(Along::Frequency);
     let title = format!("{}: power of τ, logarithmic", recording.joints[joint].name);
     let line = Line::through("", power.iter().copied(), Ink::Measured).width(STRONG);
-    Some(Panel::new(title, [x, Axis::default().logarithmic()]).with(line))
+    Some(
+        Panel::new(title, [x, Axis::new("", density(recording.joints[joint].kind.units()[3])).logarithmic()])
+            .with(line),
+    )
 }

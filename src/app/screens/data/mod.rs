@@ -6,6 +6,7 @@ mod figures;
 mod motion;
 mod recent;
 mod simulate;
+mod start;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,7 +22,7 @@ use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets::thousands;
-use crate::app::{controls, glossary, widgets};
+use crate::app::{controls, formula, glossary, widgets};
 use crate::arm::Posture;
 use crate::figure::Panel;
 use crate::model::Preset;
@@ -30,7 +31,6 @@ use crate::recording::correction::Correction;
 use crate::recording::read::{READABLE, ReadOptions};
 use crate::recording::{JointKind, Origin, Recording};
 use crate::session::{Command, Session};
-use crate::simulation::Scenario;
 
 /// The screen's names and place.
 pub static ABOUT: About = About {
@@ -77,6 +77,7 @@ impl Screen for Data {
         let Some(recording) = &desk.session.recording else { return Vec::new() };
         let joint = desk.focus.joint_of(recording);
         let mut panels = figures::signals(desk.session, recording, desk.focus.trajectory, joint);
+        panels.extend(formula::figure(desk));
         panels.extend(coverage::figures(desk, recording));
         panels
     }
@@ -115,13 +116,7 @@ fn opening(session: &Session) -> Option<(&Vec<PathBuf>, &ReadOptions, &Vec<Strin
 }
 
 fn measured(ui: &mut Ui, desk: &mut Desk) {
-    let Some(recording) = desk.session.recording.clone() else {
-        let sentence = format!("Drop a recording here ({READABLE}), open one, or simulate one.");
-        if widgets::empty(ui, "There is no recording yet", &sentence, "Simulate the demonstration arm") {
-            desk.run(Command::Simulate(Box::new(Scenario::embedded())));
-        }
-        return;
-    };
+    let Some(recording) = desk.session.recording.clone() else { return start::show(ui, desk) };
     let duration: f64 =
         recording.trajectories.iter().map(|run| time_extent(&run.time)).map(|[first, last]| last - first).sum();
     let joints = recording.joint_count();
@@ -222,6 +217,7 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Arc<Recording>) {
             ui.add_space(GAP);
             controls::joint(ui, desk, recording);
             ui.add_space(GAP);
+            formula::field(ui, &mut desk.focus.own_series);
             controls::fit(ui, desk);
         });
         ui.add_space(4.0);
@@ -232,6 +228,7 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Arc<Recording>) {
             let view = if number == last { view.height(134.0) } else { view.without_ticks().height(104.0) };
             view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
         }
+        formula::show(ui, desk);
         let hint = format!("Shaded: held out. {}", controls::HINT);
         ui.label(RichText::new(hint).size(SMALL).color(palette.weak));
     });
@@ -301,7 +298,10 @@ fn split_line(ui: &mut Ui, extent: [f64; 2], held_out: &[[f64; 2]]) {
 
 impl Data {
     fn sources(&mut self, ui: &mut Ui, desk: &mut Desk) {
-        recent::show(ui, desk);
+        // Before that they stand below the ways to begin.
+        if desk.session.recording.is_some() {
+            recent::show(ui, desk);
+        }
         widgets::card(ui, "Open a recording", |ui| {
             let sentence = format!("{READABLE} with position, torque and, where measured, velocity and acceleration.");
             widgets::weak(ui, sentence);
@@ -309,11 +309,17 @@ impl Data {
             let edit = TextEdit::singleline(&mut self.path).hint_text("path/to/log.csv").desired_width(f32::INFINITY);
             let entered = ui.add(edit).labelled_by(label.id).lost_focus()
                 && ui.input(|input| input.key_pressed(egui::Key::Enter));
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 let path = self.path.trim().to_owned();
                 let open = ui.add_enabled(!path.is_empty(), Button::new("Open this file"));
                 if !path.is_empty() && (open.clicked() || entered) {
-                    desk.orders.push(Order::open(vec![path.into()]));
+                    desk.orders.push(Order::open(vec![path.clone().into()]));
+                }
+                let beside = ui.add_enabled(!path.is_empty() && desk.session.recording.is_some(), Button::new("Look at it beside"));
+                let what = "The same arm in another recording: all of it is held out, and every model of this session is held against \
+                            it as it is";
+                if beside.on_hover_text(what).on_disabled_hover_text(what).clicked() {
+                    desk.run(Command::Beside { paths: vec![path.clone().into()] });
                 }
                 if ui.button("Choose files…").clicked() {
                     desk.orders.push(Order::OpenDialog);

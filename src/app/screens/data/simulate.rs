@@ -1,46 +1,53 @@
-//! The panel that simulates: arm, motion, hidden effect, noise, encoders.
+//! The panel that simulates: arm, motion, hidden effects, noise, encoders.
 
-use egui::{Button, CollapsingHeader, ComboBox, DragValue, Grid, RichText, Slider, Ui};
+use std::ops::RangeInclusive;
+
+use egui::{Button, CollapsingHeader, ComboBox, DragValue, Grid, RichText, Slider, Ui, WidgetInfo};
 
 use super::{arm_editor, motion};
 use crate::app::desk::{Desk, Notice, Order, Tone};
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets;
-use crate::arm::{Arm, Link, MOST_JOINTS};
-use crate::effect::{Scope, registry};
+use crate::arm::{Arm, Link, MOST_JOINTS, Posture};
+use crate::effect::{Effect, Scope, registry};
 use crate::session::Command;
 use crate::simulation::{Excitation, Scenario, SimulationError};
 
 /// A link that is added.
 const NEW_LINK: Link = Link { mass: 1.0, length: 0.3, com: 0.15, inertia: 0.0075 };
 
+/// Most effects that are hidden at a time.
+const MOST_HIDDEN: usize = 6;
+
 /// What to simulate, as set in the panel.
 pub struct Simulator {
     pub seed: u64,
-    /// Index into the registry; `None` hides nothing.
-    effect: Option<usize>,
-    joints: Vec<bool>,
+    hidden: Vec<Hidden>,
     arm: Arm,
     motion: Excitation,
     /// Steps of the encoders in a turn; 0 for exact positions.
     encoder_steps: u32,
-    strength_percent: f64,
     noise_percent: f64,
+}
+
+/// An effect that is hidden.
+struct Hidden {
+    /// Index into the registry.
+    effect: usize,
+    joints: Vec<bool>,
+    strength_percent: f64,
+}
+
+impl Default for Hidden {
+    fn default() -> Self {
+        Hidden { effect: 1, joints: vec![true, false, false], strength_percent: 10.0 }
+    }
 }
 
 impl Default for Simulator {
     fn default() -> Self {
         let Scenario { arm, motion, .. } = Scenario::embedded();
-        Simulator {
-            seed: 7,
-            effect: Some(1),
-            joints: vec![true, false, false],
-            arm,
-            motion,
-            encoder_steps: 0,
-            strength_percent: 10.0,
-            noise_percent: 2.0,
-        }
+        Simulator { seed: 7, hidden: vec![Hidden::default()], arm, motion, encoder_steps: 0, noise_percent: 2.0 }
     }
 }
 
@@ -68,33 +75,19 @@ fn failed(error: &SimulationError, remedy: &str) -> Order {
 fn own(ui: &mut Ui, desk: &mut Desk, wish: &mut Simulator) {
     arm_editor::show(ui, &mut wish.arm);
     arm(ui, wish);
+    posture(ui, &mut wish.arm);
     motion::show(ui, &mut wish.motion);
-    let name = |effect: Option<usize>| effect.map_or("nothing", |index| registry::ALL[index].name);
-    ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Hidden effect");
-        let chooser = ComboBox::from_id_salt("hidden effect").selected_text(name(wish.effect)).width(170.0);
-        let chooser = chooser.show_ui(ui, |ui| {
-            ui.selectable_value(&mut wish.effect, None, name(None));
-            for index in 0..registry::ALL.len() {
-                ui.selectable_value(&mut wish.effect, Some(index), name(Some(index)));
-            }
-        });
-        chooser.response.labelled_by(label.id);
+    let joints = wish.arm.joint_count();
+    let mut number = 0;
+    wish.hidden.retain_mut(|hidden| {
+        number += 1;
+        ui.push_id(number, |ui| hide(ui, hidden, number, joints)).inner
     });
-    let spec = wish.effect.map(|index| registry::ALL[index]);
-    if let Some(spec) = spec.filter(|spec| spec.scope != Scope::Arm) {
-        // The later joint of a pair names it.
-        let first = usize::from(spec.scope == Scope::Pair);
-        ui.horizontal_wrapped(|ui| {
-            for (joint, on) in wish.joints.iter_mut().enumerate().skip(first) {
-                ui.checkbox(on, format!("joint {}", joint + 1));
-            }
-        });
+    let more = Button::new(if wish.hidden.is_empty() { "Hide an effect" } else { "Hide another effect" });
+    if ui.add_enabled(wish.hidden.len() < MOST_HIDDEN, more.small()).clicked() {
+        wish.hidden.push(Hidden::default());
     }
-    let slider =
-        |value, range, text: &str| Slider::new(value, range).suffix(" %").max_decimals(1).text(text.to_owned());
-    ui.add_enabled(spec.is_some(), slider(&mut wish.strength_percent, 1.0..=40.0, "of the torque"));
-    ui.add(slider(&mut wish.noise_percent, 0.0..=20.0, "torque noise"));
+    ui.add(percent(&mut wish.noise_percent, 0.0..=20.0, "torque noise"));
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Encoder steps in a turn");
         ui.add(DragValue::new(&mut wish.encoder_steps).speed(64).range(0..=10_000_000)).labelled_by(label.id);
@@ -102,15 +95,65 @@ fn own(ui: &mut Ui, desk: &mut Desk, wish: &mut Simulator) {
             ui.label(RichText::new("0: exact").size(SMALL).color(Palette::in_ui(ui).weak));
         }
     });
-    if let Some(spec) = spec {
-        widgets::weak(ui, spec.description);
-    }
     if ui.button("Simulate").clicked() {
         desk.orders.push(match scenario(wish) {
             Ok(scenario) => Order::run(Command::Simulate(Box::new(scenario))),
             Err(error) => failed(&error, ""),
         });
     }
+}
+
+fn percent<'a>(value: &'a mut f64, range: RangeInclusive<f64>, text: &str) -> Slider<'a> {
+    Slider::new(value, range).suffix(" %").max_decimals(1).text(text.to_owned())
+}
+
+/// One hidden effect: which, where, how strong; whether it stays.
+fn hide(ui: &mut Ui, hidden: &mut Hidden, number: usize, joints: usize) -> bool {
+    let mut stays = true;
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label("Hidden effect");
+        let name = registry::ALL[hidden.effect].name;
+        let chooser = ComboBox::from_id_salt("hidden effect").selected_text(name).width(170.0).show_ui(ui, |ui| {
+            for (index, effect) in registry::ALL.iter().enumerate() {
+                ui.selectable_value(&mut hidden.effect, index, effect.name);
+            }
+        });
+        chooser.response.labelled_by(label.id);
+        let remove = ui.add(Button::new("×").small());
+        let spoken = format!("hide no {name} ({number})");
+        remove.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &spoken));
+        stays = !remove.on_hover_text("Hide it no more").clicked();
+    });
+    let effect = registry::ALL[hidden.effect];
+    hidden.joints.resize(joints, false);
+    if effect.scope != Scope::Arm {
+        ui.horizontal_wrapped(|ui| {
+            for (joint, on) in hidden.joints.iter_mut().enumerate().skip(first_joint(effect)) {
+                ui.checkbox(on, format!("joint {}", joint + 1));
+            }
+        });
+    }
+    ui.add(percent(&mut hidden.strength_percent, 1.0..=40.0, "of the torque"));
+    widgets::weak(ui, effect.description);
+    stays
+}
+
+/// The later joint of a pair names it.
+fn first_joint(effect: &Effect) -> usize {
+    usize::from(effect.scope == Scope::Pair)
+}
+
+/// Where the arm points at q = 0.
+fn posture(ui: &mut Ui, arm: &mut Arm) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("At q = 0 it points");
+        for (name, zero) in [("right", Posture::RIGHT), ("up", Posture::UP), ("down", Posture::DOWN)] {
+            let is_so = (arm.posture.zero_angle - zero.zero_angle).abs() < 1e-6;
+            if ui.selectable_label(is_so, name).clicked() {
+                arm.posture = Posture { sense: arm.posture.sense, ..zero };
+            }
+        }
+    });
 }
 
 /// Masses and lengths of the links, and how many there are.
@@ -154,7 +197,6 @@ fn arm(ui: &mut Ui, wish: &mut Simulator) {
             }
         });
     });
-    wish.joints.resize(wish.arm.joint_count(), false);
 }
 
 fn scenario(wish: &Simulator) -> Result<Scenario, SimulationError> {
@@ -169,10 +211,11 @@ fn scenario(wish: &Simulator) -> Result<Scenario, SimulationError> {
         effects: Vec::new(),
         ..Scenario::embedded()
     };
-    let Some(index) = wish.effect else { return Ok(bare) };
-    let spec = registry::ALL[index];
-    let first = usize::from(spec.scope == Scope::Pair);
-    let joints: Vec<usize> = (first..wish.joints.len()).filter(|&joint| wish.joints[joint]).collect();
-    let effects = bare.hide_by_strength(spec.id, &joints, wish.strength_percent / 100.0)?;
+    let mut effects = Vec::new();
+    for Hidden { effect, joints, strength_percent } in &wish.hidden {
+        let effect = registry::ALL[*effect];
+        let joints: Vec<usize> = (first_joint(effect)..joints.len()).filter(|joint| joints[*joint]).collect();
+        effects.extend(bare.hide_by_strength(effect.id, &joints, strength_percent / 100.0)?);
+    }
     Ok(Scenario { effects, ..bare })
 }

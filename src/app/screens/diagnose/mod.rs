@@ -200,7 +200,11 @@ fn presence(ui: &mut Ui, report: &Report) {
                 ui.label(RichText::new(format!("{}: {}", one.place(), one.effect.name)).color(color));
             })
             .response
-            .on_hover_text(format!("It {}; {:.1} % of the torque.", one.likelihood(), 100.0 * one.share));
+            .on_hover_text(format!(
+                "It {}; {:.1} % of what was measured.",
+                one.likelihood(),
+                100.0 * one.share
+            ));
         }
     });
 }
@@ -345,7 +349,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
                 }
             });
         }
-        let text = "Points: what the rest of the model leaves on held-out data. Line: torque of the effect as fitted.";
+        let text = "Points: what the rest of the model leaves on held-out data. Line: the effect as fitted.";
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });
     widgets::card(ui, "Parameters, with 95 % intervals", |ui| {

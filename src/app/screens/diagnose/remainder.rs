@@ -14,7 +14,7 @@ pub fn card(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.clone() else { return };
     widgets::card(ui, "What does the remainder depend on?", |ui| {
         let Some(proposals) = desk.session.proposals.clone() else {
-            let text = "Every channel is asked what it tells of the torque that is left, and formulas are tried.";
+            let text = "Every channel is asked what it tells of what is left, and formulas are tried.";
             widgets::weak(ui, text);
             if ui.add_enabled(desk.busy.is_none(), Button::new("Ask what it depends on")).clicked() {
                 desk.run(Command::Propose);

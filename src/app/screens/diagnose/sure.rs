@@ -109,7 +109,7 @@ fn answer(ui: &mut Ui, summary: &Summary) {
         ]
     };
     let rows: Vec<Vec<WidgetText>> = summary.planted.by_strength.iter().map(row).collect();
-    widgets::table(ui, "planted effects", &["of the torque", "planted", "found", "at 90 % or more"], &rows);
+    widgets::table(ui, "planted effects", &["of the measured", "planted", "found", "at 90 % or more"], &rows);
     widgets::weak(ui, "`torquescope bench planted` plants as many as you like, and tells each.");
 }
 

@@ -53,10 +53,9 @@ pub fn replay(
     let info = &recording.joints[joint];
     let [_, velocity, _, torque] = info.kind.units();
     let time = Shared::of(replay, |replay| &replay.motion.time);
-    let x = |label| Axis::new(label, "s").range(time_extent(&time)).linked(Along::ReplayTime);
-    let of = |title: &str, label, unit| Panel::new(format!("{}: {title}", info.name), [x(label), Axis::new("", unit)]);
-    let mut torques = of(&format!("{} at this scale", info.kind.effort()), "", torque);
-    torques.x.unit.clear();
+    let x = || Axis::new("time t", "s").range(time_extent(&time)).linked(Along::ReplayTime);
+    let of = |title: &str, unit| Panel::new(format!("{}: {title}", info.name), [x(), Axis::new("", unit)]);
+    let mut torques = of(&format!("{} at this scale", info.kind.effort()), torque);
     if replay.exact {
         let word = if recording.seal.is_some() { "exact τ" } else { "measured τ" };
         let exact = Shared::of(replay, move |replay| &replay.motion.tau[joint]);
@@ -70,7 +69,7 @@ pub fn replay(
     torques.push(Line::new("predicted τ̂", time.clone(), predicted, Ink::Predicted).sampled());
     let speed = Shared::of(replay, move |replay| &replay.motion.qd[joint]);
     let line = Line::new("q̇", time.clone(), speed, Ink::Series(joint)).sampled();
-    [torques, of("velocity q̇", "time t", velocity).with(line)]
+    [torques, of("velocity q̇", velocity).with(line)]
 }
 
 /// Curves of trainings that differ in nothing but their seed belong together.

@@ -179,14 +179,14 @@ impl Extrapolation {
             });
             let panel = figures::errors(desk, recording, sweep, self.joint);
             let mut scale = self.scale;
-            let height = (ui.available_height() - 128.0).clamp(130.0, 420.0);
+            let height = (ui.available_height() - 80.0).clamp(130.0, 420.0);
             let view = PanelView::new(panel).cursor(&mut scale).height(height);
             view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             if scale != self.scale {
                 self.scale = scale.map(|scale| scale.clamp(*REPLAYED.start(), *REPLAYED.end()));
             }
             let text = "Bands: four in five blocks of a second, or all trainings of a model that was trained several times, whose \
-                        median is the line. nMSE: squared error over squared torque. Drag: scale of the replay.";
+                        median is the line. nMSE: squared error over squared measurement. Drag: scale of the replay.";
             ui.label(RichText::new(text).size(SMALL).color(palette.weak));
         });
     }
@@ -218,7 +218,7 @@ impl Extrapolation {
                 let replay = desk.memo.later(ui.ctx(), desk.session, question).and_then(Result::ok);
                 others.extend(replay.map(|replay| (step, ink, replay)));
             }
-            let height = (ui.available_height() - 190.0).clamp(90.0, 300.0);
+            let height = (ui.available_height() - 140.0).clamp(90.0, 300.0);
             let [torque, velocity] = figures::replay(&recording, &replay, &others, desk.focus.joint);
             let torque = PanelView::new(torque).cursor(&mut self.cursor).without_ticks().height(height);
             torque.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);

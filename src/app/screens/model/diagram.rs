@@ -18,7 +18,7 @@ const EDGE: f64 = 4.0;
 /// Radius of the sum \[points\].
 const SUM: f64 = 12.0;
 /// Between the lines of text in a box \[points\].
-const LINE: f64 = 14.0;
+const LINE: f64 = 16.0;
 /// Corners of the polygon that stands for a circle.
 const CORNERS: usize = 48;
 
@@ -123,7 +123,7 @@ fn lanes(term: &Term, place: usize, joints: usize) -> Vec<Lane> {
     let chain = |first: [String; 2], layers: &Layers, last: Vec<[String; 2]>| {
         lane([first].into_iter().chain(hidden(layers)).chain(last).collect())
     };
-    let lagrange = || named("d/dt ∂L/∂q̇ − ∂L/∂q", joints.to_string());
+    let lagrange = || named("d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q", joints.to_string());
     match term {
         Term::RigidBody(_) | Term::Effect(_) => vec![lane(vec![named(&term.label(), String::new())])],
         Term::Learned(LearnedTerm::StructuredLagrangian { layers, .. }) => {
@@ -134,7 +134,7 @@ fn lanes(term: &Term, place: usize, joints: usize) -> Vec<Lane> {
             vec![chain(angles(), layers, mass), chain(angles(), layers, potential)]
         }
         Term::Learned(LearnedTerm::BlackBoxLagrangian { layers }) => {
-            let last = vec![named("L", "1".to_owned()), lagrange()];
+            let last = vec![named("ℒ", "1".to_owned()), lagrange()];
             vec![chain(features(3 * joints, "cos q, sin q, q̇"), layers, last)]
         }
         Term::Learned(LearnedTerm::FeedForward { layers, .. }) => {

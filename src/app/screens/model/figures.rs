@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::diagram;
-use super::inside::{AlongRun, OverSlice, unit_of_mass};
+use super::inside::{AlongRun, Other, OverSlice, OverVelocity, unit_of_mass};
 use super::share::Share;
 use crate::app::desk::time_extent;
 use crate::app::plot::{Along, series};
-use crate::figure::mark::{Bars, Line};
+use crate::figure::mark::{Band, Bars, Line};
 use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::model::Term;
-use crate::recording::Recording;
+use crate::recording::{Joint, Recording};
 use crate::session::Step;
 use crate::training::inside::{Balance, Inside};
 
@@ -41,8 +41,13 @@ type Of<T> = fn(&T, usize) -> &[f64];
 /// One of the curves of a run's balance.
 type OverTime = fn(&Balance) -> &[f64];
 
-/// Mass matrix, its eigenvalues, V, g and c over the position of one joint, each beside the truth.
-pub fn over_slice(recording: &Arc<Recording>, joint: usize, slice: &Arc<OverSlice>) -> Vec<Panel> {
+/// Mass matrix, its eigenvalues, V, g and c over the position of one joint, each beside the truth and what other models have.
+pub fn over_slice(
+    recording: &Arc<Recording>,
+    joint: usize,
+    slice: &Arc<OverSlice>,
+    others: &[Other<OverSlice>],
+) -> Vec<Panel> {
     let n = recording.joint_count();
     let (info, mass) = (&recording.joints[joint], unit_of_mass(recording));
     let [position, _, _, torque] = info.kind.units();
@@ -60,6 +65,14 @@ pub fn over_slice(recording: &Arc<Recording>, joint: usize, slice: &Arc<OverSlic
             let name = if number == 0 { "truth" } else { "" };
             let line = Line::new(name, places(|slice| slice.truth.as_ref()), truth, Ink::Series(number));
             panel.push(line.width(STRONG).opacity(PALE).dash(&[]));
+        }
+        for Other { name, ink, of: other } in others {
+            for (number, (_, index)) in lines.iter().enumerate() {
+                let index = *index;
+                let name = if number == 0 { name.as_str() } else { "" };
+                let values = Shared::of(other, move |slice| of(&slice.own, index));
+                panel.push(Line::new(name, Shared::of(other, |slice| &slice.own.places[..]), values, *ink));
+            }
         }
         for (number, (name, index)) in lines.into_iter().enumerate() {
             let own = Shared::of(slice, move |slice| of(&slice.own, index));
@@ -89,8 +102,47 @@ pub fn over_slice(recording: &Arc<Recording>, joint: usize, slice: &Arc<OverSlic
     panels
 }
 
-/// Energy over time, and where the power goes, each beside the truth.
-pub fn along_run(recording: &Arc<Recording>, run: usize, balance: &Arc<AlongRun>) -> Vec<Panel> {
+/// What of each joint's torque is neither inertia nor gravity, over its velocity: measured, of the model, of others, and the truth.
+pub fn friction(
+    recording: &Recording,
+    step: &Step,
+    own: &Arc<OverVelocity>,
+    others: &[Other<OverVelocity>],
+) -> Vec<Panel> {
+    let panel = |(joint, info): (usize, &Joint)| {
+        let [_, velocity, _, torque] = info.kind.units();
+        let x = Axis::new("velocity q̇", velocity).linked(Along::Velocity(joint));
+        let curve = |name: &str, of: &Arc<OverVelocity>, values: fn(&OverVelocity, usize) -> &[f64], ink: Ink| {
+            let speeds = Shared::of(of, move |of| &of.curves[joint].velocity[..]);
+            Line::new(name, speeds, Shared::of(of, move |of| values(of, joint)), ink)
+        };
+        let title = format!("{}: beside inertia and gravity", info.name);
+        let mut panel = Panel::new(title, [x, Axis::new("", torque)]).with(Band::new(
+            "",
+            Shared::of(own, move |of| &of.curves[joint].band[..]),
+            Ink::Measured,
+        ));
+        if own.truth.is_some() {
+            let of_truth: fn(&OverVelocity, usize) -> &[f64] =
+                |of, joint| of.truth.as_ref().map_or(&[][..], |truth| &truth[joint]);
+            panel.push(curve("truth", own, of_truth, Ink::Series(0)).width(STRONG).opacity(PALE).dash(&[]));
+        }
+        panel.push(curve("measured", own, |of, joint| &of.curves[joint].measured, Ink::Measured));
+        for Other { name, ink, of } in others {
+            panel.push(curve(name, of, |of, joint| &of.curves[joint].model, *ink));
+        }
+        panel.with(curve(&step.name, own, |of, joint| &of.curves[joint].model, Ink::Predicted))
+    };
+    recording.joints.iter().enumerate().map(panel).collect()
+}
+
+/// Energy over time, and where the power goes, each beside the truth and what other models have.
+pub fn along_run(
+    recording: &Arc<Recording>,
+    run: usize,
+    balance: &Arc<AlongRun>,
+    others: &[Other<AlongRun>],
+) -> Vec<Panel> {
     let time = series::time(recording, run);
     let panel = |title: &str, unit: &str| {
         let x = Axis::new("time t", "s").range(time_extent(&recording.trajectories[run].time)).linked(Along::Time);
@@ -109,11 +161,20 @@ pub fn along_run(recording: &Arc<Recording>, run: usize, balance: &Arc<AlongRun>
     for (number, (_, of)) in kinds.into_iter().enumerate() {
         truth(&mut energy, if number == 0 { "truth" } else { "" }, of, Ink::Series(number));
     }
+    for Other { name, ink, of: other } in others {
+        for (number, (_, of)) in kinds.into_iter().enumerate() {
+            let name = if number == 0 { name.as_str() } else { "" };
+            energy.push(line(name, Shared::of(other, move |run| of(&run.own)), *ink));
+        }
+    }
     for (number, (name, of)) in kinds.into_iter().enumerate() {
         energy.push(line(name, Shared::of(balance, move |run| of(&run.own)), Ink::Series(number)));
     }
     let mut power = panel("power", "W");
     truth(&mut power, "truth of d(T + V)/dt", |balance| &balance.change, Ink::Series(0));
+    for Other { name, ink, of } in others {
+        power.push(line(&format!("d(T + V)/dt of {name}"), Shared::of(of, |run| &run.own.change[..]), *ink));
+    }
     power.push(line("measured τ q̇", Shared::of(balance, |run| &run.power[0]), Ink::Measured));
     power.push(line("predicted τ̂ q̇", Shared::of(balance, |run| &run.power[1]), Ink::Predicted));
     power.push(line("into energy: d(T + V)/dt", Shared::of(balance, |run| &run.own.change), Ink::Series(0)));

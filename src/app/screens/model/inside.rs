@@ -1,24 +1,39 @@
-//! What the model has learned: mass matrix, energies, gravity and Coriolis torque over one joint, and the power along a run,
-//! beside the truth where the seal is open.
+//! What models have learned: mass matrix, energies, gravity and Coriolis torque over one joint, the power along a run, and the
+//! friction of all joints; the models that are shown over each other, beside the truth where the seal is open.
+
+use std::sync::Arc;
 
 use egui::{DragValue, RichText, Ui, WidgetInfo};
 
 use super::figures;
 use crate::app::desk::Desk;
-use crate::app::memo::Question;
+use crate::app::memo::{Answer, Question};
 use crate::app::plot::PanelView;
 use crate::app::theme::{GAP, Palette, SMALL};
-use crate::app::{controls, widgets};
-use crate::figure::Panel;
-use crate::recording::{JointKind, Recording};
-use crate::session::{Generation, Session, Step};
+use crate::app::{controls, formula, widgets};
+use crate::figure::{Ink, Panel};
+use crate::recording::{JointKind, Recording, Trajectory};
+use crate::session::{Generation, Session};
+use crate::signals::Signals;
+use crate::simulation::TrueParts;
 use crate::statistics::ends;
+use crate::training::friction::{self, FrictionCurve};
 use crate::training::inside::{Balance, Inside, Slice};
 
 /// Height of a chart \[points\].
 const CHART: f32 = 200.0;
 /// Least width of a chart \[points\]; where there is room for two they stand side by side.
 const LEAST_CHART: f32 = 420.0;
+
+/// Least width of the chart of a joint's friction \[points\]: all joints stand side by side where there is room.
+const LEAST_FRICTION: f32 = 230.0;
+
+/// Of a model that is drawn over the current one.
+pub struct Other<T> {
+    pub name: String,
+    pub ink: Ink,
+    pub of: Arc<T>,
+}
 
 /// What is to be looked at.
 #[derive(Default)]
@@ -94,13 +109,66 @@ impl Question for Balanced {
     }
 }
 
+/// What of the torque is neither inertia nor gravity, over the velocity of each joint, and the truth.
+#[derive(Clone, PartialEq)]
+pub struct Friction {
+    model: Generation,
+}
+
+/// What [`Friction`] is answered with, by joint.
+pub struct OverVelocity {
+    pub curves: Vec<FrictionCurve>,
+    /// Of all hidden effects together, once the seal is open \[N m or N\].
+    pub truth: Option<Vec<Vec<f64>>>,
+}
+
+impl Question for Friction {
+    type Answer = OverVelocity;
+    const KEPT: usize = 9;
+
+    fn answer(&self, session: &Session) -> Result<OverVelocity, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        let runs = &recording.trajectories;
+        let curves = friction::curves(&step.fitted, runs, &step.evaluation.predictions);
+        let curves = curves.map_err(|error| error.to_string())?;
+        let hidden = session.truth.as_ref().map(|truth| {
+            let effects = |run| TrueParts::along(truth, run).map(|parts| sum_of(&parts.effects, run));
+            runs.iter().map(effects).collect::<Result<Vec<_>, _>>()
+        });
+        let hidden = hidden.transpose().map_err(|error| error.to_string())?;
+        let truth = hidden.map(|torques| friction::means(&curves, runs, &torques));
+        Ok(OverVelocity { curves, truth })
+    }
+}
+
+fn sum_of(parts: &[Signals], run: &Trajectory) -> Signals {
+    let mut sum = Signals::zeros(run.joint_count(), run.len());
+    parts.iter().for_each(|part| sum.add(part, 1.0));
+    sum
+}
+
+/// How a question is asked of the memo: at once, or by a thread.
+type Ask<'a, Q> = &'a dyn Fn(&mut Desk, Q) -> Option<Answer<Q>>;
+
+/// What the models answer that are drawn over the current one, as far as it is known.
+fn others<Q: Question>(desk: &mut Desk, of: impl Fn(Generation) -> Q, ask: Ask<Q>) -> Vec<Other<Q::Answer>> {
+    let mut others = Vec::new();
+    for (step, ink) in desk.overlaid() {
+        if let Some(Ok(answer)) = ask(desk, of(step.generation)) {
+            others.push(Other { name: step.name.clone(), ink, of: answer });
+        }
+    }
+    others
+}
+
 impl Wish {
-    fn question(&self, recording: &Recording, step: &Step, joint: usize) -> Sliced {
+    fn question(&self, recording: &Recording, model: Generation, joint: usize) -> Sliced {
         let own = |values: &Vec<f64>, usual: f64| {
             (0..recording.joint_count()).map(|joint| values.get(joint).copied().unwrap_or(usual)).collect()
         };
         let (posture, velocity) = (own(&self.posture, 0.0), own(&self.velocity, 1.0));
-        Sliced { model: step.generation, joint, posture, velocity }
+        Sliced { model, joint, posture, velocity }
     }
 
     /// The panel of the screen.
@@ -108,22 +176,44 @@ impl Wish {
         let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
             return;
         };
+        let (ctx, model) = (ui.ctx().clone(), step.generation);
         widgets::card(ui, "Over one joint, as far as the recording went", |ui| {
             self.controls(ui, desk, &recording);
             let joint = desk.focus.joint_of(&recording);
-            let question = self.question(&recording, &step, joint);
-            match desk.memo.later(ui.ctx(), desk.session, question) {
-                Some(Ok(slice)) => charts(ui, desk, figures::over_slice(&recording, joint, &slice)),
+            let of = |model| self.question(&recording, model, joint);
+            let others = others(desk, of, &|desk, question| desk.memo.later(&ctx, desk.session, question));
+            match desk.memo.later(&ctx, desk.session, of(model)) {
+                Some(Ok(slice)) => charts(ui, desk, figures::over_slice(&recording, joint, &slice, &others)),
+                other => waiting(ui, other.and_then(Result::err)),
+            }
+        });
+        let title = format!("Neither inertia nor gravity: what is left of the {}, over velocity", recording.effort());
+        widgets::card(ui, &title, |ui| {
+            let of = |model| Friction { model };
+            let others = others(desk, of, &|desk, question| desk.memo.later(&ctx, desk.session, question));
+            match desk.memo.later(&ctx, desk.session, of(model)) {
+                Some(Ok(curves)) => {
+                    let text =
+                        "Friction, mostly. Shaded: between which values eight of ten samples lie that were measured.";
+                    ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
+                    in_columns(ui, desk, figures::friction(&recording, &step, &curves, &others), LEAST_FRICTION);
+                }
                 other => waiting(ui, other.and_then(Result::err)),
             }
         });
         widgets::card(ui, "Along a run", |ui| {
-            ui.horizontal_wrapped(|ui| controls::trajectory(ui, desk));
+            ui.horizontal_wrapped(|ui| {
+                controls::trajectory(ui, desk);
+                formula::field(ui, &mut desk.focus.own_series);
+            });
             let trajectory = desk.focus.trajectory;
-            match desk.memo.later(ui.ctx(), desk.session, Balanced { model: step.generation, trajectory }) {
-                Some(Ok(run)) => charts(ui, desk, figures::along_run(&recording, trajectory, &run)),
+            let of = |model| Balanced { model, trajectory };
+            let others = others(desk, of, &|desk, question| desk.memo.later(&ctx, desk.session, question));
+            match desk.memo.later(&ctx, desk.session, of(model)) {
+                Some(Ok(run)) => charts(ui, desk, figures::along_run(&recording, trajectory, &run, &others)),
                 other => waiting(ui, other.and_then(Result::err)),
             }
+            formula::show(ui, desk);
         });
     }
 
@@ -160,12 +250,24 @@ impl Wish {
         let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
             return Vec::new();
         };
-        let joint = desk.focus.joint_of(&recording);
-        let slice = desk.memo.now(desk.session, self.question(&recording, &step, joint));
-        let mut panels = slice.map_or_else(|_| Vec::new(), |slice| figures::over_slice(&recording, joint, &slice));
-        let trajectory = desk.focus.trajectory;
-        let run = desk.memo.now(desk.session, Balanced { model: step.generation, trajectory });
-        panels.extend(run.iter().flat_map(|run| figures::along_run(&recording, trajectory, run)));
+        let (joint, trajectory, model) = (desk.focus.joint_of(&recording), desk.focus.trajectory, step.generation);
+        let mut panels = Vec::new();
+        let of = |model| self.question(&recording, model, joint);
+        let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
+        if let Ok(slice) = desk.memo.now(desk.session, of(model)) {
+            panels.extend(figures::over_slice(&recording, joint, &slice, &over));
+        }
+        let of = |model| Friction { model };
+        let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
+        if let Ok(curves) = desk.memo.now(desk.session, of(model)) {
+            panels.extend(figures::friction(&recording, &step, &curves, &over));
+        }
+        let of = |model| Balanced { model, trajectory };
+        let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
+        if let Ok(run) = desk.memo.now(desk.session, of(model)) {
+            panels.extend(figures::along_run(&recording, trajectory, &run, &over));
+        }
+        panels.extend(formula::figure(desk));
         panels
     }
 }
@@ -176,9 +278,15 @@ fn number(ui: &mut Ui, value: &mut f64, spoken: &str, unit: &str) {
     drag.on_hover_text(spoken);
 }
 
-/// Charts in as many columns as there is room for.
+/// Charts in as many columns as there is room for, two at most.
 fn charts(ui: &mut Ui, desk: &mut Desk, panels: Vec<Panel>) {
-    let columns = ((ui.available_width() / LEAST_CHART) as usize).clamp(1, 2);
+    let least = LEAST_CHART.max(0.4 * ui.available_width());
+    in_columns(ui, desk, panels, least);
+}
+
+/// Charts of at least this width beside each other.
+fn in_columns(ui: &mut Ui, desk: &mut Desk, panels: Vec<Panel>, least: f32) {
+    let columns = ((ui.available_width() / least) as usize).clamp(1, panels.len().max(1));
     let mut panels = panels.into_iter();
     while panels.len() > 0 {
         ui.columns(columns, |columns| {

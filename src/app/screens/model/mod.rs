@@ -203,11 +203,11 @@ fn texts(term: &Term, recording: &Recording) -> (String, String) {
         }
         Term::Effect(term) => learned(&widgets::formula(term.effect.formula), term.effect.description),
         Term::Learned(LearnedTerm::StructuredLagrangian { .. }) => learned(
-            "τ = d/dt ∂L/∂q̇ − ∂L/∂q,  L = ½ q̇ᵀ H(q) q̇ − V(q),  H = L Lᵀ",
+            "τ = d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q,  ℒ = ½ q̇ᵀ H(q) q̇ − V(q),  H = L Lᵀ",
             "Two networks: the lower triangle of the mass matrix, and the potential energy.",
         ),
         Term::Learned(LearnedTerm::BlackBoxLagrangian { .. }) => {
-            learned("τ = d/dt ∂L/∂q̇ − ∂L/∂q", "One network for the Lagrangian L(q, q̇).")
+            learned("τ = d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q", "One network for the Lagrangian ℒ(q, q̇).")
         }
         Term::Learned(LearnedTerm::FeedForward { penalty, .. }) if *penalty > 0.0 => {
             (format!("τ = f(q, q̇, q̈), loss + {penalty} ‖f‖²"), "A network for what the rest can't explain.".to_owned())
@@ -216,7 +216,7 @@ fn texts(term: &Term, recording: &Recording) -> (String, String) {
             learned("τ = f(q, q̇, q̈)", "One network from motion to torque, without physics.")
         }
         Term::Learned(LearnedTerm::Friction) => learned(
-            "τ = (τ_C + τ_S exp(−q̇²/v)) sign(q̇) + d q̇",
+            "τ = (τ_c + τ_s exp(−(q̇ / v_s)²)) sign(q̇) + d q̇",
             "Stribeck friction of each joint; its coefficients are trained.",
         ),
         Term::Learned(LearnedTerm::Columns { names }) => {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::table::{Quantity, Scatter, Spectra, Table};
 use crate::app::plot::Along;
+use crate::app::plot::series::density;
 use crate::app::theme::PREDICTED_DASH;
 use crate::app::widgets::thousands;
 use crate::figure::mark::{Band, Cells, Line, Points};
@@ -198,7 +199,7 @@ impl Curve {
             Curve::Correlation => ("lag", "s", Along::Lag),
         };
         let up = match self {
-            Curve::Power => Axis::default().logarithmic(),
+            Curve::Power => Axis::new("", density(unit[3])).logarithmic(),
             Curve::Orders => Axis::new("", unit[3]),
             Curve::Correlation => Axis::default(),
         };

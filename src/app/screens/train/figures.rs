@@ -22,55 +22,57 @@ const RAW: f64 = 0.35;
 /// What is plotted of an epoch.
 type OfEpoch = fn(&Epoch) -> Option<f64>;
 
-/// Loss, validation and held-out error of a training, smoothed by `share`, and the held-out errors of other models with their
-/// inks.
-pub fn errors(epochs: &[Epoch], share: f64, others: &[(Arc<Step>, Ink)]) -> Panel {
+/// Validation and held-out error of a training, smoothed by `share`, with the held-out errors of other models in their inks; and its
+/// loss, which is of another measure and has an axis of its own.
+pub fn errors(epochs: &[Epoch], share: f64, others: &[(Arc<Step>, Ink)]) -> [Panel; 2] {
     let x: Vec<f64> = epochs.iter().map(|epoch| epoch.epoch as f64).collect();
     let loss: Vec<f64> = epochs.iter().map(|epoch| epoch.loss).collect();
     let validation: Vec<f64> = epochs.iter().map(|epoch| epoch.validation.unwrap_or(f64::NAN)).collect();
     let held_out: Vec<f64> = epochs.iter().map(|epoch| epoch.held_out.unwrap_or(f64::NAN)).collect();
     let ends = others.iter().filter_map(|(step, _)| step.history.last()).chain(epochs.last());
     let last = ends.map(|epoch| epoch.epoch as f64).fold(2.0, f64::max);
-    let mut panel = Panel::new("errors", [axis("", last), Axis::default().logarithmic()]);
+    let [mut panel, loss_panel] = panels(last);
     if let Some((epoch, error)) = best(epochs).and_then(|epoch| Some((epoch.epoch as f64, epoch.validation?))) {
         panel.push(Points::new("", vec![[epoch, error]], Ink::Text).radius(MARKED));
     }
-    let own = [
-        ("loss on train", &loss, Ink::Series(0)),
-        ("validation nMSE", &validation, Ink::Series(1)),
-        ("held-out nMSE", &held_out, Ink::Predicted),
-    ];
     // Trainings of before, and those without held-out data, have no validation part.
-    let own = || own.iter().filter(|(_, values, _)| values.iter().any(|value| value.is_finite()));
-    if share > 0.0 {
-        let raw =
-            |(_, y, ink): &(&str, &Vec<f64>, Ink)| Line::new("", x.clone(), (*y).clone(), *ink).dash(&[]).opacity(RAW);
-        panel = panel.with_all(own().map(raw));
-    }
+    let raw =
+        |y: &[f64], ink: Ink| (share > 0.0).then(|| Line::new("", x.clone(), y.to_vec(), ink).dash(&[]).opacity(RAW));
+    let curve = |name: &str, y: &[f64], ink: Ink| {
+        let is_there = y.iter().any(|value| value.is_finite());
+        is_there.then(|| Line::new(name, x.clone(), smoothed(y, share), ink).width(CURVE))
+    };
+    let inks = [Ink::Series(1), Ink::Predicted];
+    panel = panel.with_all(raw(&validation, inks[0])).with_all(raw(&held_out, inks[1]));
     for (step, ink) in others {
-        panel.push(of_other(step, *ink));
+        panel = panel.with_all(of_other(step, *ink));
     }
-    for (name, y, ink) in own() {
-        panel.push(Line::new(*name, x.clone(), smoothed(y, share), *ink).width(CURVE));
-    }
-    panel
+    panel = panel.with_all(curve("validation nMSE", &validation, inks[0]));
+    panel = panel.with_all(curve("held-out nMSE", &held_out, inks[1]));
+    let loss_ink = Ink::Series(0);
+    [panel, loss_panel.with_all(raw(&loss, loss_ink)).with_all(curve("loss on train", &loss, loss_ink))]
 }
 
-/// Loss, validation and held-out error of trainings that differ by their seed: their mean, and the band between the least and the
-/// greatest; and the held-out errors of other models with their inks.
-pub fn of_seeds(seeds: &[Arc<Step>], others: &[(Arc<Step>, Ink)]) -> Panel {
+/// Empty panels of the errors and of the loss over so many epochs.
+fn panels(last: f64) -> [Panel; 2] {
+    [("errors", "nMSE"), ("loss", "loss")]
+        .map(|(title, label)| Panel::new(title, [axis("", last), Axis::new(label, "").logarithmic()]))
+}
+
+/// The same of trainings that differ by their seed: their mean, and the band between the least and the greatest.
+pub fn of_seeds(seeds: &[Arc<Step>], others: &[(Arc<Step>, Ink)]) -> [Panel; 2] {
     let histories: Vec<&[Epoch]> = seeds.iter().map(|step| step.history.as_slice()).collect();
     let last = histories.iter().map(|history| history.len()).max().unwrap_or(0);
-    let mut panel = Panel::new("errors", [axis("", last.max(2) as f64), Axis::default().logarithmic()]);
+    let mut panels = panels(last.max(2) as f64);
     for (step, ink) in others.iter().filter(|(step, _)| seeds.iter().all(|own| own.generation != step.generation)) {
-        panel.push(of_other(step, *ink));
+        of_other(step, *ink).into_iter().for_each(|line| panels[0].push(line));
     }
-    let kinds: [(&str, OfEpoch, Ink); 3] = [
-        ("loss on train", |epoch| Some(epoch.loss), Ink::Series(0)),
-        ("validation nMSE", |epoch| epoch.validation, Ink::Series(1)),
-        ("held-out nMSE", |epoch| epoch.held_out, Ink::Predicted),
+    let kinds: [(&str, usize, OfEpoch, Ink); 3] = [
+        ("validation nMSE", 0, |epoch| epoch.validation, Ink::Series(1)),
+        ("held-out nMSE", 0, |epoch| epoch.held_out, Ink::Predicted),
+        ("loss on train", 1, |epoch| Some(epoch.loss), Ink::Series(0)),
     ];
-    for (name, value, ink) in kinds {
+    for (name, place, value, ink) in kinds {
         let at = |epoch: usize| Spread::of(histories.iter().filter_map(|history| value(history.get(epoch)?)));
         let spreads: Vec<(f64, Spread)> =
             (0..last).filter_map(|epoch| Some(((epoch + 1) as f64, at(epoch)?))).collect();
@@ -79,17 +81,18 @@ pub fn of_seeds(seeds: &[Arc<Step>], others: &[(Arc<Step>, Ink)]) -> Panel {
         }
         let band: Vec<[f64; 3]> =
             spreads.iter().map(|(epoch, spread)| [*epoch, spread.least, spread.greatest]).collect();
-        panel.push(Band::new("", band, ink));
+        panels[place].push(Band::new("", band, ink));
         let mean = spreads.iter().map(|(epoch, spread)| [*epoch, spread.mean]);
-        panel.push(Line::through(format!("{name}, mean of {} seeds", seeds.len()), mean, ink).width(CURVE));
+        panels[place].push(Line::through(format!("{name}, mean of {} seeds", seeds.len()), mean, ink).width(CURVE));
     }
-    panel
+    panels
 }
 
-/// The held-out error of another model.
-fn of_other(step: &Step, ink: Ink) -> Line {
-    let points = step.history.iter().map(|epoch| [epoch.epoch as f64, epoch.held_out.unwrap_or(epoch.loss)]);
-    Line::through(&step.name, points, ink).width(CURVE)
+/// The held-out error of another model; `None` if nothing was held out of its training.
+fn of_other(step: &Step, ink: Ink) -> Option<Line> {
+    let points = step.history.iter().filter_map(|epoch| Some([epoch.epoch as f64, epoch.held_out?]));
+    let points: Vec<[f64; 2]> = points.collect();
+    (!points.is_empty()).then(|| Line::through(&step.name, points, ink).width(CURVE))
 }
 
 /// The learning rate: of the whole plan ahead, and of the epochs that are done, the last of which is marked.

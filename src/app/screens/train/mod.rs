@@ -27,6 +27,8 @@ use crate::training::{Ending, Options, Precision, Recipe};
 
 /// Height of the chart of the learning rate \[points\].
 const RATE: f32 = 112.0;
+/// Height of the chart of the loss \[points\].
+const LOSS: f32 = 100.0;
 
 /// From how many seeds a model is trained where one seed is not enough.
 pub const SEEDS: u64 = 5;
@@ -68,8 +70,8 @@ impl Screen for Train {
         let batches = |plan: &Plan| batches(desk.session, &plan.options);
         match epochs(desk) {
             Some((epochs, plan)) => {
-                let errors = self.errors(desk, epochs);
-                vec![errors, figures::rate(epochs, plan, batches(plan))]
+                let [errors, loss] = self.errors(desk, epochs);
+                vec![errors, loss, figures::rate(epochs, plan, batches(plan))]
             }
             None if is_learned(self.preset) => vec![figures::rate(&[], &self.plan, batches(&self.plan))],
             None => Vec::new(),
@@ -201,10 +203,12 @@ impl Train {
                 widgets::weak(ui, "No epoch is done yet.");
                 return;
             }
-            let panel = self.errors(desk, epochs);
-            let height = (height - RATE - 128.0).clamp(180.0, 420.0);
-            let view = PanelView::new(panel).cursor(&mut self.cursor).height(height);
-            view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
+            let [errors, loss] = self.errors(desk, epochs);
+            let height = (height - RATE - LOSS - 128.0).clamp(150.0, 420.0);
+            for (panel, height) in [(errors, height), (loss, LOSS)] {
+                let view = PanelView::new(panel).cursor(&mut self.cursor).height(height);
+                view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
+            }
             self.rate_chart(ui, desk, epochs, plan, RATE);
             let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch by \
                         the validation part, a tenth of the training runs; its weights are kept, and the held-out runs have no \
@@ -227,7 +231,7 @@ impl Train {
     }
 
     /// What is drawn over the epochs: one training, or mean and band of those that differ by their seed.
-    fn errors(&self, desk: &Desk, epochs: &[Epoch]) -> Panel {
+    fn errors(&self, desk: &Desk, epochs: &[Epoch]) -> [Panel; 2] {
         let (seeds, others) = (self.seeds(desk), Self::others(desk));
         match seeds.len() {
             0 | 1 => figures::errors(epochs, self.smoothing, &others),
