@@ -97,7 +97,7 @@ pub enum LearnedTerm {
     FeedForward {
         /// Of the network.
         layers: Layers,
-        /// λ: the loss grows by λ‖τ‖² of this term; 0 for none.
+        /// λ: the loss grows by λ‖τ / scale‖² of this term; 0 for none.
         penalty: f64,
     },
     /// Stribeck friction of each joint, its coefficients trained: (τ_C + τ_S e^(−q̇²/v)) sign q̇ + d q̇.

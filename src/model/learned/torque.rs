@@ -19,7 +19,8 @@ pub struct Built {
     pub torque: Node,
     /// What the Lagrangian term has inside, if there is one.
     pub lagrangian: Option<LagrangianNodes>,
-    /// (λ, torque) of a term that the loss penalises.
+    /// (λ, what the network gives) of a term that the loss penalises: its torque before it is scaled, so that a penalty means the
+    /// same in every unit.
     pub penalised: Option<(f64, Node)>,
 }
 
@@ -88,11 +89,10 @@ impl Architecture {
                     let qdd = graph.scale(1.0 / self.scales.acceleration, motion.qdd);
                     let input = graph.stack(&[features, qd, qdd]);
                     let output = dense(&mut graph, name, input, &layers.hidden, n, layers.activation);
-                    let torque = graph.scale(self.scales.torque, output);
                     if *penalty > 0.0 {
-                        penalised = Some((*penalty, torque));
+                        penalised = Some((*penalty, output));
                     }
-                    torque
+                    graph.scale(self.scales.torque, output)
                 }
                 LearnedTerm::Friction => {
                     let torque = friction(&mut graph, motion.qd);
