@@ -205,7 +205,7 @@ impl Command {
             }
             Command::ChoosePreset(preset) => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
-                let model = preset.model(recording)?.with_layers(&session.plan.layers);
+                let model = session.plan.shaped(&preset.model(recording)?);
                 let step = step(model, None, session, monitor)?;
                 Ok(Session { preset: *preset, ladder: vec![step], report: None, proposals: None, ..session.clone() })
             }
@@ -222,7 +222,7 @@ impl Command {
                 let (before, model) = match warm {
                     // Only networks of the same size can begin with its weights.
                     true => (Some(&current.fitted), current.fitted.model.clone()),
-                    false => (None, current.fitted.model.with_layers(&plan.layers)),
+                    false => (None, plan.shaped(&current.fitted.model)),
                 };
                 let step = step(model, before, &planned, monitor)?;
                 let mut ladder = session.ladder.clone();

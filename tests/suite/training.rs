@@ -48,7 +48,7 @@ fn architectures() -> Vec<Architecture> {
         joints: 3,
         features: Features::Raw,
         terms: vec![
-            LearnedTerm::StructuredLagrangian { layers: layers(Activation::Tanh), positive },
+            LearnedTerm::StructuredLagrangian { layers: layers(Activation::Tanh), positive: Some(positive) },
             LearnedTerm::Columns { names: vec!["spring".into(), "payload".into()] },
         ],
         scales,
@@ -59,6 +59,9 @@ fn architectures() -> Vec<Architecture> {
             ..preset.architecture(joints, &layers(Activation::Tanh))
         });
     }
+    let free = LearnedPreset::StructuredDelan.architecture(2, &layers(Activation::Tanh));
+    let terms = free.terms.into_iter().map(|term| term.with_positive(None)).collect();
+    all.push(Architecture { joints: 2, features: Features::CosSin, terms, scales });
     all.push(Architecture { joints: 1, ..LearnedPreset::DelanFriction.architecture(1, &layers(Activation::Tanh)) });
     all
 }
@@ -121,9 +124,6 @@ fn every_gradient_is_that_of_finite_differences() {
     }
 }
 
-#[test]
-fn torque_is_what_the_lagrangian_says_and_energy_balances() {
-    for architecture in architectures().into_iter().filter(|a| a.terms.iter().any(LearnedTerm::is_lagrangian)) {
 /// An arm a thousand times as heavy has the same loss with the same weights: a penalty in squared N m would drown its errors.
 #[test]
 fn the_penalty_on_epsilon_has_no_unit() {
@@ -167,6 +167,9 @@ fn epsilon_learns_the_friction_that_a_lagrangian_can_not() {
     assert!(beside < 0.2 * alone, "{beside} with ε, {alone} without");
 }
 
+#[test]
+fn torque_is_what_the_lagrangian_says_and_energy_balances() {
+    for architecture in architectures().into_iter().filter(|a| a.terms.iter().any(LearnedTerm::is_lagrangian)) {
         let n = architecture.joints;
         let program = component_program::<f64>(&architecture);
         let flat = weights(program.layout(), 2);
