@@ -378,7 +378,7 @@ impl Lesson {
         let reader = Reader { file: Which::Data, text: &self.source.data };
         for (name, case) in &self.cases {
             // Whatever can't be simulated shows with any seed.
-            case.scenario(1).map_err(|error| reader.wrong(name.span(), error.to_string()))?;
+            case.making(1).map_err(|error| reader.wrong(name.span(), error.to_string()))?;
         }
         Ok(())
     }
