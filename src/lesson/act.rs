@@ -3,7 +3,7 @@
 use super::case::Case;
 use super::catalogue::UnknownLesson;
 use super::course::Course;
-use super::file::{Asked, Choice, Lesson, LessonFileError, Offer, Right, Stage, Step, Task};
+use super::file::{Asked, Choice, Lesson, LessonFileError, MASS_ANSWERS, Offer, Right, Stage, Step, Task};
 use super::number;
 use crate::model::Preset;
 use crate::recording::seal::HiddenEffect;
@@ -238,6 +238,10 @@ impl Now<'_> {
             Right::Fault(place) => {
                 let faults = case.map(|case| case.faults(self.study.seed)).unwrap_or_default();
                 faults.get(*place).map(ToString::to_string).ok_or_else(missing)
+            }
+            Right::MassPositive => {
+                let is_positive = number::is_mass_positive(self.session).map_err(LessonError::NotYet)?;
+                Ok(MASS_ANSWERS[usize::from(!is_positive)].to_owned())
             }
             Right::BestModel => best(choice, |preset| number::held_out_error(self.session, preset)),
             Right::BestAt { stretch, at } => {

@@ -299,10 +299,11 @@ fn two_causes_are_told_apart() {
 
 #[test]
 fn networks_are_bet_on() {
-    for number in ["2", "3"] {
+    for number in ["2", "3", "4", "7", "10"] {
         finishes(number, 1, &[]);
     }
     fails("2");
+    fails("7");
 }
 
 #[test]

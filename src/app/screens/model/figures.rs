@@ -112,6 +112,8 @@ pub fn along_run(recording: &Arc<Recording>, run: usize, balance: &Arc<AlongRun>
     for (number, (name, of)) in kinds.into_iter().enumerate() {
         energy.push(line(name, Shared::of(balance, move |run| of(&run.own)), Ink::Series(number)));
     }
+    let lost: Vec<f64> = balance.own.lost(&balance.power[0], &recording.trajectories[run].time);
+    energy.push(line("lost so far: ∫ τ q̇ dt − T − V", lost.into(), Ink::Measured));
     let mut power = panel("power", "W");
     truth(&mut power, "truth of d(T + V)/dt", |balance| &balance.change, Ink::Series(0));
     power.push(line("measured τ q̇", Shared::of(balance, |run| &run.power[0]), Ink::Measured));
