@@ -16,6 +16,7 @@ pub mod headless;
 mod icon;
 mod keeper;
 mod leaving;
+mod math;
 mod memo;
 pub mod plot;
 pub mod raster;

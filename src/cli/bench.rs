@@ -8,6 +8,7 @@ mod recipe;
 mod recordings;
 mod speed;
 mod stability;
+mod stuck;
 mod train;
 mod ui;
 
@@ -21,6 +22,7 @@ pub enum Bench {
     Planted(planted::Planted),
     Stability(stability::StabilityBench),
     Recipe(recipe::RecipeBench),
+    Stuck(stuck::Stuck),
     Train(train::Train),
     Ui(ui::Ui),
 }
@@ -38,6 +40,7 @@ impl Bench {
             Bench::Planted(bench) => bench.run(),
             Bench::Stability(bench) => bench.run(),
             Bench::Recipe(bench) => bench.run(),
+            Bench::Stuck(bench) => bench.run(),
             Bench::Train(bench) => bench.run(),
             Bench::Ui(bench) => bench.run(),
         }

@@ -2,6 +2,8 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
+use crate::simulation::Level;
+
 /// A name on the command line, what it stands for in a few words, and the value.
 pub type Choice<T> = (&'static str, &'static str, T);
 
@@ -15,4 +17,9 @@ pub fn one_of<T: Clone + Send + Sync + 'static>(
         let chosen = choices.iter().find(|(name, ..)| *name == text);
         chosen.map(|(.., value)| value.clone()).ok_or_else(|| format!("there is no `{text}`"))
     })
+}
+
+/// Takes the level of a mystery.
+pub fn level() -> impl TypedValueParser<Value = Level> {
+    one_of(Level::ALL.map(|level| (level.name(), level.about(), level)))
 }

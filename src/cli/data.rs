@@ -196,6 +196,9 @@ pub struct Training {
     /// Divides velocities and accelerations that enter networks; with more than 1 these bend less where they were not trained.
     #[arg(long)]
     smoothness: Option<f64>,
+    /// Whether a Cholesky factor keeps a learned mass matrix positive definite; false shows what becomes of one that nothing keeps so.
+    #[arg(long, value_name = "BOOL")]
+    cholesky: Option<bool>,
     /// Whether quantities are scaled to the data: true, or false as in the paper.
     #[arg(long, value_name = "BOOL")]
     normalise: Option<bool>,
@@ -232,6 +235,7 @@ impl Training {
         plan.normalise = self.normalise.unwrap_or(plan.normalise);
         plan.precision = self.precision.unwrap_or(plan.precision);
         plan.smoothness = self.smoothness.unwrap_or(plan.smoothness);
+        plan.cholesky = self.cholesky.unwrap_or(plan.cholesky);
         let options = &mut plan.options;
         options.epochs = self.epochs.unwrap_or(options.epochs);
         options.batch = self.batch.unwrap_or(options.batch);
@@ -494,7 +498,7 @@ impl Data {
         let model = match start {
             Command::UseModel { model } => model.clone(),
             Command::ChoosePreset(preset) => match preset {
-                Preset::Learned(_) => preset.model(recording)?.with_layers(&session.plan.layers),
+                Preset::Learned(_) => session.plan.shaped(&preset.model(recording)?),
                 Preset::RigidBody | Preset::StatedArm => return Ok(None),
             },
             _ => return Ok(None),
@@ -537,7 +541,7 @@ impl Data {
         let recording = session.recording.as_deref().context("no recording was read")?;
         let model = match self.model.clone().unwrap_or_default() {
             Start::File(path) => read_model(&path)?.model,
-            Start::Preset(preset) => preset.model(recording)?.with_layers(&plan.layers),
+            Start::Preset(preset) => plan.shaped(&preset.model(recording)?),
         };
         self.with_effects(model, recording.joint_count())
     }

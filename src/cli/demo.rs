@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 
+use super::choice::level;
 use super::diagnose::text;
 use super::table::{numbers, table};
 use super::{output_folder, progress, write_file};
@@ -10,13 +11,14 @@ use crate::app::screens::{self, ladder};
 use crate::app::{self, ScreenshotOptions};
 use crate::recording::{joints_text, write};
 use crate::session::{Command, Session, View};
-use crate::simulation::Scenario;
+use crate::simulation::{Level, Scenario};
 
 /// The whole story without a window: simulate an arm with a hidden effect, fit, diagnose, add, report, draw.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope demo
   torquescope demo --seed 7 --no-pictures
+  torquescope demo --seed 7 --level real
   torquescope demo -o story")]
 pub struct Demo {
     /// Where the recording and the pictures go.
@@ -25,6 +27,9 @@ pub struct Demo {
     /// Draw another mystery by its seed, instead of the embedded one.
     #[arg(long)]
     seed: Option<u64>,
+    /// Draw another mystery, so hard to find.
+    #[arg(long, value_parser = level())]
+    level: Option<Level>,
     /// Draw no pictures.
     #[arg(long)]
     no_pictures: bool,
@@ -33,12 +38,12 @@ pub struct Demo {
 impl Demo {
     /// Runs the story.
     pub fn run(&self) -> anyhow::Result<()> {
-        let scenario = match self.seed {
-            Some(seed) => Scenario::mystery(seed)?,
-            None => Scenario::embedded(),
+        let simulate = match (self.seed, self.level) {
+            (None, None) => Command::Simulate(Box::new(Scenario::embedded())),
+            (seed, level) => Command::DrawMystery { level: level.unwrap_or_default(), seed: seed.unwrap_or(1) },
         };
         output_folder(&self.output)?;
-        let mut session = progress::run(Command::Simulate(Box::new(scenario)), &Session::default())?;
+        let mut session = progress::run(simulate, &Session::default())?;
         let recording = session.recording.clone().context("nothing was simulated")?;
         println!(
             "1. Simulated {}: {} joints, {} samples; what is hidden in it is sealed.",

@@ -7,8 +7,8 @@ use super::failure::OrUsage;
 use super::progress;
 use super::table::{number, numbers, table};
 use crate::effect::registry;
-use crate::recording::JointKind;
 use crate::recording::seal::{self, HiddenEffect, Truth};
+use crate::recording::{Joint, JointKind};
 use crate::session::Command;
 
 /// The seal of a simulated recording.
@@ -77,7 +77,8 @@ impl Open {
             return Err(anyhow::anyhow!("name a simulated recording or a session")).or_usage();
         }
         let session = progress::run(Command::OpenSeal, self.data.document_or_embedded()?.history.current())?;
-        let answer = Answer::of(session.truth.as_deref().context("the recording has no seal")?);
+        let joints = session.recording.as_deref().map_or(&[][..], |recording| &recording.joints);
+        let answer = Answer::of(session.truth.as_deref().context("the recording has no seal")?, joints);
         match self.json {
             true => println!("{}", serde_json::to_string_pretty(&answer)?),
             false => answer.print(),
@@ -87,13 +88,15 @@ impl Open {
 }
 
 impl Answer {
-    fn of(truth: &Truth) -> Self {
+    /// The truth in the units of the joints on which it acts; an effect of the whole arm has those of the first, as in a model.
+    fn of(truth: &Truth, joints: &[Joint]) -> Self {
         let hidden = |hidden: &HiddenEffect| {
+            let kind = joints.get(hidden.joint.unwrap_or(0)).map_or(JointKind::Revolute, |joint| joint.kind);
             let specs = registry::find(&hidden.effect).map_or(&[][..], |effect| effect.parameters);
             let parameters = specs.iter().zip(&hidden.parameters).map(|(spec, value)| Parameter {
                 name: spec.name.to_owned(),
                 value: *value,
-                unit: spec.dimension.unit(JointKind::Revolute).to_owned(),
+                unit: spec.dimension.unit(kind).to_owned(),
             });
             Hidden { effect: hidden.effect.clone(), joint: counted(hidden.joint), parameters: parameters.collect() }
         };
@@ -132,4 +135,27 @@ impl Answer {
 /// People count joints from 1.
 fn counted(joint: Option<usize>) -> Option<usize> {
     joint.map(|joint| joint + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::Arm;
+
+    #[test]
+    fn what_acts_on_a_sliding_joint_has_its_units() {
+        let hidden =
+            |joint| HiddenEffect { effect: "viscous-friction".into(), joint: Some(joint), parameters: vec![2.0] };
+        let truth = Truth {
+            arm: Arm::uniform(2),
+            effects: vec![hidden(0), hidden(1)],
+            causes: Vec::new(),
+            torque_noise: vec![0.0; 2],
+            seed: 1,
+        };
+        let joints = [Joint::numbered(1), Joint { kind: JointKind::Prismatic, ..Joint::numbered(2) }];
+        let answer = Answer::of(&truth, &joints);
+        let units: Vec<&str> = answer.effects.iter().map(|hidden| hidden.parameters[0].unit.as_str()).collect();
+        assert_eq!(units, ["N m s/rad", "N s/m"]);
+    }
 }

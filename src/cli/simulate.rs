@@ -6,6 +6,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use super::choice::level;
 use super::data::read_arm;
 use super::failure::OrUsage;
 use super::world::InWorld;
@@ -15,13 +16,14 @@ use crate::effect::place::{Place, PlaceError};
 use crate::file;
 use crate::recording::seal::HiddenEffect;
 use crate::recording::write;
-use crate::simulation::{self, Excitation, Scenario, world};
+use crate::simulation::{Excitation, Level, Making, Scenario, world};
 
 /// Simulate a recording, with hidden effects whose truth is sealed in the file.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope simulate --effect stribeck-friction@2 --strength 0.1 -o arm.npz
   torquescope simulate --mystery --seed 5 -o mystery.npz
+  torquescope simulate --mystery=real --seed 5 -o real.npz
   torquescope simulate --joints 3 --motion paper --trajectories 200 --effect viscous-friction=0.5 -o paper.npz
   torquescope simulate --world --class realistic --seed 7 -o world.npz
   torquescope simulate --world --motion pick-and-place --trajectories 1 --part 'kind = \"cogging\", joint = 2, torque = 0.5, wave_number = 20' -o cogging.npz")]
@@ -32,9 +34,9 @@ pub struct Simulate {
     /// A whole scenario (JSON, or TOML with --world); the options below are then not used, except the seed.
     #[arg(long, value_name = "SCENARIO")]
     scenario: Option<PathBuf>,
-    /// Hide one effect that is drawn by the seed, on the embedded arm; open the seal to learn which.
-    #[arg(long)]
-    mystery: bool,
+    /// Hide what the seed draws, so hard to find; open the seal to learn what it was.
+    #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "medium", value_parser = level())]
+    mystery: Option<Level>,
     /// The arm (JSON: links, gravity, posture).
     #[arg(long, value_name = "ARM.json", conflicts_with = "joints")]
     arm: Option<PathBuf>,
@@ -137,8 +139,8 @@ impl Simulate {
             let scenario = self.in_world.scenario(self.scenario.as_deref(), self.seed, || self.build_scenario())?;
             progress::watch("simulate", move |monitor| world::simulate(&scenario, monitor))?
         } else {
-            let scenario = self.build_scenario()?;
-            progress::watch("simulate", move |monitor| simulation::simulate(&scenario, monitor))?
+            let making = self.making()?;
+            progress::watch("simulate", move |monitor| making.simulate(monitor))?
         };
         write_file(&self.output, &write::to_npz_bytes(&recording)?)?;
         let answer = Answer {
@@ -159,6 +161,13 @@ impl Simulate {
         Ok(())
     }
 
+    fn making(&self) -> anyhow::Result<Making> {
+        match (&self.scenario, self.mystery) {
+            (None, Some(level)) => Ok(Making::mystery(level, self.seed.unwrap_or(1))?),
+            _ => Ok(Making::Formulas(Box::new(self.build_scenario()?))),
+        }
+    }
+
     fn build_scenario(&self) -> anyhow::Result<Scenario> {
         if let Some(path) = &self.scenario {
             let mut scenario = read_scenario(path).or_usage()?;
@@ -166,9 +175,6 @@ impl Simulate {
             return Ok(scenario);
         }
         let seed = self.seed.unwrap_or(1);
-        if self.mystery {
-            return Ok(Scenario::mystery(seed)?);
-        }
         let embedded = Scenario::embedded();
         let arm = match (&self.arm, self.joints) {
             (Some(path), _) => read_arm(path)?,

@@ -1,13 +1,15 @@
 //! What is done in a lesson, as commands of the session.
 
+use super::case::Case;
 use super::catalogue::UnknownLesson;
 use super::course::Course;
-use super::file::{Asked, Choice, Lesson, LessonFileError, Offer, Right, Stage, Step, Task};
+use super::file::{Asked, Choice, Lesson, LessonFileError, MASS_ANSWERS, Offer, Right, Stage, Step, Task};
 use super::number;
 use crate::model::Preset;
+use crate::recording::seal::HiddenEffect;
 use crate::session::study::{self, Answer, Deed, Note, SetUp, Study};
 use crate::session::{Command, Session};
-use crate::simulation::{Scenario, SimulationError};
+use crate::simulation::SimulationError;
 
 /// What somebody does in a lesson.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,7 +104,7 @@ pub fn right_answer(session: &Session) -> Result<Answer, LessonError> {
     let lesson = Lesson::read(&study.source)?;
     let course = Course::of(&lesson, study);
     let now = Now { session, study, step: &lesson.steps[course.place], lesson: &lesson, course: &course, at: 0 };
-    now.right(now.step)
+    now.right(now.step, now.case())
 }
 
 /// Begins a step.
@@ -153,7 +155,7 @@ impl Now<'_> {
             return Ok(Acted { command: self.predict(answer, confidence)?, lacks: None });
         }
         let (right, lacks) = match (&self.step.task, answer) {
-            (Task::Choice(_), Answer::Choice(_)) => (self.right(self.step)? == *answer, None),
+            (Task::Choice(_), Answer::Choice(_)) => (self.right(self.step, self.case())? == *answer, None),
             (Task::Number(asked), Answer::Number(said)) => {
                 let right = asked.is.value(self.session).map_err(LessonError::NotYet)?;
                 (number::score(*said, right, asked.within) >= 1.0, None)
@@ -181,10 +183,10 @@ impl Now<'_> {
         Ok(self.note(Deed::Predicted { answer: answer.clone(), confidence }))
     }
 
-    /// What is right in a step.
-    fn right(&self, step: &Step) -> Result<Answer, LessonError> {
+    /// What is right in a step that was done with the recording of this case.
+    fn right(&self, step: &Step, case: Option<&Case>) -> Result<Answer, LessonError> {
         match &step.task {
-            Task::Choice(choice) => self.right_choice(choice).map(Answer::Choice),
+            Task::Choice(choice) => self.right_choice(choice, case).map(Answer::Choice),
             Task::Number(asked) => asked.is.value(self.session).map(Answer::Number).map_err(LessonError::NotYet),
             _ => Err(LessonError::NoAnswer),
         }
@@ -206,22 +208,26 @@ impl Now<'_> {
                 wishes.iter().find_map(|wish| wish.check(arm, pose).err())
             }
             (Task::Want(wishes), Answer::Session) => {
-                let case = self.scenario()?;
-                wishes.iter().find_map(|wish| wish.check(self.session, case.as_ref()).err())
+                let hidden = self.hidden(self.case())?;
+                wishes.iter().find_map(|wish| wish.check(self.session, &hidden).err())
             }
             _ => return Err(LessonError::NoAnswer),
         })
     }
 
-    /// How the recording that was brought last was made.
-    fn scenario(&self) -> Result<Option<Scenario>, LessonError> {
-        let case = self.course.case.as_ref().and_then(|(name, _)| self.lesson.cases.get(name.as_str()));
-        Ok(case.map(|case| case.scenario(self.study.seed)).transpose()?)
+    /// The case whose recording was brought last.
+    fn case(&self) -> Option<&Case> {
+        self.course.case.as_ref().and_then(|(name, _)| self.lesson.cases.get(name.as_str()))
     }
 
-    fn right_choice(&self, choice: &Choice) -> Result<String, LessonError> {
-        let first = self.scenario()?.and_then(|case| case.effects.into_iter().next());
-        let case = self.course.case.as_ref().and_then(|(name, _)| self.lesson.cases.get(name.as_str()));
+    /// What is to be found in the recording of a case.
+    fn hidden(&self, case: Option<&Case>) -> Result<Vec<HiddenEffect>, LessonError> {
+        let making = case.map(|case| case.making(self.study.seed)).transpose()?;
+        Ok(making.map_or_else(Vec::new, |making| making.hidden()))
+    }
+
+    fn right_choice(&self, choice: &Choice, case: Option<&Case>) -> Result<String, LessonError> {
+        let first = self.hidden(case)?.into_iter().next();
         let missing = || LessonError::NotYet("nothing is there yet by which it could be judged".to_owned());
         match &choice.right {
             Right::Is(right) => Ok(right.clone()),
@@ -232,6 +238,10 @@ impl Now<'_> {
             Right::Fault(place) => {
                 let faults = case.map(|case| case.faults(self.study.seed)).unwrap_or_default();
                 faults.get(*place).map(ToString::to_string).ok_or_else(missing)
+            }
+            Right::MassPositive => {
+                let is_positive = number::is_mass_positive(self.session).map_err(LessonError::NotYet)?;
+                Ok(MASS_ANSWERS[usize::from(!is_positive)].to_owned())
             }
             Right::BestModel => best(choice, |preset| number::held_out_error(self.session, preset)),
             Right::BestAt { stretch, at } => {
@@ -249,7 +259,8 @@ impl Now<'_> {
             if !all.contains(&step.id) {
                 continue;
             }
-            let right = self.right(step)?;
+            let case = progress.case.as_ref().and_then(|name| self.lesson.cases.get(name.as_str()));
+            let right = self.right(step, case)?;
             let score = match (&step.task, said, &right) {
                 (Task::Choice(choice), said, right) => score(choice, said == right, *confidence),
                 (Task::Number(Asked { within, .. }), Answer::Number(said), Answer::Number(right)) => {

@@ -10,7 +10,7 @@ use crate::effect::{Effect, Scope, registry};
 use crate::progress::Monitor;
 use crate::recording::correction::Correction;
 use crate::session::study;
-use crate::simulation::{Excitation, Scenario, SimulationError, simulate};
+use crate::simulation::{Excitation, Level, Making, Scenario, SimulationError};
 use crate::training::fit::Plan;
 
 /// A recording.
@@ -22,6 +22,8 @@ pub(super) struct Case {
     /// Added to the student's seed: cases with the same number have the same draws.
     #[serde(default)]
     draw: u64,
+    /// A mystery of this level instead of all that follows, save `faults` and `training`.
+    mystery: Option<Level>,
     /// The arm; that of the demonstration if not given.
     arm: Option<Arm>,
     /// How it moves; a quiet dozen of sines if not given.
@@ -55,12 +57,19 @@ struct Training {
     epochs: u64,
     /// Samples in a step.
     batch: usize,
+    /// Whether a Cholesky factor keeps a learned mass matrix positive definite.
+    #[serde(default = "yes")]
+    cholesky: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 impl Training {
     fn plan(&self) -> Plan {
         let mut plan = Plan::default();
-        (plan.options.epochs, plan.options.batch) = (self.epochs, self.batch);
+        (plan.options.epochs, plan.options.batch, plan.cholesky) = (self.epochs, self.batch, self.cholesky);
         plan
     }
 }
@@ -134,6 +143,11 @@ impl Case {
                 return Err("`strength` is the least and the most share of the torque, from 0 to 1".to_owned());
             }
         }
+        let says_itself =
+            !self.hide.is_empty() || !self.effects.is_empty() || self.arm.is_some() || self.motion.is_some();
+        if self.mystery.is_some() && says_itself {
+            return Err("a `mystery` draws arm, motion and what is hidden: leave them out, or leave it out".to_owned());
+        }
         if !(0.0..=1.0).contains(&self.vary) {
             return Err("`vary` is a share from 0 to 1".to_owned());
         }
@@ -146,22 +160,33 @@ impl Case {
         Ok(())
     }
 
+    /// The student's seed, of which cases have one each.
+    fn seed(&self, student: u64) -> u64 {
+        student.wrapping_mul(1000).wrapping_add(self.draw)
+    }
+
     fn random(&self, seed: u64, draw: Draw) -> ChaCha8Rng {
-        let seed = seed.wrapping_mul(1000).wrapping_add(self.draw);
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed(seed));
         random.set_stream(draw as u64 + 0x1e55);
         random
     }
 
-    /// The simulation for a student.
-    pub(super) fn scenario(&self, seed: u64) -> Result<Scenario, SimulationError> {
+    /// How the recording of a student is made.
+    pub(super) fn making(&self, seed: u64) -> Result<Making, SimulationError> {
+        let making = match self.mystery {
+            Some(level) => Making::mystery(level, self.seed(seed))?,
+            None => Making::Formulas(Box::new(self.scenario(seed)?)),
+        };
+        Ok(making.named(format!("{} {seed}", self.name)))
+    }
+
+    fn scenario(&self, seed: u64) -> Result<Scenario, SimulationError> {
         let bare = Scenario {
-            name: format!("{} {seed}", self.name),
             arm: self.arm.clone().unwrap_or_else(|| Scenario::embedded().arm),
             motion: self.motion.clone().unwrap_or_else(usual_motion),
             speed_scale: self.speed,
             torque_noise: self.noise,
-            seed: seed.wrapping_mul(1000).wrapping_add(self.draw),
+            seed: self.seed(seed),
             effects: Vec::new(),
             ..Scenario::embedded()
         };
@@ -197,7 +222,7 @@ impl Case {
     /// All of it, for the session.
     pub(super) fn set_up(&self, name: &str, seed: u64) -> Result<study::Case, SimulationError> {
         let plan = self.training.as_ref().map(Training::plan);
-        Ok(study::Case { name: name.to_owned(), scenario: self.scenario(seed)?, faults: self.faults(seed), plan })
+        Ok(study::Case { name: name.to_owned(), making: self.making(seed)?, faults: self.faults(seed), plan })
     }
 }
 
@@ -220,6 +245,6 @@ impl Hide {
 impl Case {
     /// By what its recording is known again.
     pub(super) fn fingerprint(&self, seed: u64) -> Result<String, SimulationError> {
-        Ok(study::fingerprint(&simulate(&self.scenario(seed)?, &Monitor::new())?))
+        Ok(study::fingerprint(&self.making(seed)?.simulate(&Monitor::new())?))
     }
 }

@@ -18,12 +18,20 @@ const ALL: &[(&str, &str)] = &[
         include_str!("../../assets/lessons/en/03-outside-the-data.toml"),
     ),
     (
+        include_str!("../../assets/lessons/04-look-inside.toml"),
+        include_str!("../../assets/lessons/en/04-look-inside.toml"),
+    ),
+    (
         include_str!("../../assets/lessons/05-read-a-residual.toml"),
         include_str!("../../assets/lessons/en/05-read-a-residual.toml"),
     ),
     (
         include_str!("../../assets/lessons/06-hidden-effect.toml"),
         include_str!("../../assets/lessons/en/06-hidden-effect.toml"),
+    ),
+    (
+        include_str!("../../assets/lessons/07-energy-must-balance.toml"),
+        include_str!("../../assets/lessons/en/07-energy-must-balance.toml"),
     ),
     (
         include_str!("../../assets/lessons/08-two-causes.toml"),
@@ -33,6 +41,7 @@ const ALL: &[(&str, &str)] = &[
         include_str!("../../assets/lessons/09-doctor-the-data.toml"),
         include_str!("../../assets/lessons/en/09-doctor-the-data.toml"),
     ),
+    (include_str!("../../assets/lessons/10-black-box.toml"), include_str!("../../assets/lessons/en/10-black-box.toml")),
     (
         include_str!("../../assets/lessons/11-your-own-robot.toml"),
         include_str!("../../assets/lessons/en/11-your-own-robot.toml"),

@@ -23,6 +23,8 @@ pub struct Progress {
     pub begun: Option<u64>,
     /// What was predicted, and how sure one was.
     pub predicted: Option<(Answer, Option<f64>)>,
+    /// The case whose recording was there when it was predicted.
+    pub case: Option<String>,
     /// How often an answer was tried.
     pub tries: usize,
     /// The answer that was tried last.
@@ -64,6 +66,7 @@ impl Course {
                 Deed::SetUp { case, recording } => course.case = Some((case.clone(), recording.clone())),
                 Deed::Predicted { answer, confidence } => {
                     step.predicted.get_or_insert_with(|| (answer.clone(), *confidence));
+                    step.case = course.case.as_ref().map(|(name, _)| name.clone());
                 }
                 Deed::Tried { answer, right } => {
                     step.tries += 1;

@@ -117,6 +117,9 @@ pub struct Choice {
     pub confidence: bool,
 }
 
+/// What [`Right::MassPositive`] can be.
+pub(super) const MASS_ANSWERS: [&str; 2] = ["positive", "not-positive"];
+
 /// Which of several answers is right.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -131,6 +134,9 @@ pub enum Right {
     Fault(usize),
     /// The model, by its preset, whose held-out error is the least.
     BestModel,
+    /// `positive` if the mass matrix of the newest structured DeLaN is positive definite wherever the recording went, or else
+    /// `not-positive`.
+    MassPositive,
     /// The model, by its preset, whose error is the least outside the data.
     BestAt {
         /// In which way the motion leaves the data.
@@ -378,7 +384,7 @@ impl Lesson {
         let reader = Reader { file: Which::Data, text: &self.source.data };
         for (name, case) in &self.cases {
             // Whatever can't be simulated shows with any seed.
-            case.scenario(1).map_err(|error| reader.wrong(name.span(), error.to_string()))?;
+            case.making(1).map_err(|error| reader.wrong(name.span(), error.to_string()))?;
         }
         Ok(())
     }
@@ -485,6 +491,9 @@ impl Known<'_> {
                 Some(option) => wrong(format!("`{option}` is no effect: `torquescope effects` lists them")),
                 None => Ok(()),
             },
+            Right::MassPositive if options.iter().any(|option| !MASS_ANSWERS.contains(&option.as_str())) => {
+                wrong(format!("the answers are {}", MASS_ANSWERS.join(" and ")))
+            }
             Right::HiddenJoint if options.iter().any(|option| option.parse::<usize>().is_err()) => {
                 wrong("joints are numbers, counted from 1".to_owned())
             }

@@ -4,8 +4,11 @@ use serde::Deserialize;
 
 use super::wish::mean_error;
 use crate::model::Preset;
+use crate::model::learned::LearnedPreset;
 use crate::session::{Kept, Session, Step};
 use crate::simulation::extrapolation::Stretch;
+use crate::training::components;
+use crate::training::inside::{Balance, power};
 
 /// A number that is right.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -31,6 +34,9 @@ pub enum Number {
     },
     /// How many times the mean held-out error of the first model of the ladder is that of the current one.
     ErrorFall,
+    /// The energy that was put into the first run and, by the current model's kinetic and potential energy, is not there at its
+    /// end \[J\].
+    EnergyLost,
 }
 
 impl Number {
@@ -40,6 +46,7 @@ impl Number {
             Number::Stated(value) => Ok(*value),
             Number::ErrorRatio { of, to } => Ok(held_out_error(session, *of)? / held_out_error(session, *to)?),
             Number::ErrorAt { of, stretch, at } => Ok(100.0 * error_at(session, *of, *stretch, *at)?),
+            Number::EnergyLost => energy_lost(session),
             Number::ErrorFall => match (session.ladder.first(), session.current()) {
                 (Some(first), Some(last)) => Ok(mean_error(first) / mean_error(last)),
                 _ => Err("there is no model yet".to_owned()),
@@ -68,6 +75,28 @@ pub(super) fn error_at(session: &Session, of: Preset, stretch: Stretch, at: f64)
     let points = &curve.ok_or_else(|| format!("{} was not extrapolated in {} yet", model.name, stretch.name()))?.points;
     let point = points.iter().find(|point| (point.scale - at).abs() < 1e-6);
     point.map(|point| point.overall).ok_or_else(|| format!("the curve has no point at {at} times"))
+}
+
+/// Whether the mass matrix that the newest structured DeLaN has learned is positive definite wherever the recording went.
+pub(super) fn is_mass_positive(session: &Session) -> Result<bool, String> {
+    let step = newest(session, Preset::Learned(LearnedPreset::StructuredDelan))?;
+    let runs = session.recording.iter().flat_map(|recording| &recording.trajectories);
+    for run in runs {
+        let parts = components(&step.fitted, run).map_err(|error| error.to_string())?;
+        // They are in ascending order.
+        let least = parts.iter().find(|(name, _)| *name == "mass_eigenvalue").and_then(|(_, all)| all.iter().next());
+        if least.is_some_and(|least| least.iter().any(|value| *value <= 0.0)) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn energy_lost(session: &Session) -> Result<f64, String> {
+    let run = session.recording.as_ref().and_then(|recording| recording.trajectories.first());
+    let (Some(run), Some(step)) = (run, session.current()) else { return Err("there is no model yet".to_owned()) };
+    let balance = Balance::of_model(&step.fitted, run).map_err(|error| error.to_string())?;
+    balance.lost(&power(&run.tau, run), &run.time).last().copied().ok_or_else(|| "the run is empty".to_owned())
 }
 
 /// What a number is worth beside the right one: all within `within` times it, half within the square of that.

@@ -4,8 +4,8 @@ use serde::{Deserialize, Deserializer};
 
 use crate::effect::place::Place;
 use crate::model::{EffectTerm, Parameter, Preset, Term};
+use crate::recording::seal::HiddenEffect;
 use crate::session::{Session, Step};
-use crate::simulation::Scenario;
 use crate::simulation::extrapolation::Stretch;
 
 /// Something that the session is to fulfil.
@@ -42,8 +42,8 @@ fn places<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Place>, D::Error> {
 }
 
 impl Wish {
-    /// Whether the session fulfils it; else what lacks. `case` is how its recording was made, where that is known.
-    pub(super) fn check(&self, session: &Session, case: Option<&Scenario>) -> Result<(), String> {
+    /// Whether the session fulfils it; else what lacks. `hidden` is what is to be found in its recording, where that is known.
+    pub(super) fn check(&self, session: &Session, hidden: &[HiddenEffect]) -> Result<(), String> {
         let lacks = |text: &str| Err(text.to_owned());
         let Some(recording) = session.recording.as_deref() else { return lacks("there is no recording yet") };
         if let Wish::OwnRecording = self {
@@ -64,7 +64,6 @@ impl Wish {
                 false => Err(format!("there is no {} yet", preset.title())),
             },
             Wish::HasHidden => {
-                let hidden = case.map_or(&[][..], |case| &case.effects);
                 let is_there = |effect: &str, joint| term_of(step, effect, joint).is_some();
                 match hidden.iter().all(|hidden| is_there(&hidden.effect, hidden.joint)) {
                     true => Ok(()),
@@ -85,7 +84,7 @@ impl Wish {
             }
             Wish::ErrorWithin(factor) => error_within(step, *factor),
             Wish::ErrorFell(factor) => error_fell(session, step, *factor),
-            Wish::TruthInside(factor) => truth_inside(step, case, *factor),
+            Wish::TruthInside(factor) => truth_inside(step, hidden, *factor),
             Wish::IntervalsBelow(share) => intervals_below(step, *share),
             Wish::Extrapolated(stretch) => match &session.sweep {
                 Some(sweep) if sweep.stretch == *stretch => Ok(()),
@@ -129,8 +128,8 @@ fn error_fell(session: &Session, step: &Step, factor: f64) -> Result<(), String>
     Err(format!("the held-out error is {:.0} % of what it was; {:.0} % are wanted", 100.0 * share, 100.0 * factor))
 }
 
-fn truth_inside(step: &Step, case: Option<&Scenario>, factor: f64) -> Result<(), String> {
-    for hidden in case.map_or(&[][..], |case| &case.effects) {
+fn truth_inside(step: &Step, all: &[HiddenEffect], factor: f64) -> Result<(), String> {
+    for hidden in all {
         let Some(term) = term_of(step, &hidden.effect, hidden.joint) else {
             return Err("the model lacks what is hidden, or has it elsewhere".to_owned());
         };

@@ -28,7 +28,7 @@ use crate::recording::Recording;
 
 pub use evaluate::{Evaluation, JointError, Prediction};
 pub use fit::{Fitted, Parameter, fit};
-use learned::{Layers, LearnedPreset, LearnedTerm};
+use learned::{Layers, LearnedPreset, LearnedTerm, Positive};
 
 /// A list of torque terms; their order is the order in which they are shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -239,6 +239,15 @@ impl Model {
     pub fn with_layers(&self, layers: &Layers) -> Model {
         let change = |term: &Term| match term {
             Term::Learned(term) => Term::Learned(term.clone().with_layers(layers)),
+            other => other.clone(),
+        };
+        Model { terms: self.terms.iter().map(change).collect() }
+    }
+
+    /// This model with another way to keep a learned H positive definite, or none.
+    pub fn with_positive(&self, positive: Option<Positive>) -> Model {
+        let change = |term: &Term| match term {
+            Term::Learned(term) => Term::Learned(term.clone().with_positive(positive)),
             other => other.clone(),
         };
         Model { terms: self.terms.iter().map(change).collect() }

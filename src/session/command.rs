@@ -20,7 +20,7 @@ use crate::recording::correction::Correction;
 use crate::recording::read::{self, ReadOptions};
 use crate::recording::split::Split;
 use crate::simulation::extrapolation::{self, Stretch};
-use crate::simulation::{self, Scenario};
+use crate::simulation::{self, Level, Making, Scenario};
 use crate::training;
 use crate::training::fit::{Plan, SavedRun};
 
@@ -51,6 +51,13 @@ pub enum Command {
     },
     /// Simulates a recording and fits the preset.
     Simulate(Box<Scenario>),
+    /// Draws a mystery, simulates it and fits the preset.
+    DrawMystery {
+        /// How hard it is.
+        level: Level,
+        /// By which all of it is drawn.
+        seed: u64,
+    },
     /// Starts the ladder anew from another preset.
     ChoosePreset(Preset),
     /// Starts the ladder anew from a model with networks, trained by this plan.
@@ -203,15 +210,13 @@ impl Command {
                 let document = file::open(path, monitor)?.document.knowing(&session.own_effects);
                 Ok(document.history.current().clone())
             }
-            Command::Simulate(scenario) => {
-                let recording = simulation::simulate(scenario, monitor)?;
-                let split = Split::automatic(&recording);
-                let loaded = Session { recording: Some(Arc::new(recording)), split, ..emptied(session) };
-                fitted_if_possible(loaded, monitor)
+            Command::Simulate(scenario) => simulated(session, simulation::simulate(scenario, monitor)?, monitor),
+            Command::DrawMystery { level, seed } => {
+                simulated(session, Making::mystery(*level, *seed)?.simulate(monitor)?, monitor)
             }
             Command::ChoosePreset(preset) => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
-                let model = preset.model(recording)?.with_layers(&session.plan.layers);
+                let model = session.plan.shaped(&preset.model(recording)?);
                 let step = step(model, None, session, monitor)?;
                 Ok(Session { preset: *preset, ladder: vec![step], report: None, proposals: None, ..session.clone() })
             }
@@ -228,7 +233,7 @@ impl Command {
                 let (before, model) = match warm {
                     // Only networks of the same size can begin with its weights.
                     true => (Some(&current.fitted), current.fitted.model.clone()),
-                    false => (None, current.fitted.model.with_layers(&plan.layers)),
+                    false => (None, plan.shaped(&current.fitted.model)),
                 };
                 let step = step(model, before, &planned, monitor)?;
                 let mut ladder = session.ladder.clone();
@@ -339,6 +344,7 @@ impl Command {
                 format!("open the session {}", path.file_name().unwrap_or_default().to_string_lossy())
             }
             Command::Simulate(_) => "simulate a recording".to_owned(),
+            Command::DrawMystery { .. } => "draw a mystery".to_owned(),
             Command::ChoosePreset(preset) => format!("start from {}", preset.title()),
             Command::TrainPreset { preset, .. } => format!("train {}", preset.title()),
             Command::Train { warm, .. } => if *warm { "train on" } else { "train anew" }.to_owned(),
@@ -376,7 +382,7 @@ impl Command {
     /// Whether what it gives is another document, which is in no file yet. A recording that is set right is still that recording.
     pub fn begins_anew(&self) -> bool {
         match self {
-            Command::Open { .. } | Command::Simulate(_) => true,
+            Command::Open { .. } | Command::Simulate(_) | Command::DrawMystery { .. } => true,
             Command::SetUp(wanted) => wanted.begins.is_some(),
             _ => false,
         }
@@ -435,6 +441,13 @@ fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session
     }
 }
 
+/// A session with a recording that was just simulated.
+fn simulated(session: &Session, recording: Recording, monitor: &Monitor) -> Result<Session, SessionError> {
+    let split = Split::automatic(&recording);
+    let loaded = Session { recording: Some(Arc::new(recording)), split, ..emptied(session) };
+    fitted_if_possible(loaded, monitor)
+}
+
 /// An empty session in which still holds what was chosen for any recording.
 fn emptied(session: &Session) -> Session {
     Session {
@@ -459,7 +472,7 @@ fn set_up(session: &Session, wanted: &SetUp, monitor: &Monitor) -> Result<Sessio
     let Some(case) = &wanted.case else {
         return Ok(Session { study: Some(Arc::new(study)), ..emptied(session) });
     };
-    let mut recording = simulation::simulate(&case.scenario, monitor)?;
+    let mut recording = case.making.simulate(monitor)?;
     read::set_right(&mut recording, &case.faults)?;
     let deed = study::Deed::SetUp { case: case.name.clone(), recording: study::fingerprint(&recording) };
     let at = study.journal().last().map_or(0, |entry| entry.note.at);

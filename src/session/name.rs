@@ -1,7 +1,7 @@
 //! What a model is called: a short name from its terms, until somebody gives it another one; in a session no two have the same.
 
 use crate::effect::Effect;
-use crate::model::learned::{Layers, LearnedPreset};
+use crate::model::learned::{Layers, LearnedPreset, LearnedTerm};
 use crate::model::{Model, Preset, RigidBody, Term};
 
 /// With more effects than this only the first two are named.
@@ -61,7 +61,11 @@ fn base(model: &Model) -> String {
                 architecture.terms.iter().map(|term| term.kind().to_owned()).eq(labels())
             };
             let preset = LearnedPreset::ALL.into_iter().find(is_of);
-            preset.map_or_else(|| labels().collect::<Vec<_>>().join(" + "), |preset| preset.title().to_owned())
+            let name =
+                preset.map_or_else(|| labels().collect::<Vec<_>>().join(" + "), |preset| preset.title().to_owned());
+            let is_free =
+                |term: &&Term| matches!(term, Term::Learned(LearnedTerm::StructuredLagrangian { positive: None, .. }));
+            if terms.iter().any(is_free) { format!("{name}, any H") } else { name }
         }
     }
 }

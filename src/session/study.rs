@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use super::Command;
 use crate::recording::Recording;
 use crate::recording::correction::Correction;
-use crate::simulation::Scenario;
+use crate::simulation::Making;
 use crate::training::fit::Plan;
 
 /// A lesson that is taken.
@@ -159,7 +159,7 @@ pub struct Case {
     /// Its name in the lesson.
     pub name: String,
     /// How it is made.
-    pub scenario: Scenario,
+    pub making: Making,
     /// What is set wrong in it.
     pub faults: Vec<Correction>,
     /// How networks are to be trained with it; as before if not given.
@@ -240,7 +240,8 @@ impl Lock {
             Lock::Diagnosis => matches!(command, Command::Diagnose | Command::Propose),
             Lock::Effects => matches!(command, Command::AddEffect { .. } | Command::Adopt { .. }),
             Lock::Recordings => {
-                matches!(command, Command::Open { .. } | Command::Beside { .. } | Command::Simulate(_))
+                let opens = matches!(command, Command::Open { .. } | Command::Beside { .. });
+                opens || matches!(command, Command::Simulate(_) | Command::DrawMystery { .. })
             }
         }
     }
@@ -251,7 +252,7 @@ impl SetUp {
     pub fn title(&self) -> String {
         match (&self.begins, &self.case) {
             (Some(_), _) => "begin the lesson".to_owned(),
-            (None, Some(case)) => format!("set up {}", case.scenario.name),
+            (None, Some(case)) => format!("set up {}", case.making.name()),
             (None, None) => "go on in the lesson".to_owned(),
         }
     }
@@ -287,7 +288,7 @@ mod tests {
     use super::*;
     use crate::progress::Monitor;
     use crate::session::{Document, History, Session, file};
-    use crate::simulation::Excitation;
+    use crate::simulation::{Excitation, Scenario};
 
     fn note(step: &str, deed: Deed) -> Note {
         Note { at: 10, step: step.to_owned(), deed, locks: Vec::new() }
@@ -328,7 +329,12 @@ mod tests {
 
     fn begun(locks: Vec<Lock>) -> Session {
         let began = Note { locks, ..note("one", Deed::Began) };
-        let case = Case { name: "first".to_owned(), scenario: small(), faults: Vec::new(), plan: None };
+        let case = Case {
+            name: "first".to_owned(),
+            making: Making::Formulas(Box::new(small())),
+            faults: Vec::new(),
+            plan: None,
+        };
         let begins = Some(Study::new(study().source, 17));
         run(Command::SetUp(Box::new(SetUp { begins, note: Some(began), case: Some(case) })), &Session::default())
     }

@@ -1,7 +1,6 @@
 //! The effects that a scenario hides: checked, computed, and drawn so that they have a wanted strength.
 
-use rand::seq::{SliceRandom, index};
-use rand::{Rng, RngExt};
+use rand::Rng;
 
 use super::strength::Strength;
 use super::{Draw, Scenario, SimulationError, demand, random};
@@ -158,35 +157,6 @@ impl Scenario {
         let runs = self.exact_runs(&Monitor::new())?;
         let mut random = random(self.seed, Draw::Effects);
         places.into_iter().map(|joint| self.scaled(effect, joint, strength, &runs, &mut random)).collect()
-    }
-
-    /// [`Scenario::embedded`] with another motion and something else hidden: one effect of the registry, on one or two
-    /// joints or the whole arm, of 3 to 20 % of the torque. All of it is drawn by the seed.
-    ///
-    /// # Errors
-    /// [`SimulationError`] if no effect of the registry can be drawn, which no known registry brings about.
-    pub fn mystery(seed: u64) -> Result<Scenario, SimulationError> {
-        let mut scenario =
-            Scenario { name: format!("mystery {seed}"), seed, effects: Vec::new(), ..Scenario::embedded() };
-        let mut random = random(seed, Draw::Mystery);
-        let mut effects = registry::ALL.to_vec();
-        effects.sort_by_key(|effect| effect.id);
-        effects.shuffle(&mut random);
-        let strength = random.random_range(0.03..=0.2);
-        let count = random.random_range(1..=2);
-        let mut joints = index::sample(&mut random, scenario.arm.joint_count(), count).into_vec();
-        joints.sort_unstable();
-        let mut failure = SimulationError::EmptyRegistry;
-        for effect in effects {
-            match scenario.hide_by_strength(effect.id, &joints, strength) {
-                Ok(hidden) => {
-                    scenario.effects = hidden;
-                    return Ok(scenario);
-                }
-                Err(error) => failure = error,
-            }
-        }
-        Err(failure)
     }
 
     fn scaled(

@@ -12,6 +12,7 @@
 mod excitation;
 pub mod extrapolation;
 mod hidden;
+mod mystery;
 mod sensor;
 mod strength;
 pub mod world;
@@ -23,6 +24,7 @@ use serde::{Deserialize, Serialize};
 
 pub use excitation::Excitation;
 pub use hidden::TrueParts;
+pub use mystery::{Level, Making};
 pub use strength::Strength;
 
 use crate::arm::{Arm, ArmError, GRAVITY, Link, Posture};

@@ -21,7 +21,7 @@ use super::{Samples, TrainError};
 use crate::file::Unpacking;
 use crate::model::file::load_own_effects;
 use crate::model::fit::TrainedTerms;
-use crate::model::learned::{Architecture, Features, Layers, LearnedTerm, Scales};
+use crate::model::learned::{Architecture, Features, Layers, LearnedTerm, Positive, Scales};
 use crate::model::terms::Setting;
 use crate::model::{self, Fitted, Model, ModelError, Parameter, RigidBody, Term};
 use crate::network::Element;
@@ -59,6 +59,13 @@ pub struct Plan {
     /// nearer to the polynomial that a torque is in them, so that it bends less where it was not trained.
     #[serde(default = "typical")]
     pub smoothness: f64,
+    /// Whether a Cholesky factor keeps the mass matrix of a preset positive definite, as it always is in nature.
+    #[serde(default = "yes")]
+    pub cholesky: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn typical() -> f64 {
@@ -82,7 +89,13 @@ impl Plan {
             precision: Precision::F32,
             options: recipe.options(),
             smoothness: typical(),
+            cholesky: yes(),
         }
+    }
+
+    /// A model with the networks that this plan wants for presets.
+    pub fn shaped(&self, model: &Model) -> Model {
+        model.with_layers(&self.layers).with_positive(self.cholesky.then_some(Positive::PAPER))
     }
 
     /// This plan without what does not change the course of a run.

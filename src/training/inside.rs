@@ -168,6 +168,14 @@ impl Balance {
     }
 }
 
+impl Balance {
+    /// What became of the energy that this power \[W\] put in and that is not there: what was lost so far, at each sample \[J\].
+    pub fn lost(&self, power: &[f64], time: &[f64]) -> Vec<f64> {
+        let energy = |sample: usize| self.kinetic[sample] + self.potential[sample];
+        work(power, time).into_iter().enumerate().map(|(sample, put_in)| put_in - energy(sample) + energy(0)).collect()
+    }
+}
+
 /// Σ τ q̇ at each sample \[W\].
 pub fn power(torque: &Signals, run: &Trajectory) -> Vec<f64> {
     let at = |sample: usize| torque.at(sample).zip(run.qd.at(sample)).map(|(torque, velocity)| torque * velocity).sum();
@@ -248,5 +256,9 @@ mod tests {
         let last = run.len() - 1;
         let energy = balance.kinetic[last] - balance.kinetic[0] + balance.potential[last];
         assert!((gained[last] - energy).abs() < 1e-2, "{} J went in, {energy} J are there", gained[last]);
+        // A brake that takes 3 W is all that is lost.
+        let braked: Vec<f64> = power(&run.tau, run).into_iter().map(|power| power + 3.0).collect();
+        let (lost, seconds) = (balance.lost(&braked, &run.time)[last], run.time[last] - run.time[0]);
+        assert!((lost - 3.0 * seconds).abs() < 1e-2, "{lost} J in {seconds} s");
     }
 }

@@ -175,7 +175,7 @@ pub fn scale_to<E: Element>(architecture: &mut Architecture, samples: &Samples<E
     // Of a slow arm gravity makes the torque, which says nothing of its inertia.
     architecture.scales = Scales { velocity, acceleration, torque, inertia: Some(torque / acceleration.max(1.0)) };
     for term in &mut architecture.terms {
-        if let LearnedTerm::StructuredLagrangian { positive, .. } = term {
+        if let LearnedTerm::StructuredLagrangian { positive: Some(positive), .. } = term {
             *positive = Positive { shift: 0.0, floor: 1e-3, inertia: 0.0 };
         }
     }

@@ -71,7 +71,7 @@ impl Case {
         let layers = Layers { hidden, activation };
         let positive =
             Positive { shift: number("cfg_shift"), floor: number("cfg_eps_L"), inertia: number("cfg_eps_H") };
-        let structured = LearnedTerm::StructuredLagrangian { layers: layers.clone(), positive };
+        let structured = LearnedTerm::StructuredLagrangian { layers: layers.clone(), positive: Some(positive) };
         let feed_forward = |penalty| LearnedTerm::FeedForward { layers: layers.clone(), penalty };
         let terms = match name.split('_').next().unwrap() {
             "structured" => vec![structured],

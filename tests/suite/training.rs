@@ -48,7 +48,7 @@ fn architectures() -> Vec<Architecture> {
         joints: 3,
         features: Features::Raw,
         terms: vec![
-            LearnedTerm::StructuredLagrangian { layers: layers(Activation::Tanh), positive },
+            LearnedTerm::StructuredLagrangian { layers: layers(Activation::Tanh), positive: Some(positive) },
             LearnedTerm::Columns { names: vec!["spring".into(), "payload".into()] },
         ],
         scales,
@@ -59,6 +59,9 @@ fn architectures() -> Vec<Architecture> {
             ..preset.architecture(joints, &layers(Activation::Tanh))
         });
     }
+    let free = LearnedPreset::StructuredDelan.architecture(2, &layers(Activation::Tanh));
+    let terms = free.terms.into_iter().map(|term| term.with_positive(None)).collect();
+    all.push(Architecture { joints: 2, features: Features::CosSin, terms, scales });
     all.push(Architecture { joints: 1, ..LearnedPreset::DelanFriction.architecture(1, &layers(Activation::Tanh)) });
     all
 }
@@ -119,6 +122,49 @@ fn every_gradient_is_that_of_finite_differences() {
             layout.write(block, &values, &mut flat);
         }
     }
+}
+
+/// An arm a thousand times as heavy has the same loss with the same weights: a penalty in squared N m would drown its errors.
+#[test]
+fn the_penalty_on_epsilon_has_no_unit() {
+    let loss = |heavier: f64| {
+        let scales = Scales { torque: heavier, inertia: Some(heavier), ..Scales::default() };
+        let architecture =
+            Architecture { scales, ..LearnedPreset::DelanFfnn.architecture(2, &layers(Activation::Tanh)) };
+        let program = loss_program::<f64>(&architecture);
+        let flat = weights(program.layout(), 3);
+        let mut arena = program.arena();
+        for (row, values) in program.input(&mut arena, 0).chunks_exact_mut(TILE).enumerate() {
+            // q, q̇ and q̈ of two joints come first, their torque then.
+            let size = if (6..8).contains(&row) { heavier } else { 1.0 };
+            values.iter_mut().enumerate().for_each(|(i, value)| *value = size * ((row * TILE + i) as f64).sin());
+        }
+        program.input(&mut arena, WEIGHT_INPUT).fill(1.0 / (heavier * heavier));
+        program.input(&mut arena, SHARE_INPUT).fill(1.0);
+        program.run(f64::kernels(), &flat, &mut arena, &mut vec![0.0; flat.len()]);
+        program.output(&arena, 0).iter().sum::<f64>()
+    };
+    assert!((loss(1000.0) / loss(1.0) - 1.0).abs() < 1e-9, "{} is not {}", loss(1000.0), loss(1.0));
+}
+
+/// Friction is what no Lagrangian has: ε is there to learn it.
+#[test]
+fn epsilon_learns_the_friction_that_a_lagrangian_can_not() {
+    let motion = Excitation::PaperPointToPoint { trajectories: 20, duration: 4.0, samples: 100, range: 2.0 };
+    let mut arm = Arm::uniform(1);
+    arm.links[0].mass = 8.0;
+    let mut scenario = Scenario { arm, motion, ..Scenario::paper(4) };
+    scenario.hide("viscous-friction", Some(0), vec![8.0]);
+    let recording = simulate(&scenario, &Monitor::new()).unwrap();
+    let split = Split::automatic(&recording);
+    let plan = Plan { options: Options { epochs: 40, batch: 50, ..Options::ours() }, ..Plan::default() };
+    let error = |preset| {
+        let model = Preset::Learned(preset).model(&recording).unwrap().with_layers(&layers(Activation::Tanh));
+        let trained = fit(&model, &recording, &split, &plan, None, &Monitor::new(), &mut |_| {}).unwrap();
+        trained.history.last().unwrap().validation.unwrap()
+    };
+    let (alone, beside) = (error(LearnedPreset::StructuredDelan), error(LearnedPreset::DelanFfnn));
+    assert!(beside < 0.2 * alone, "{beside} with ε, {alone} without");
 }
 
 #[test]

@@ -28,7 +28,7 @@ use torquescope::app::screens::{
 };
 use torquescope::app::{About, Order, Shown, theme};
 use torquescope::session::{Command, Session};
-use torquescope::simulation::{Excitation, Scenario};
+use torquescope::simulation::{Excitation, Level, Scenario};
 
 fn click(window: &mut Window, name: &str) {
     window.get_by_role_and_label(Role::Button, name).scroll_to_me();
@@ -503,6 +503,11 @@ fn a_mystery_is_drawn() {
     let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
     click(&mut window, "Draw a mystery");
     assert_eq!(window.state().session().recording.as_ref().unwrap().name, "mystery 7");
+    window.get_by_role_and_label(Role::ComboBox, "Level").click();
+    window.run_steps(3);
+    click(&mut window, "easy");
+    click(&mut window, "Draw a mystery");
+    assert_eq!(window.state().session().recording.as_ref().unwrap().name, "mystery 8 (easy)");
 }
 
 /// Types a number into a field, as a user would: Tab to it, type, Enter.

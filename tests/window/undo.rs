@@ -79,6 +79,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (demonstration(), Command::Restore { path: saved }),
         (diagnosed(), Command::SetRight(vec!["sign-torque@1".parse().unwrap()])),
         (diagnosed(), Command::Simulate(Box::new(Scenario { seed: 5, ..Scenario::embedded() }))),
+        (diagnosed(), Command::DrawMystery { level: Level::Hard, seed: 2 }),
         (diagnosed(), Command::ChoosePreset(Preset::StatedArm)),
         (small(), Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan: plan() }),
         (trained(), Command::Train { plan: plan(), warm: false }),
@@ -105,7 +106,8 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     ];
     for (_, command) in &all {
         match command {
-            Command::Open { .. } | Command::Restore { .. } | Command::Simulate(_) | Command::ChoosePreset(_) => (),
+            Command::Open { .. } | Command::Restore { .. } | Command::Simulate(_) | Command::DrawMystery { .. } => (),
+            Command::ChoosePreset(_) => (),
             Command::TrainPreset { .. } | Command::Train { .. } | Command::TrainSeeds { .. } | Command::Resume(_) => (),
             Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. } | Command::Make { .. } => (),
             Command::SetRight(_)

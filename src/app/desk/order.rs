@@ -32,7 +32,7 @@ pub enum Order {
     Pause(bool),
     /// Between light and dark.
     ToggleTheme,
-    /// Simulate an arm whose hidden effect is drawn by the next seed.
+    /// Simulate an arm in which something is hidden by the next seed.
     DrawMystery,
     /// Choose what is to be trained.
     PlanTraining(Preset),

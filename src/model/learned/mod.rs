@@ -81,12 +81,13 @@ impl Default for Layers {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LearnedTerm {
-    /// L = ½ q̇ᵀ H(q) q̇ − V(q) with H = L Lᵀ + ε I from a network for the lower triangle L, and a network for V.
+    /// L = ½ q̇ᵀ H(q) q̇ − V(q) with H = C Cᵀ + ε I from a network for the lower triangle C, and a network for V.
     StructuredLagrangian {
         /// Of both networks.
         layers: Layers,
-        /// How the diagonal of L is kept positive, and H away from zero.
-        positive: Positive,
+        /// How the diagonal of C is kept positive, and H away from zero. `None`: H = C + Cᵀ, which nothing keeps positive
+        /// definite; only who wants to see what becomes of that asks for it.
+        positive: Option<Positive>,
     },
     /// One network for L(q, q̇).
     BlackBoxLagrangian {
@@ -97,7 +98,7 @@ pub enum LearnedTerm {
     FeedForward {
         /// Of the network.
         layers: Layers,
-        /// λ: the loss grows by λ‖τ‖² of this term; 0 for none.
+        /// λ: the loss grows by λ‖τ / scale‖² of this term; 0 for none.
         penalty: f64,
     },
     /// Stribeck friction of each joint, its coefficients trained: (τ_c + τ_s e^(−(q̇/v_s)²)) sign q̇ + d q̇.
@@ -109,13 +110,13 @@ pub enum LearnedTerm {
     },
 }
 
-/// L_ii = softplus(o + shift) + floor, H = L Lᵀ + inertia · I.
+/// C_ii = softplus(o + shift) + floor, H = C Cᵀ + inertia · I.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Positive {
     /// Added before the softplus.
     pub shift: f64,
-    /// Smallest diagonal entry of L.
+    /// Smallest diagonal entry of C.
     pub floor: f64,
     /// Added to the diagonal of H \[kg m²\].
     pub inertia: f64,
@@ -195,7 +196,7 @@ impl LearnedPreset {
     /// The preset's terms, with the paper's definitions and λ = 0.1 (the paper prints none).
     pub fn architecture(self, joints: usize, layers: &Layers) -> Architecture {
         let layers = || layers.clone();
-        let structured = || LearnedTerm::StructuredLagrangian { layers: layers(), positive: Positive::PAPER };
+        let structured = || LearnedTerm::StructuredLagrangian { layers: layers(), positive: Some(Positive::PAPER) };
         let terms = match self {
             LearnedPreset::FfNn => vec![LearnedTerm::FeedForward { layers: layers(), penalty: 0.0 }],
             LearnedPreset::BlackBoxDelan => vec![LearnedTerm::BlackBoxLagrangian { layers: layers() }],
@@ -280,6 +281,14 @@ impl LearnedTerm {
         }
         self
     }
+
+    /// This term with another way to keep H positive definite, or none, if it has an H.
+    pub fn with_positive(mut self, other: Option<Positive>) -> Self {
+        if let LearnedTerm::StructuredLagrangian { positive, .. } = &mut self {
+            *positive = other;
+        }
+        self
+    }
 }
 
 impl Architecture {
@@ -306,7 +315,9 @@ impl Architecture {
                 return Err(ArchitectureError::Width(*width));
             }
             let (floor, inertia, penalty) = match term {
-                LearnedTerm::StructuredLagrangian { positive, .. } => (positive.floor, positive.inertia, 0.0),
+                LearnedTerm::StructuredLagrangian { positive: Some(positive), .. } => {
+                    (positive.floor, positive.inertia, 0.0)
+                }
                 LearnedTerm::FeedForward { penalty, .. } => (0.0, 0.0, *penalty),
                 _ => (0.0, 0.0, 0.0),
             };

@@ -19,7 +19,8 @@ pub struct Built {
     pub torque: Node,
     /// What the Lagrangian term has inside, if there is one.
     pub lagrangian: Option<LagrangianNodes>,
-    /// (λ, torque) of a term that the loss penalises.
+    /// (λ, what the network gives) of a term that the loss penalises: its torque before it is scaled, so that a penalty means the
+    /// same in every unit.
     pub penalised: Option<(f64, Node)>,
 }
 
@@ -88,11 +89,10 @@ impl Architecture {
                     let qdd = graph.scale(1.0 / self.scales.acceleration, motion.qdd);
                     let input = graph.stack(&[features, qd, qdd]);
                     let output = dense(&mut graph, name, input, &layers.hidden, n, layers.activation);
-                    let torque = graph.scale(self.scales.torque, output);
                     if *penalty > 0.0 {
-                        penalised = Some((*penalty, torque));
+                        penalised = Some((*penalty, output));
                     }
-                    torque
+                    graph.scale(self.scales.torque, output)
                 }
                 LearnedTerm::Friction => {
                     let torque = friction(&mut graph, motion.qd);
@@ -149,18 +149,39 @@ fn neighbour_sums(graph: &mut Graph, q: Node) -> Node {
     graph.stack(&sums)
 }
 
-/// L = ½‖Lᵀq̇‖² + ½ ε ‖q̇‖² − V, equation (5) of the paper. `seen` is what the networks of H and V see.
+/// L = ½ q̇ᵀ H q̇ − V, equation (5) of the paper. `seen` is what the networks of H and V see.
 fn structured(
     graph: &mut Graph,
     seen: [Node; 2],
     motion: Motion,
     layers: &Layers,
-    positive: Positive,
+    positive: Option<Positive>,
     scales: Scales,
 ) -> LagrangianNodes {
     let n = graph.features(motion.qd);
     let size = n * (n + 1) / 2;
     let o = dense(graph, "mass_matrix", seen[0], &layers.hidden, size, layers.activation);
+    let scale = scales.inertia.unwrap_or(scales.torque);
+    let kinetic = match positive {
+        Some(positive) => positive_energy(graph, o, motion.qd, positive, scale),
+        None => {
+            // ½ q̇ᵀ (C + Cᵀ) q̇
+            let product = graph.lower(o, motion.qd, true);
+            let product = graph.mul(motion.qd, product);
+            let sum = graph.sum_features(product);
+            graph.scale(scale, sum)
+        }
+    };
+    let v = dense(graph, "potential_energy", seen[1], &layers.hidden, 1, layers.activation);
+    let potential = graph.scale(scales.torque, v);
+    let lagrangian = graph.sub(kinetic, potential);
+    let torque = graph.euler_lagrange(lagrangian, motion.q, motion.qd, motion.qdd);
+    LagrangianNodes { lagrangian, potential: Some(potential), torque }
+}
+
+/// ½ scale ‖Cᵀq̇‖² + ½ ε ‖q̇‖², where `o` holds the diagonal of C before it is made positive, then the rest of it.
+fn positive_energy(graph: &mut Graph, o: Node, qd: Node, positive: Positive, scale: f64) -> Node {
+    let (n, size) = (graph.features(qd), graph.features(o));
     let diagonal = graph.rows(o, 0, n);
     let shifted = graph.shift(positive.shift, diagonal);
     let soft = graph.apply(Function::Softplus, shifted);
@@ -171,21 +192,17 @@ fn structured(
     } else {
         diagonal
     };
-    let half_momentum = graph.lower(triangle, motion.qd, true);
+    let half_momentum = graph.lower(triangle, qd, true);
     let square = graph.mul(half_momentum, half_momentum);
     let sum = graph.sum_features(square);
-    let mut kinetic = graph.scale(0.5 * scales.inertia.unwrap_or(scales.torque), sum);
-    if positive.inertia > 0.0 {
-        let square = graph.mul(motion.qd, motion.qd);
-        let sum = graph.sum_features(square);
-        let floor = graph.scale(0.5 * positive.inertia, sum);
-        kinetic = graph.add(kinetic, floor);
+    let kinetic = graph.scale(0.5 * scale, sum);
+    if positive.inertia == 0.0 {
+        return kinetic;
     }
-    let v = dense(graph, "potential_energy", seen[1], &layers.hidden, 1, layers.activation);
-    let potential = graph.scale(scales.torque, v);
-    let lagrangian = graph.sub(kinetic, potential);
-    let torque = graph.euler_lagrange(lagrangian, motion.q, motion.qd, motion.qdd);
-    LagrangianNodes { lagrangian, potential: Some(potential), torque }
+    let square = graph.mul(qd, qd);
+    let sum = graph.sum_features(square);
+    let floor = graph.scale(0.5 * positive.inertia, sum);
+    graph.add(kinetic, floor)
 }
 
 /// (τ_C + τ_S exp(−q̇² / v)) sign q̇ + d q̇ for each joint, equation (12) of the paper with the sign of a motor's torque; v = e^(log v)

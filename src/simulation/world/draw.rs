@@ -20,6 +20,8 @@ use crate::simulation::{self, Draw, Excitation, SimulationError};
 const TRIES: usize = 40;
 /// Shares of the joint's torque of what is there to be found.
 const STRONG: [f64; 2] = [0.05, 0.2];
+/// Samples in a second of a mystery.
+const MYSTERY_RATE: f64 = 250.0;
 /// Shares of what every robot has besides.
 const WEAK: [f64; 2] = [0.003, 0.01];
 
@@ -120,30 +122,74 @@ const OUTSIDE: &[Maker] = &[
 /// # Errors
 /// [`SimulationError`] if no part fits the motion that was drawn, which no seed tried so far brought about.
 pub fn draw(seed: u64, class: Class) -> Result<Scenario, SimulationError> {
-    let mut random = Draws::new(seed, Draw::World as u64);
-    let mut scenario = bare(seed, &mut random);
-    let course = Course::along(&scenario.arm, &course(&scenario)?);
-    let mut add = |makers, count, strength: [f64; 2], random: &mut Draws| {
-        (0..count).try_for_each(|_| {
-            let part = fitting(makers, strength, &course, &scenario, random)?;
-            scenario.parts.push(part);
-            Ok::<(), SimulationError>(())
-        })
-    };
+    let mut drawn = Drawn::new(seed)?;
     match class {
         Class::None => {}
-        Class::Single => add(FINDABLE, 1, STRONG, &mut random)?,
-        Class::Several => add(FINDABLE, 2 + random.one_of(2), STRONG, &mut random)?,
+        Class::Single => drawn.add(FINDABLE, 1, STRONG)?,
+        Class::Several => {
+            let count = 2 + drawn.random.one_of(2);
+            drawn.add(FINDABLE, count, STRONG)?;
+        }
         Class::Realistic => {
-            add(FINDABLE, 1 + random.one_of(2), STRONG, &mut random)?;
-            add(COMMON, 4 + random.one_of(5), WEAK, &mut random)?;
+            let count = 1 + drawn.random.one_of(2);
+            drawn.add(FINDABLE, count, STRONG)?;
+            drawn.add_common()?;
         }
         Class::Unknown => {
-            add(OUTSIDE, 1, STRONG, &mut random)?;
-            add(&COMMON[..1], random.one_of(2), STRONG, &mut random)?;
+            drawn.add(OUTSIDE, 1, STRONG)?;
+            let count = drawn.random.one_of(2);
+            drawn.add(&COMMON[..1], count, STRONG)?;
         }
     }
+    Ok(drawn.scenario)
+}
+
+/// One effect of the catalogue among four to eight weak ones, in a world that the seed draws; its first part is that one. It is
+/// logged no faster than somebody wants to wait for an answer.
+///
+/// # Errors
+/// As [`draw`].
+pub fn mystery(seed: u64) -> Result<Scenario, SimulationError> {
+    let mut drawn = Drawn::new(seed)?;
+    drawn.add(FINDABLE, 1, STRONG)?;
+    drawn.add_common()?;
+    let mut scenario = drawn.scenario;
+    if let Excitation::MultiSine { rate, .. } | Excitation::Stops { rate, .. } = &mut scenario.motion {
+        *rate = MYSTERY_RATE;
+    }
     Ok(scenario)
+}
+
+/// A world that is being drawn.
+struct Drawn {
+    scenario: Scenario,
+    course: Course,
+    random: Draws,
+}
+
+impl Drawn {
+    /// With nothing hidden.
+    fn new(seed: u64) -> Result<Self, SimulationError> {
+        let mut random = Draws::new(seed, Draw::World as u64);
+        let scenario = bare(seed, &mut random);
+        let course = Course::along(&scenario.arm, &course(&scenario)?);
+        Ok(Drawn { scenario, course, random })
+    }
+
+    /// So many parts more.
+    fn add(&mut self, makers: &[Maker], count: usize, strength: [f64; 2]) -> Result<(), SimulationError> {
+        for _ in 0..count {
+            let part = fitting(makers, strength, &self.course, &self.scenario, &mut self.random)?;
+            self.scenario.parts.push(part);
+        }
+        Ok(())
+    }
+
+    /// What every robot has a little of.
+    fn add_common(&mut self) -> Result<(), SimulationError> {
+        let count = 4 + self.random.one_of(5);
+        self.add(COMMON, count, WEAK)
+    }
 }
 
 /// Arm, motion and sensors, with nothing hidden.

@@ -30,7 +30,7 @@ mod transmission;
 
 use serde::{Deserialize, Serialize};
 
-pub use draw::{Class, draw};
+pub use draw::{Class, draw, mystery};
 pub use part::Part;
 pub use sensors::{LoggedTorque, Sensors, Side};
 pub use servo::Servo;
@@ -130,6 +130,12 @@ impl Scenario {
             Some(joint) => Err(SimulationError::TwoGears { joint: joint + 1 }),
             None => Ok(()),
         }
+    }
+
+    /// What its parts are called, in their order; with parameters where the catalogue of effects has all of them.
+    pub fn hidden(&self) -> Vec<HiddenEffect> {
+        let hidden = |Name { effect, joint, parameters }| HiddenEffect { effect: effect.to_owned(), joint, parameters };
+        self.plan().hidden.into_iter().map(hidden).collect()
     }
 
     fn plan(&self) -> Plan {

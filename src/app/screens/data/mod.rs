@@ -11,7 +11,7 @@ mod start;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{Button, DragValue, RichText, TextEdit, Ui};
+use egui::{Button, ComboBox, DragValue, RichText, TextEdit, Ui};
 
 use simulate::Simulator;
 
@@ -31,6 +31,7 @@ use crate::recording::correction::Correction;
 use crate::recording::read::{READABLE, ReadOptions};
 use crate::recording::{JointKind, Origin, Recording};
 use crate::session::{Command, Session};
+use crate::simulation::Level;
 
 /// The screen's names and place.
 pub static ABOUT: About = About {
@@ -353,7 +354,19 @@ impl Data {
             });
         }
         widgets::card(ui, "Draw a mystery", |ui| {
-            widgets::weak(ui, "A three-joint arm with one hidden effect, drawn by a seed and sealed.");
+            let level = &mut self.simulator.level;
+            widgets::weak(ui, "An arm in which something is hidden, drawn by a seed and sealed.");
+            ui.horizontal(|ui| {
+                let label = ui.label("Level");
+                let chooser = ComboBox::from_id_salt("level of the mystery").selected_text(level.name());
+                let chooser = chooser.show_ui(ui, |ui| {
+                    for one in Level::ALL {
+                        ui.selectable_value(level, one, one.name()).on_hover_text(one.about());
+                    }
+                });
+                chooser.response.labelled_by(label.id);
+            });
+            widgets::weak(ui, widgets::sentence_case(&format!("{}.", level.about())));
             ui.horizontal(|ui| {
                 let label = ui.label("Seed");
                 ui.add(DragValue::new(&mut self.simulator.seed).range(0..=999_999)).labelled_by(label.id);

@@ -11,7 +11,7 @@ use crate::app::widgets;
 use crate::arm::{Arm, Link, MOST_JOINTS, Posture};
 use crate::effect::{Effect, Scope, registry};
 use crate::session::Command;
-use crate::simulation::{Excitation, Scenario, SimulationError};
+use crate::simulation::{Excitation, Level, Scenario, SimulationError};
 
 /// A link that is added.
 const NEW_LINK: Link = Link { mass: 1.0, length: 0.3, com: 0.15, inertia: 0.0075 };
@@ -23,6 +23,8 @@ const MOST_HIDDEN: usize = 6;
 pub struct Simulator {
     pub seed: u64,
     hidden: Vec<Hidden>,
+    /// How hard the mysteries are that it draws.
+    pub level: Level,
     arm: Arm,
     motion: Excitation,
     /// Steps of the encoders in a turn; 0 for exact positions.
@@ -47,7 +49,8 @@ impl Default for Hidden {
 impl Default for Simulator {
     fn default() -> Self {
         let Scenario { arm, motion, .. } = Scenario::embedded();
-        Simulator { seed: 7, hidden: vec![Hidden::default()], arm, motion, encoder_steps: 0, noise_percent: 2.0 }
+        let hidden = vec![Hidden::default()];
+        Simulator { seed: 7, level: Level::default(), hidden, arm, motion, encoder_steps: 0, noise_percent: 2.0 }
     }
 }
 
@@ -57,19 +60,16 @@ impl Simulator {
         widgets::card(ui, "Arm, motion and what is hidden", |ui| own(ui, desk, self));
     }
 
-    /// Simulates an arm whose hidden effect is drawn by the seed; the next time it is another one.
+    /// Simulates an arm in which something is hidden by level and seed; the next time it is another one.
     pub fn draw_mystery(&mut self) -> Order {
         let seed = self.seed;
         self.seed += 1;
-        match Scenario::mystery(seed) {
-            Ok(scenario) => Order::run(Command::Simulate(Box::new(scenario))),
-            Err(error) => failed(&error, "Try another seed."),
-        }
+        Order::run(Command::DrawMystery { level: self.level, seed })
     }
 }
 
-fn failed(error: &SimulationError, remedy: &str) -> Order {
-    Order::Tell(Notice::new(Tone::Error, format!("Nothing was simulated: {error}."), remedy))
+fn failed(error: &SimulationError) -> Order {
+    Order::Tell(Notice::new(Tone::Error, format!("Nothing was simulated: {error}."), ""))
 }
 
 fn own(ui: &mut Ui, desk: &mut Desk, wish: &mut Simulator) {
@@ -98,7 +98,7 @@ fn own(ui: &mut Ui, desk: &mut Desk, wish: &mut Simulator) {
     if ui.button("Simulate").clicked() {
         desk.orders.push(match scenario(wish) {
             Ok(scenario) => Order::run(Command::Simulate(Box::new(scenario))),
-            Err(error) => failed(&error, ""),
+            Err(error) => failed(&error),
         });
     }
 }

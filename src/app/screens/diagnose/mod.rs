@@ -18,7 +18,7 @@ use crate::app::screen::{Next, NextStep, Screen};
 use crate::app::screens::{ladder, residuals};
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
-use crate::app::{glossary, widgets};
+use crate::app::{glossary, math, widgets};
 use crate::diagnosis::presence::LIKELY;
 use crate::diagnosis::{Alternative, Candidate, MissingEffect, Report, Verdict};
 use crate::effect::Scope;
@@ -370,7 +370,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
     });
     let about = effect.effect;
     widgets::card(ui, "About this effect", |ui| {
-        ui.label(RichText::new(widgets::formula(about.formula)).monospace().color(palette.accent));
+        math::show(ui, about.typeset, &widgets::formula(about.formula), palette.accent);
         ui.label(about.description);
         widgets::weak(ui, format!("Looks like: {}", about.fingerprint));
         widgets::weak(ui, format!("What hides it: {}", about.absorbed));

@@ -126,9 +126,10 @@ fn lanes(term: &Term, place: usize, joints: usize) -> Vec<Lane> {
     let lagrange = || named("d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q", joints.to_string());
     match term {
         Term::RigidBody(_) | Term::Effect(_) => vec![lane(vec![named(&term.label(), String::new())])],
-        Term::Learned(LearnedTerm::StructuredLagrangian { layers, .. }) => {
+        Term::Learned(LearnedTerm::StructuredLagrangian { layers, positive }) => {
             let triangle = (joints * (joints + 1) / 2).to_string();
-            let mass = vec![named("L", triangle), named("H = L Lᵀ", format!("{joints}×{joints}")), lagrange()];
+            let matrix = if positive.is_some() { "H = C Cᵀ" } else { "H = C + Cᵀ" };
+            let mass = vec![named("C", triangle), named(matrix, format!("{joints}×{joints}")), lagrange()];
             let potential = vec![named("V", "1".to_owned()), named("∂V/∂q", joints.to_string())];
             let angles = || features(2 * joints, "cos q, sin q");
             vec![chain(angles(), layers, mass), chain(angles(), layers, potential)]

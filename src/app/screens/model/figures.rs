@@ -170,6 +170,8 @@ pub fn along_run(
     for (number, (name, of)) in kinds.into_iter().enumerate() {
         energy.push(line(name, Shared::of(balance, move |run| of(&run.own)), Ink::Series(number)));
     }
+    let lost: Vec<f64> = balance.own.lost(&balance.power[0], &recording.trajectories[run].time);
+    energy.push(line("lost so far: ∫ τ q̇ dt − T − V", lost.into(), Ink::Measured));
     let mut power = panel("power", "W");
     truth(&mut power, "truth of d(T + V)/dt", |balance| &balance.change, Ink::Series(0));
     for Other { name, ink, of } in others {

@@ -16,7 +16,7 @@ use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
-use crate::app::{glossary, widgets};
+use crate::app::{glossary, math, widgets};
 use crate::effect::{Effect, Scope, registry};
 use crate::figure::Panel;
 use crate::model::learned::LearnedTerm;
@@ -144,9 +144,9 @@ fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place:
                 edit(ui, true, "Remove", "Remove", TermEdit::Remove(place));
             }
         });
-        let (formula, description) = texts(term, recording);
-        ui.label(RichText::new(formula).monospace().color(palette.accent));
-        widgets::weak(ui, description);
+        let Told { tex, plain, text } = told(term, recording);
+        math::show(ui, &tex, &plain, palette.accent);
+        widgets::weak(ui, text);
         ui.add_space(2.0);
         for (joint, share) in shares.iter().enumerate().filter(|(_, share)| share.rms > 0.0) {
             ui.horizontal(|ui| {
@@ -180,47 +180,83 @@ fn parameters(ui: &mut Ui, place: usize, own: &[&Parameter]) {
     widgets::table(ui, &format!("parameters of term {place}"), &header, &rows);
 }
 
-/// Formula and what it means.
-fn texts(term: &Term, recording: &Recording) -> (String, String) {
-    let learned = |formula: &str, text: &str| (formula.to_owned(), text.to_owned());
+/// What is told of a term.
+struct Told {
+    /// Its formula in TeX.
+    tex: String,
+    /// The same in plain letters.
+    plain: String,
+    /// What it means.
+    text: String,
+}
+
+/// H(q), c and g of any rigid body.
+const BODY: [&str; 2] = [r"\tau = H(q)\,\ddot q + c(q, \dot q) + g(q)", "τ = H(q) q̈ + c(q, q̇) + g(q)"];
+
+fn told(term: &Term, recording: &Recording) -> Told {
+    let of = |[tex, plain]: [&str; 2], text: &str| Told { tex: tex.into(), plain: plain.into(), text: text.into() };
     match term {
         Term::RigidBody(RigidBody::Identified) => {
             let slides = recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic);
             match (&recording.chain, slides) {
-                (None, true) => learned("τ = M1 q̈", "A mass that slides; it is identified from the data."),
-                (None, false) => learned(
-                    "τ = H(q) q̈ + c(q, q̇) + g(q)",
-                    "Planar links; their base parameters are identified from the data.",
-                ),
-                (Some(_), _) => learned(
-                    "τ = H(q) q̈ + c(q, q̇) + g(q)",
+                (None, true) => {
+                    of([r"\tau = M_1\,\ddot q", "τ = M1 q̈"], "A mass that slides; it is identified from the data.")
+                }
+                (None, false) => of(BODY, "Planar links; their base parameters are identified from the data."),
+                (Some(_), _) => of(
+                    BODY,
                     "Links about the axes that are stated; their base parameters are identified from the data.",
                 ),
             }
         }
         Term::RigidBody(RigidBody::Stated(_)) => {
-            learned("τ = H(q) q̈ + c(q, q̇) + g(q)", "Planar links with the masses and lengths that the maker states.")
+            of(BODY, "Planar links with the masses and lengths that the maker states.")
         }
-        Term::Effect(term) => learned(&widgets::formula(term.effect.formula), term.effect.description),
-        Term::Learned(LearnedTerm::StructuredLagrangian { .. }) => learned(
-            "τ = d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q,  ℒ = ½ q̇ᵀ H(q) q̇ − V(q),  H = L Lᵀ",
-            "Two networks: the lower triangle of the mass matrix, and the potential energy.",
+        Term::Effect(term) => {
+            of([term.effect.typeset, &widgets::formula(term.effect.formula)], term.effect.description)
+        }
+        Term::Learned(LearnedTerm::StructuredLagrangian { positive: None, .. }) => of(
+            [
+                r"\tau = \frac{\mathrm d}{\mathrm dt}\frac{\partial \mathcal L}{\partial \dot q} - \frac{\partial \mathcal L}{\partial q},\quad \mathcal L = \tfrac12\,\dot q^{\mathsf T} H(q)\,\dot q - V(q),\quad H = C + C^{\mathsf T}",
+                "τ = d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q,  ℒ = ½ q̇ᵀ H(q) q̇ − V(q),  H = C + Cᵀ",
+            ],
+            "Two networks: a mass matrix that nothing keeps positive, and the potential energy.",
         ),
-        Term::Learned(LearnedTerm::BlackBoxLagrangian { .. }) => {
-            learned("τ = d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q", "One network for the Lagrangian ℒ(q, q̇).")
-        }
-        Term::Learned(LearnedTerm::FeedForward { penalty, .. }) if *penalty > 0.0 => {
-            (format!("τ = f(q, q̇, q̈), loss + {penalty} ‖f‖²"), "A network for what the rest can't explain.".to_owned())
-        }
-        Term::Learned(LearnedTerm::FeedForward { .. }) => {
-            learned("τ = f(q, q̇, q̈)", "One network from motion to torque, without physics.")
-        }
-        Term::Learned(LearnedTerm::Friction) => learned(
-            "τ = (τ_c + τ_s exp(−(q̇ / v_s)²)) sign(q̇) + d q̇",
+        // The Cholesky factor is C: L is the Lagrangian.
+        Term::Learned(LearnedTerm::StructuredLagrangian { .. }) => of(
+            [
+                r"\tau = \frac{\mathrm d}{\mathrm dt}\frac{\partial \mathcal L}{\partial \dot q} - \frac{\partial \mathcal L}{\partial q},\quad \mathcal L = \tfrac12\,\dot q^{\mathsf T} H(q)\,\dot q - V(q),\quad H = C\,C^{\mathsf T}",
+                "τ = d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q,  ℒ = ½ q̇ᵀ H(q) q̇ − V(q),  H = C Cᵀ",
+            ],
+            "Two networks: the lower triangle C of the mass matrix, and the potential energy.",
+        ),
+        Term::Learned(LearnedTerm::BlackBoxLagrangian { .. }) => of(
+            [
+                r"\tau = \frac{\mathrm d}{\mathrm dt}\frac{\partial \mathcal L}{\partial \dot q} - \frac{\partial \mathcal L}{\partial q}",
+                "τ = d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q",
+            ],
+            "One network for the Lagrangian ℒ(q, q̇).",
+        ),
+        Term::Learned(LearnedTerm::FeedForward { penalty, .. }) if *penalty > 0.0 => Told {
+            tex: format!(
+                r"\tau = \varepsilon(q, \dot q, \ddot q),\quad \mathrm{{loss}} + {penalty}\,\|\varepsilon\|^2"
+            ),
+            plain: format!("τ = ε(q, q̇, q̈), loss + {penalty} ‖ε‖²"),
+            text: "A network for what the rest can't explain.".to_owned(),
+        },
+        Term::Learned(LearnedTerm::FeedForward { .. }) => of(
+            [r"\tau = f(q, \dot q, \ddot q)", "τ = f(q, q̇, q̈)"],
+            "One network from motion to torque, without physics.",
+        ),
+        Term::Learned(LearnedTerm::Friction) => of(
+            [
+                r"\tau = \left(\tau_C + \tau_S\, e^{-(\dot q/v_s)^2}\right)\mathrm{sign}(\dot q) + d\,\dot q",
+                "τ = (τ_C + τ_S exp(−(q̇/v_s)²)) sign(q̇) + d q̇",
+            ],
             "Stribeck friction of each joint; its coefficients are trained.",
         ),
-        Term::Learned(LearnedTerm::Columns { names }) => {
-            (names.join(" + "), "Effects with trained factors.".to_owned())
+        Term::Learned(LearnedTerm::Columns { .. }) => {
+            of([r"\tau = \sum_k \theta_k\,\varphi_k", "τ = Σ θ φ"], "Effects with trained factors.")
         }
     }
 }
@@ -277,7 +313,8 @@ impl Terms {
             }
             let joints: Vec<usize> = (first..self.joints.len()).filter(|joint| self.joints[*joint]).collect();
             let possible = desk.busy.is_none() && (spec.scope == Scope::Arm || !joints.is_empty());
-            ui.label(RichText::new(widgets::formula(spec.formula)).monospace().color(Palette::in_ui(ui).accent));
+            let accent = Palette::in_ui(ui).accent;
+            math::show(ui, spec.typeset, &widgets::formula(spec.formula), accent);
             widgets::weak(ui, spec.description);
             let button = ui.add_enabled(possible, Button::new("Add this term"));
             if button.on_disabled_hover_text("Choose a joint").clicked() {

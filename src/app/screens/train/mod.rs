@@ -498,6 +498,8 @@ fn more_settings(ui: &mut Ui, plan: &mut Plan) {
         choice(ui, "Precision", &mut plan.precision, &[(Precision::F32, "single"), (Precision::F64, "double")]);
         choice(ui, "Quantities", &mut plan.normalise, &[(true, "scaled to data"), (false, "as they are")]);
         ui.end_row();
+        choice(ui, "Mass matrix", &mut plan.cholesky, &[(true, "positive"), (false, "any")]);
+        ui.end_row();
     });
 }
 

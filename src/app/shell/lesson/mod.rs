@@ -13,7 +13,7 @@ use super::frame::Shell;
 use crate::app::desk::{About, Desk, Order};
 use crate::app::screens;
 use crate::app::theme::{GAP, HEADLINE, Palette, SMALL, TITLE};
-use crate::app::widgets;
+use crate::app::{math, widgets};
 use crate::lesson::grade::{Grade, grade};
 use crate::lesson::{Act, Course, Lesson, Stage, Step, Task};
 use crate::session::study::{Pose, Study};
@@ -171,10 +171,19 @@ fn stage_text(stage: Stage) -> &'static str {
     }
 }
 
-/// Text in which an empty line is a gap, and a line break is none.
+/// Text in which an empty line is a gap, and a line break is none; what stands between `$$` is a formula.
 fn paragraphs(ui: &mut Ui, text: &str) {
     for paragraph in text.trim().split("\n\n") {
-        ui.label(paragraph.replace('\n', " "));
+        let formula = paragraph.trim().strip_prefix("$$").and_then(|rest| rest.strip_suffix("$$"));
+        match formula {
+            Some(tex) => {
+                let color = Palette::in_ui(ui).text;
+                ui.vertical_centered(|ui| math::show(ui, tex.trim(), tex.trim(), color));
+            }
+            None => {
+                ui.label(paragraph.replace('\n', " "));
+            }
+        }
         ui.add_space(6.0);
     }
 }
