@@ -13,7 +13,7 @@ use crate::figure::Panel;
 use crate::recording::{JointKind, Recording};
 use crate::session::{Generation, Session, Step};
 use crate::statistics::ends;
-use crate::training::inside::{Balance, Inside, Slice};
+use crate::training::inside::{Balance, Fall, Inside, Slice};
 
 /// Height of a chart \[points\].
 const CHART: f32 = 200.0;
@@ -27,6 +27,8 @@ pub struct Wish {
     posture: Vec<f64>,
     /// With which velocities c is asked for \[rad/s or m/s\].
     velocity: Vec<f64>,
+    /// Whether the arm was let go.
+    falls: bool,
 }
 
 /// The model over a slice, and the truth.
@@ -59,6 +61,31 @@ impl Question for Sliced {
         let truth = session.truth.as_ref().map(|truth| Inside::of_arm(&truth.arm, &slice)).transpose();
         let truth = truth.map_err(|error| error.to_string())?;
         Ok(OverSlice { own: Inside::of_model(&step.fitted, &slice).map_err(|error| error.to_string())?, truth })
+    }
+}
+
+/// The arm of the model let go in this posture, and the truth.
+#[derive(Clone, PartialEq)]
+pub struct Falling {
+    model: Generation,
+    posture: Vec<f64>,
+}
+
+/// What [`Falling`] is answered with.
+pub struct Falls {
+    pub own: Fall,
+    /// Once the seal is open.
+    pub truth: Option<Fall>,
+}
+
+impl Question for Falling {
+    type Answer = Falls;
+
+    fn answer(&self, session: &Session) -> Result<Falls, String> {
+        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        let truth = session.truth.as_ref().map(|truth| Fall::of_arm(&truth.arm, &self.posture)).transpose();
+        let truth = truth.map_err(|error| error.to_string())?;
+        Ok(Falls { own: Fall::of_model(&step.fitted, &self.posture).map_err(|error| error.to_string())?, truth })
     }
 }
 
@@ -117,6 +144,16 @@ impl Wish {
                 other => waiting(ui, other.and_then(Result::err)),
             }
         });
+        widgets::card(ui, "Let go", |ui| {
+            ui.checkbox(&mut self.falls, "Let the arm go at rest in this posture, without motors and friction");
+            if self.falls {
+                let posture = self.question(&recording, &step, desk.focus.joint_of(&recording)).posture;
+                match desk.memo.later(ui.ctx(), desk.session, Falling { model: step.generation, posture }) {
+                    Some(Ok(fall)) => charts(ui, desk, vec![figures::falling(&recording, &fall)]),
+                    other => waiting(ui, other.and_then(Result::err)),
+                }
+            }
+        });
         widgets::card(ui, "Along a run", |ui| {
             ui.horizontal_wrapped(|ui| controls::trajectory(ui, desk));
             let trajectory = desk.focus.trajectory;
@@ -163,6 +200,11 @@ impl Wish {
         let joint = desk.focus.joint_of(&recording);
         let slice = desk.memo.now(desk.session, self.question(&recording, &step, joint));
         let mut panels = slice.map_or_else(|_| Vec::new(), |slice| figures::over_slice(&recording, joint, &slice));
+        if self.falls {
+            let posture = self.question(&recording, &step, joint).posture;
+            let fall = desk.memo.now(desk.session, Falling { model: step.generation, posture });
+            panels.extend(fall.iter().map(|fall| figures::falling(&recording, fall)));
+        }
         let trajectory = desk.focus.trajectory;
         let run = desk.memo.now(desk.session, Balanced { model: step.generation, trajectory });
         panels.extend(run.iter().flat_map(|run| figures::along_run(&recording, trajectory, run)));
