@@ -5,7 +5,7 @@
 //! H(q) eⱼ is the inertial torque of the acceleration eⱼ, ½ q̇ᵀ H q̇ that of the acceleration q̇ times ½ q̇, and V is the work
 //! against gravity.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{TrainError, components};
 use crate::arm::Arm;
@@ -17,6 +17,12 @@ use crate::signals::Signals;
 const PLACES: usize = 181;
 /// Time between the samples of a motion that is only made to ask the model \[s\].
 const STEP: f64 = 0.01;
+
+/// How long an arm is watched that was let go, and in which steps.
+const FALL_STEPS: usize = 375;
+const FALL_STEP: f64 = 0.004;
+/// No arm falls as fast as this \[rad/s\].
+const RUNS_AWAY: f64 = 200.0;
 
 /// One joint goes from here to there, the others stand.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,27 +118,88 @@ impl Slice {
         (0..PLACES).map(|place| from + (to - from) * place as f64 / (PLACES - 1) as f64).collect()
     }
 
-    /// At each place a unit acceleration of each joint at rest, then the velocities without acceleration.
     fn motion(&self) -> Result<Trajectory, TrainError> {
-        let (n, places) = (self.posture.len(), self.places());
-        let asked = n + 1;
-        let count = places.len() * asked;
-        let signal = |value: &dyn Fn(usize, usize, usize) -> f64| {
-            Signals::from_fn(n, count, |joint, sample| value(joint, sample / asked, sample % asked))
+        let posture = |place: f64| {
+            let mut posture = self.posture.clone();
+            posture[self.joint] = place;
+            posture
         };
-        let posture =
-            |joint: usize, place: usize| if joint == self.joint { places[place] } else { self.posture[joint] };
-        Ok(Trajectory::new(
-            "slice",
-            Channels {
-                time: (0..count).map(|sample| sample as f64 * STEP).collect(),
-                q: signal(&|joint, place, _| posture(joint, place)),
-                qd: signal(&|joint, _, asked| if asked == n { self.velocity[joint] } else { 0.0 }),
-                qdd: signal(&|joint, _, asked| if asked == joint { 1.0 } else { 0.0 }),
-                tau: Signals::zeros(n, count),
-            },
-        )?)
+        questions(&self.places().into_iter().map(posture).collect::<Vec<_>>(), &self.velocity)
     }
+}
+
+/// In each posture a unit acceleration of each joint at rest, then the velocities without acceleration.
+fn questions(postures: &[Vec<f64>], velocity: &[f64]) -> Result<Trajectory, TrainError> {
+    let n = velocity.len();
+    let asked = n + 1;
+    let count = postures.len() * asked;
+    let signal = |value: &dyn Fn(usize, usize, usize) -> f64| {
+        Signals::from_fn(n, count, |joint, sample| value(joint, sample / asked, sample % asked))
+    };
+    Ok(Trajectory::new(
+        "questions",
+        Channels {
+            time: (0..count).map(|sample| sample as f64 * STEP).collect(),
+            q: signal(&|joint, place, _| postures[place][joint]),
+            qd: signal(&|joint, _, asked| if asked == n { velocity[joint] } else { 0.0 }),
+            qdd: signal(&|joint, _, asked| if asked == joint { 1.0 } else { 0.0 }),
+            tau: Signals::zeros(n, count),
+        },
+    )?)
+}
+
+/// An arm that is let go at rest: it falls as its H, c and g say, without motors and friction. It ends early if it runs away.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fall {
+    /// \[s\]
+    pub time: Vec<f64>,
+    /// Positions \[rad or m\], one signal for each joint.
+    pub q: Signals,
+}
+
+impl Fall {
+    /// Of a model.
+    ///
+    /// # Errors
+    /// [`TrainError`] if the posture is of another arm.
+    pub fn of_model(fitted: &Fitted, posture: &[f64]) -> Result<Self, TrainError> {
+        Self::by(posture, |motion| parts_of_model(fitted, motion))
+    }
+
+    /// Of an arm that is known.
+    ///
+    /// # Errors
+    /// [`TrainError`] if the posture is of another arm.
+    pub fn of_arm(arm: &Arm, posture: &[f64]) -> Result<Self, TrainError> {
+        Self::by(posture, |motion| Ok(parts_of_arm(arm, motion)))
+    }
+
+    /// By steps that take the new velocity for the way, which neither feed nor brake it much.
+    fn by(posture: &[f64], parts: impl Fn(&Trajectory) -> Result<Parts, TrainError>) -> Result<Self, TrainError> {
+        let (mut q, mut qd) = (posture.to_vec(), vec![0.0; posture.len()]);
+        let mut passed = vec![q.clone()];
+        for _ in 0..FALL_STEPS {
+            let parts = parts(&questions(&[q.clone()], &qd)?)?;
+            let Some(acceleration) = free_acceleration(&parts, q.len()) else { break };
+            for (joint, acceleration) in acceleration.into_iter().enumerate() {
+                qd[joint] += FALL_STEP * acceleration;
+                q[joint] += FALL_STEP * qd[joint];
+            }
+            if qd.iter().any(|speed| speed.is_nan() || speed.abs() >= RUNS_AWAY) {
+                break;
+            }
+            passed.push(q.clone());
+        }
+        let time = (0..passed.len()).map(|step| step as f64 * FALL_STEP).collect();
+        Ok(Fall { time, q: Signals::from_fn(q.len(), passed.len(), |joint, step| passed[step][joint]) })
+    }
+}
+
+/// −H⁻¹ (c + g), as one posture was asked for; `None` if H has no inverse.
+fn free_acceleration([inertial, coriolis, gravity]: &Parts, n: usize) -> Option<Vec<f64>> {
+    let mass = DMatrix::from_fn(n, n, |row, column| inertial[row][column]);
+    let torque = DVector::from_fn(n, |joint, _| -coriolis[joint][n] - gravity[joint][n]);
+    mass.lu().solve(&torque).map(|acceleration| acceleration.as_slice().to_vec())
 }
 
 impl Balance {
@@ -221,6 +288,20 @@ mod tests {
 
     fn close(one: &[f64], other: &[f64], tolerance: f64) -> bool {
         one.len() == other.len() && one.iter().zip(other).all(|(one, other)| (one - other).abs() < tolerance)
+    }
+
+    /// A rod that hangs from its joint and is let go at its side swings like the pendulum of its length.
+    #[test]
+    fn an_arm_that_is_let_go_swings() {
+        let arm = Arm::uniform(1);
+        let down = -std::f64::consts::FRAC_PI_2 - arm.posture.zero_angle;
+        let fall = Fall::of_arm(&arm, &[down + 0.1]).unwrap();
+        // A uniform rod of 1 m: ω² = 3 g / (2 l).
+        let omega = (1.5 * arm.gravity).sqrt();
+        for (time, q) in fall.time.iter().zip(&fall.q[0]) {
+            assert!((q - down - 0.1 * (omega * time).cos()).abs() < 4e-3, "{q} at {time} s");
+        }
+        assert_eq!(fall.time.len(), FALL_STEPS + 1);
     }
 
     /// A body that is identified from exact data is the arm, which knows its mass matrix and energies by formulas of its own.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::diagram;
-use super::inside::{AlongRun, Other, OverSlice, OverVelocity, unit_of_mass};
+use super::inside::{AlongRun, Falls, Other, OverSlice, OverVelocity, unit_of_mass};
 use super::share::Share;
 use crate::app::desk::time_extent;
 use crate::app::plot::{Along, series};
@@ -12,7 +12,7 @@ use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::model::Term;
 use crate::recording::{Joint, Recording};
 use crate::session::Step;
-use crate::training::inside::{Balance, Inside};
+use crate::training::inside::{Balance, Fall, Inside};
 
 /// Width for which the drawing of the structure is laid out \[points\].
 const WIDTH: f64 = 760.0;
@@ -134,6 +134,25 @@ pub fn friction(
         panel.with(curve(&step.name, own, |of, joint| &of.curves[joint].model, Ink::Predicted))
     };
     recording.joints.iter().enumerate().map(panel).collect()
+}
+
+/// Positions of an arm that was let go, each beside the truth.
+pub fn falling(recording: &Arc<Recording>, falls: &Falls) -> Panel {
+    let [unit, ..] = recording.units();
+    let mut panel = Panel::new("let go", [Axis::new("time since then", "s"), Axis::new("position", &unit)]);
+    let line = |fall: &Fall, joint: usize, name: &str| {
+        Line::new(name, Shared::from(fall.time.clone()), Shared::from(fall.q[joint].to_vec()), Ink::Series(joint))
+    };
+    for joint in 0..recording.joint_count() {
+        if let Some(truth) = &falls.truth {
+            let name = if joint == 0 { "truth" } else { "" };
+            panel.push(line(truth, joint, name).width(STRONG).opacity(PALE).dash(&[]));
+        }
+    }
+    for (joint, info) in recording.joints.iter().enumerate() {
+        panel.push(line(&falls.own, joint, &info.name));
+    }
+    panel
 }
 
 /// Energy over time, and where the power goes, each beside the truth and what other models have.

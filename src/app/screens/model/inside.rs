@@ -18,7 +18,7 @@ use crate::signals::Signals;
 use crate::simulation::TrueParts;
 use crate::statistics::ends;
 use crate::training::friction::{self, FrictionCurve};
-use crate::training::inside::{Balance, Inside, Slice};
+use crate::training::inside::{Balance, Fall, Inside, Slice};
 
 /// Height of a chart \[points\].
 const CHART: f32 = 200.0;
@@ -42,6 +42,8 @@ pub struct Wish {
     posture: Vec<f64>,
     /// With which velocities c is asked for \[rad/s or m/s\].
     velocity: Vec<f64>,
+    /// Whether the arm was let go.
+    falls: bool,
 }
 
 /// The model over a slice, and the truth.
@@ -74,6 +76,31 @@ impl Question for Sliced {
         let truth = session.truth.as_ref().map(|truth| Inside::of_arm(&truth.arm, &slice)).transpose();
         let truth = truth.map_err(|error| error.to_string())?;
         Ok(OverSlice { own: Inside::of_model(&step.fitted, &slice).map_err(|error| error.to_string())?, truth })
+    }
+}
+
+/// The arm of the model let go in this posture, and the truth.
+#[derive(Clone, PartialEq)]
+pub struct Falling {
+    model: Generation,
+    posture: Vec<f64>,
+}
+
+/// What [`Falling`] is answered with.
+pub struct Falls {
+    pub own: Fall,
+    /// Once the seal is open.
+    pub truth: Option<Fall>,
+}
+
+impl Question for Falling {
+    type Answer = Falls;
+
+    fn answer(&self, session: &Session) -> Result<Falls, String> {
+        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        let truth = session.truth.as_ref().map(|truth| Fall::of_arm(&truth.arm, &self.posture)).transpose();
+        let truth = truth.map_err(|error| error.to_string())?;
+        Ok(Falls { own: Fall::of_model(&step.fitted, &self.posture).map_err(|error| error.to_string())?, truth })
     }
 }
 
@@ -201,6 +228,16 @@ impl Wish {
                 other => waiting(ui, other.and_then(Result::err)),
             }
         });
+        widgets::card(ui, "Let go", |ui| {
+            ui.checkbox(&mut self.falls, "Let the arm go at rest in this posture, without motors and friction");
+            if self.falls {
+                let posture = self.question(&recording, model, desk.focus.joint_of(&recording)).posture;
+                match desk.memo.later(&ctx, desk.session, Falling { model, posture }) {
+                    Some(Ok(fall)) => charts(ui, desk, vec![figures::falling(&recording, &fall)]),
+                    other => waiting(ui, other.and_then(Result::err)),
+                }
+            }
+        });
         widgets::card(ui, "Along a run", |ui| {
             ui.horizontal_wrapped(|ui| {
                 controls::trajectory(ui, desk);
@@ -261,6 +298,11 @@ impl Wish {
         let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
         if let Ok(curves) = desk.memo.now(desk.session, of(model)) {
             panels.extend(figures::friction(&recording, &step, &curves, &over));
+        }
+        if self.falls {
+            let posture = self.question(&recording, model, joint).posture;
+            let fall = desk.memo.now(desk.session, Falling { model, posture });
+            panels.extend(fall.iter().map(|fall| figures::falling(&recording, fall)));
         }
         let of = |model| Balanced { model, trajectory };
         let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
