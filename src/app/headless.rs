@@ -14,7 +14,7 @@ use super::{About, Order, Shown, TorquescopeApp, screens};
 use crate::figure::Panel;
 use crate::session::{Command, Session, View};
 
-/// Frames that are drawn at least, since egui measures in one what it uses in the next.
+/// Frames that are drawn when nothing is at work any more, since egui measures in one what it uses in the next.
 const FEWEST_FRAMES: usize = 4;
 /// Longest wait for jobs: a guard against those that never end, out of reach of a machine that is merely busy.
 const PATIENCE: Duration = Duration::from_secs(1800);
@@ -184,6 +184,7 @@ fn settle(
     ctx.set_zoom_factor(text_scale);
     ctx.all_styles_mut(|style| style.animation_time = 0.0);
     let begin = Instant::now();
+    let mut at_rest = 0;
     for frame in 0.. {
         let mut input = RawInput {
             screen_rect: Some(Rect::from_min_size(Pos2::ZERO, vec2(width, height) / text_scale)),
@@ -202,7 +203,8 @@ fn settle(
         if frame == 0 {
             app.orders.extend(in_front(app, options)?.into_iter().chain(options.over.map(Over::order)));
         }
-        if frame + 1 >= FEWEST_FRAMES && !app.is_busy() && app.orders.is_empty() {
+        at_rest = if app.is_busy() || !app.orders.is_empty() { 0 } else { at_rest + 1 };
+        if at_rest >= FEWEST_FRAMES {
             return Ok(output);
         }
         if begin.elapsed() > PATIENCE {

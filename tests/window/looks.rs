@@ -222,7 +222,7 @@ fn the_schedule_is_drawn_ahead() {
 fn drawings_are_exported() {
     let folder = tempfile::tempdir().unwrap();
     for (screen, session, drawing, word) in [
-        (&model::ABOUT, trained(), "structure of the model: the sum of", "H = L Lᵀ"),
+        (&model::ABOUT, trained(), "structure of the model: the sum of", "H = C Cᵀ"),
         (&compare::ABOUT, demonstration(), "the arm at the time cursor", "path of the tip"),
     ] {
         let mut window = window(session, screen, Theme::Dark);

@@ -94,8 +94,13 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
             let questions = if has_plots && width > QUESTIONS + PICTURE / 2.0 { QUESTIONS } else { width };
             ui.allocate_ui(vec2(questions, 0.0), |ui| {
                 ui.vertical(|ui| {
-                    ui.set_width(questions - GAP);
-                    closes = ask(ui, desk, screens.shown(), &mut open);
+                    let height = room.height() - 60.0;
+                    let area =
+                        ScrollArea::vertical().id_salt("questions").max_height(height).min_scrolled_height(height);
+                    area.show(ui, |ui| {
+                        ui.set_width(questions - GAP);
+                        closes = ask(ui, desk, screens.shown(), &mut open);
+                    });
                 });
             });
             if questions < width {
