@@ -210,7 +210,7 @@ impl Train {
                 view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             }
             self.rate_chart(ui, desk, epochs, plan, RATE);
-            let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Square: the best epoch by \
+            let text = "Loss: squared error over the variance of each joint's torque, summed over joints. Dot: the best epoch by \
                         the validation part, a tenth of the training runs; its weights are kept, and the held-out runs have no \
                         say in it. On the schedule: the present step.";
             ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
