@@ -77,7 +77,7 @@ pub use column::Column;
 pub use coulomb_friction::sign;
 pub use family::{Family, Group};
 pub use motion::{Lack, Load, Motion, NotApplicable};
-pub use parameter::{Dimension, ParameterError, ParameterSpec, Role, Starts, Way};
+pub use parameter::{Dimension, MOST_PEAKS, ParameterError, ParameterSpec, Role, Starts, Way};
 pub use stage::{AddsTorque, ChangesReading, ChangesTorque, NotAddable, Remedy, SetsRight, Stage};
 
 /// A physical effect: its texts and parameters, what it does, and all that a rule needs to know of it.
@@ -289,7 +289,8 @@ impl Effect {
     }
 
     /// The least values of the shape parameters that a motion along this way of the joint can show.
-    pub fn least_shape(&self, way: Way) -> Vec<f64> {
+    pub fn least_shape(&self, way: impl Into<Way>) -> Vec<f64> {
+        let way = way.into();
         let least = |parameter: &ParameterSpec| match parameter.role {
             Role::Shape { least_shown, .. } => Some(parameter.min.max(least_shown(way))),
             Role::Linear | Role::Reading => None,

@@ -37,8 +37,26 @@ pub enum Role {
     Reading,
 }
 
-/// The least and the greatest position of a joint.
-pub type Way = [f64; 2];
+/// So many peaks of a periodogram are tried.
+pub const MOST_PEAKS: usize = 2;
+
+/// Along which positions a joint moves, and what seems to repeat there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Way {
+    /// The least position \[rad or m\].
+    pub low: f64,
+    /// The greatest.
+    pub high: f64,
+    /// Wave numbers \[1/rad or 1/m\], ascending, at which the torque seems to repeat, faster than those that are tried anyway; 0 for
+    /// those that are not there.
+    pub peaks: [f64; MOST_PEAKS],
+}
+
+impl From<[f64; 2]> for Way {
+    fn from([low, high]: [f64; 2]) -> Way {
+        Way { low, high, peaks: [0.0; MOST_PEAKS] }
+    }
+}
 
 /// Values of a shape parameter that are tried first, ascending.
 #[derive(Debug, Clone, Copy)]
@@ -48,13 +66,14 @@ pub enum Starts {
     /// Places on the joint's way, as shares of it from its lower end.
     Places(&'static [f64]),
     /// Wave numbers of a torque that repeats with the position, from one period over the joint's way on: less can't be told from a
-    /// spring.
+    /// spring. Those of [`Way::peaks`] come after them.
     Waves,
 }
 
 impl Starts {
     /// The values for a joint that goes this way.
-    pub fn values(self, [low, high]: Way) -> Vec<f64> {
+    pub fn values(self, way: impl Into<Way>) -> Vec<f64> {
+        let Way { low, high, peaks } = way.into();
         match self {
             Starts::Values(values) => values.to_vec(),
             Starts::Places(shares) => shares.iter().map(|share| low + share * (high - low)).collect(),
@@ -62,7 +81,8 @@ impl Starts {
                 let half_a_period = PI / (high - low).max(f64::MIN_POSITIVE);
                 let first = (2.0 * half_a_period).max(LEAST_WAVE);
                 let wave = |number: usize| first + number as f64 * half_a_period.max(LEAST_WAVE_STEP);
-                (0..WAVES).map(wave).collect()
+                let beyond = wave(WAVES - 1) + half_a_period;
+                (0..WAVES).map(wave).chain(peaks.into_iter().filter(|peak| *peak > beyond)).collect()
             }
         }
     }
@@ -74,10 +94,15 @@ impl Starts {
         let above = values.iter().copied().find(|&other| other > value + near);
         match self {
             Starts::Values(_) => [below.unwrap_or(value / BEYOND), above.unwrap_or(value * BEYOND)],
-            Starts::Places(_) | Starts::Waves => {
-                let all = values.last().zip(values.first()).map_or(0.0, |(last, first)| last - first);
-                let step = all / values.len().max(2) as f64;
+            Starts::Places(_) => {
+                let step = mean_step(values);
                 [below.unwrap_or(value - step), above.unwrap_or(value + step)]
+            }
+            Starts::Waves => {
+                // Peaks stand alone.
+                let step = mean_step(&values[..WAVES.min(values.len())]);
+                let close = |other: &f64| (other - value).abs() < 2.0 * step;
+                [below.filter(close).unwrap_or(value - step), above.filter(close).unwrap_or(value + step)]
             }
         }
     }
@@ -105,6 +130,11 @@ impl Starts {
             Starts::Places(_) | Starts::Waves => place,
         }
     }
+}
+
+fn mean_step(values: &[f64]) -> f64 {
+    let all = values.last().zip(values.first()).map_or(0.0, |(last, first)| last - first);
+    all / values.len().max(2) as f64
 }
 
 /// So many times beyond the first and the last start value a search goes on.
@@ -177,8 +207,8 @@ fn any_motion(_way: Way) -> f64 {
 }
 
 /// Once around over the way, but for what a search does not tell apart.
-fn a_period([low, high]: Way) -> f64 {
-    0.99 * TAU / (high - low).max(f64::MIN_POSITIVE)
+fn a_period(way: Way) -> f64 {
+    0.99 * TAU / (way.high - way.low).max(f64::MIN_POSITIVE)
 }
 
 fn any_place(_way: Way) -> f64 {
@@ -354,11 +384,16 @@ mod tests {
         assert_eq!(starts.around(&long, long[1]), [long[0], long[2]]);
         let [below, above] = starts.around(&long, long[14]);
         assert!(below == long[13] && above > long[14] && above < long[14] + 1.0, "{above}");
+        let with_peaks = starts.values(Way { peaks: [0.0, 77.0], ..[-TAU, TAU].into() });
+        assert_eq!((&with_peaks[..15], with_peaks[15]), (&long[..], 77.0));
+        assert_eq!(starts.around(&with_peaks, long[14]), starts.around(&long, long[14]));
+        let [below, above] = starts.around(&with_peaks, 77.0);
+        assert!((75.9..77.0).contains(&below) && (77.0..78.1).contains(&above), "{below} {above}");
         let ParameterSpec { role: Role::Shape { least_shown, .. }, .. } = ParameterSpec::wave("wave_number", "k")
         else {
             panic!("a wave number is a shape")
         };
-        let least = least_shown([0.1, 0.35]);
+        let least = least_shown([0.1, 0.35].into());
         assert!(least < short[0] && least > 0.95 * short[0], "{least}");
     }
 }

@@ -27,8 +27,8 @@ pub static EFFECT: Effect = Effect {
 };
 
 /// Less than half a period over the position can't be told from friction that is the same everywhere.
-fn half_a_period([low, high]: Way) -> f64 {
-    std::f64::consts::PI / (high - low).max(f64::MIN_POSITIVE)
+fn half_a_period(way: Way) -> f64 {
+    std::f64::consts::PI / (way.high - way.low).max(f64::MIN_POSITIVE)
 }
 
 struct PositionFriction;

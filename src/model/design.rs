@@ -10,7 +10,7 @@ use super::preparation::Preparation;
 use super::reversal;
 use super::terms::{OperatingPoint, Setting};
 use super::working::Working;
-use super::{EffectTerm, Model, ModelError, RigidBody, Term};
+use super::{EffectTerm, Model, ModelError, RigidBody, Term, waves};
 use crate::effect::{Column, Load, Way};
 use crate::recording::split::{Segment, Split};
 use crate::recording::{Recording, Trajectory};
@@ -44,6 +44,14 @@ pub struct Design<'a> {
     loads: Vec<Option<Load>>,
 }
 
+/// What is known before any model is.
+struct Rough {
+    /// Factors of the rigid body.
+    body: Vec<f64>,
+    /// What it, offsets and the commonest friction leave of the prepared torque, by trajectory.
+    left: Vec<Signals>,
+}
+
 impl<'a> Design<'a> {
     /// Prepares the training part of a recording.
     ///
@@ -52,8 +60,9 @@ impl<'a> Design<'a> {
     pub fn new(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
         let mut design = Design::prepared(recording, split)?;
         design.setting.reversal_widths = reversal::widths(&design)?;
-        let body = Some(design.rough_body()?);
-        Ok(design.at(OperatingPoint { body, ..OperatingPoint::default() }))
+        let rough = design.rough()?;
+        design.ways = waves::with_peaks(&design, &rough.left);
+        Ok(design.at(OperatingPoint { body: Some(rough.body), ..OperatingPoint::default() }))
     }
 
     /// [`Design::new`] where body, reversals and what changes other effects are known: those of a model that was fitted elsewhere.
@@ -63,7 +72,7 @@ impl<'a> Design<'a> {
     pub fn in_setting(recording: &'a Recording, split: &Split, setting: &Setting) -> Result<Self, ModelError> {
         let mut design = Design::prepared(recording, split)?;
         design.setting.reversal_widths.clone_from(&setting.reversal_widths);
-        let body = setting.body.clone().map_or_else(|| design.rough_body(), Ok)?;
+        let body = setting.body.clone().map_or_else(|| Ok::<_, ModelError>(design.rough()?.body), Ok)?;
         let alterations = setting.alterations.clone();
         Ok(design.at(OperatingPoint { body: Some(body), alterations, ..OperatingPoint::default() }))
     }
@@ -92,7 +101,7 @@ impl<'a> Design<'a> {
         let blocks = cut_into_blocks(&joined(&split), &preparations);
         let loads = vec![None; recording.trajectories.len()];
         let point = OperatingPoint::default();
-        let ways = (0..recording.joint_count()).map(|joint| recording.way(joint)).collect();
+        let ways = (0..recording.joint_count()).map(|joint| recording.way(joint).into()).collect();
         let noise_correlation = noise_correlation(&recording, &preparations);
         let design =
             Design { recording, setting, blocks, torque, counts, preparations, ways, noise_correlation, point, loads };
@@ -153,8 +162,8 @@ impl<'a> Design<'a> {
         &self.point
     }
 
-    /// Factors of the rigid body, identified beside the commonest friction and offsets so that these do not bias it much.
-    fn rough_body(&self) -> Result<Vec<f64>, ModelError> {
+    /// The rigid body, identified beside the commonest friction and offsets so that these do not bias it much.
+    fn rough(&self) -> Result<Rough, ModelError> {
         let joints = self.recording.joint_count();
         let mut columns = self.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&self.setting, trajectory)))?;
         let count = columns.len();
@@ -175,7 +184,9 @@ impl<'a> Design<'a> {
         let rough = equations.total(&weights, |_| true).solve().factors;
         weights = self.residual_weights(&equations, &rough);
         let factors = equations.total(&weights, |_| true).solve().factors;
-        Ok(factors.iter().take(count).copied().collect())
+        let mut left = self.torque.clone();
+        columns.iter().zip(&factors).for_each(|(column, factor)| column.add_to(&mut left, -factor));
+        Ok(Rough { body: factors.iter().take(count).copied().collect(), left })
     }
 
     /// Σ τ² of a joint over the training samples that count.
@@ -319,7 +330,7 @@ impl<'a> Design<'a> {
 
     /// The way of the joint at which an effect acts; that of the first for one of the whole arm.
     pub fn way(&self, joint: Option<usize>) -> Way {
-        self.ways.get(joint.unwrap_or(0)).copied().unwrap_or([f64::INFINITY, f64::NEG_INFINITY])
+        self.ways.get(joint.unwrap_or(0)).copied().unwrap_or([f64::INFINITY, f64::NEG_INFINITY].into())
     }
 
     /// RMS speed of each block relative to the mean of all, so that slow and fast blocks can be told apart.

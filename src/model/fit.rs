@@ -17,7 +17,7 @@ use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
 use super::terms::{Factor, Found, OperatingPoint, Setting, identified_torque};
 use super::{Model, ModelError, RigidBody, Term};
-use crate::effect::Starts;
+use crate::effect::{Starts, Way};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
 use crate::recording::{Recording, Trajectory};
@@ -354,7 +354,10 @@ impl<'a> ShapeSearch<'a> {
         let Some((parameter, starts)) = placed.effect.shapes().nth(number) else { return Ok(value) };
         let [low, high] = match starts {
             Starts::Values(_) => [value / MOST_MOVED, value * MOST_MOVED],
-            Starts::Places(_) => self.design.way(placed.joint),
+            Starts::Places(_) => {
+                let Way { low, high, .. } = self.design.way(placed.joint);
+                [low, high]
+            }
             Starts::Waves => starts.around(&starts.values(self.design.way(placed.joint)), value),
         };
         Ok((value + moved).clamp(low.max(parameter.min), high.min(parameter.max)))

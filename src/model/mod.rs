@@ -18,6 +18,7 @@ pub(crate) mod line_search;
 pub mod preparation;
 pub(crate) mod reversal;
 pub mod terms;
+mod waves;
 mod working;
 
 use serde::{Deserialize, Serialize};
@@ -233,6 +234,11 @@ impl Model {
             model.terms.push(Term::Effect(EffectTerm { effect, joint }));
         }
         Ok(model)
+    }
+
+    /// Hidden layers of its first network, if it has any.
+    pub fn layers(&self) -> Option<&Layers> {
+        self.terms.iter().find_map(|term| if let Term::Learned(term) = term { term.layers() } else { None })
     }
 
     /// This model with other hidden layers in all its networks.

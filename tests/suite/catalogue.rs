@@ -3,14 +3,18 @@
 
 use std::collections::BTreeSet;
 
-use torquescope::diagnosis::{Report, Verdict};
+use torquescope::arm::{Arm, Posture};
+use torquescope::diagnosis::{Report, Verdict, diagnose};
 use torquescope::effect::{Effect, Scope, registry};
-use torquescope::model::Fitted;
+use torquescope::model::{self, Fitted, Preset};
 use torquescope::progress::Monitor;
 use torquescope::recording::check::check;
 use torquescope::recording::seal::HiddenEffect;
+use torquescope::recording::split::Split;
 use torquescope::recording::{Trajectory, fault};
 use torquescope::session::{Command, Session};
+use torquescope::simulation::world::part::{Cogging, DryFriction};
+use torquescope::simulation::world::{self, Part, Sensors, Servo};
 use torquescope::simulation::{Excitation, Scenario};
 
 /// One test for each effect, so that they run in parallel.
@@ -240,4 +244,41 @@ fn check_parameters(fitted: &Fitted, hidden: &HiddenEffect) {
         let distance = (found.value - truth).abs();
         assert!(distance < 4.0 * found.std_error.unwrap() + 1e-12, "{}: {found:?}, truth {truth}", hidden.effect);
     }
+}
+
+/// Moved by another engine: a motor of many poles repeats so often that only a periodogram says where a search may begin.
+#[test]
+fn a_wave_of_many_periods_is_named_with_its_wave_number() {
+    const WAVE: f64 = 31.3;
+    let slides = DryFriction {
+        joint: 0,
+        torque: 1.0,
+        reach: 0.002,
+        stribeck_torque: 0.0,
+        stribeck_velocity: 0.1,
+        asymmetry: 0.0,
+    };
+    let world = world::Scenario {
+        name: "direct drive with many poles".into(),
+        arm: Arm { posture: Posture::DOWN, ..Arm::uniform(2) },
+        motion: small().motion,
+        servo: Servo::default(),
+        sensors: Sensors::default(),
+        parts: vec![
+            Part::DryFriction(slides),
+            Part::Cogging(Cogging { joint: 1, torque: 0.3, wave_number: WAVE, phase: 0.4 }),
+        ],
+        step: 2e-4,
+        seed: 5,
+        stated: false,
+    };
+    let monitor = Monitor::new();
+    let recording = world::simulate(&world, &monitor).unwrap();
+    let split = Split::automatic(&recording);
+    let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &monitor).unwrap();
+    let found = diagnose(&body, &recording, &split, &monitor).unwrap();
+    let wave = found.effects.iter().find(|effect| effect.effect.id == "cogging").expect("it is named");
+    assert_eq!(wave.joints, [1], "{}", found.advice());
+    let number = wave.parameters.iter().find(|parameter| parameter.name.contains("wave_number")).unwrap();
+    assert!((number.value - WAVE).abs() < 0.01 * WAVE, "{}", number.value);
 }

@@ -262,7 +262,8 @@ impl LearnedTerm {
         matches!(self, LearnedTerm::StructuredLagrangian { .. } | LearnedTerm::BlackBoxLagrangian { .. })
     }
 
-    fn layers(&self) -> Option<&Layers> {
+    /// Its hidden layers, if it is a network.
+    pub fn layers(&self) -> Option<&Layers> {
         match self {
             LearnedTerm::StructuredLagrangian { layers, .. }
             | LearnedTerm::BlackBoxLagrangian { layers }
