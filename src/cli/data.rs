@@ -190,7 +190,8 @@ pub struct Training {
     /// Their activation.
     #[arg(long, value_parser = one_of(ACTIVATIONS))]
     activation: Option<Activation>,
-    /// How positions enter the networks.
+    /// How positions enter the networks; if it is not said, as suits the arm: the directions of links into a Lagrangian of a planar
+    /// arm, cos q and sin q into every other network.
     #[arg(long, value_parser = one_of(FEATURES))]
     features: Option<Features>,
     /// Divides velocities and accelerations that enter networks; with more than 1 these bend less where they were not trained.
@@ -231,7 +232,7 @@ impl Training {
             _ => plan,
         };
         plan.layers = self.layers(&plan.layers);
-        plan.features = self.features.unwrap_or(plan.features);
+        plan.features = self.features.or(plan.features);
         plan.normalise = self.normalise.unwrap_or(plan.normalise);
         plan.precision = self.precision.unwrap_or(plan.precision);
         plan.smoothness = self.smoothness.unwrap_or(plan.smoothness);
@@ -256,10 +257,12 @@ impl Training {
 
     /// A model of a file with the layers that were asked for; its own where none were.
     fn model(&self, model: &Model) -> Model {
-        if self.hidden.is_none() && self.activation.is_none() {
-            return model.clone();
+        match model.layers() {
+            Some(layers) if self.hidden.is_some() || self.activation.is_some() => {
+                model.with_layers(&self.layers(layers))
+            }
+            _ => model.clone(),
         }
-        model.with_layers(&self.layers(&Layers::default()))
     }
 }
 

@@ -403,7 +403,7 @@ impl Experiment {
     pub fn plan_of(&self, model: &Model, seed: u64) -> Plan {
         let of = |training: &Training| training.clone();
         let (own, common) = (of(&model.training), of(&self.training));
-        let mut plan = Plan::of(own.recipe.or(common.recipe).unwrap_or_default());
+        let mut plan = Plan::of(self.recipe_of(model));
         let options = &mut plan.options;
         *options = Options {
             epochs: own.epochs.or(common.epochs).unwrap_or(options.epochs),
@@ -416,16 +416,22 @@ impl Experiment {
             ..options.clone()
         };
         plan.normalise = own.normalise.or(common.normalise).unwrap_or(plan.normalise);
-        plan.features = own.features.or(common.features).unwrap_or(plan.features);
+        plan.features = own.features.or(common.features).or(plan.features);
         plan.precision = own.precision.or(common.precision).unwrap_or(plan.precision);
         plan.smoothness = own.smoothness.or(common.smoothness).unwrap_or(plan.smoothness);
         plan
     }
 
-    /// Hidden layers and activation of a model's networks, where the experiment states them.
+    /// Hidden layers and activation of a model's networks where the experiment states them; a preset has those of its recipe else,
+    /// and terms that are written out their own.
     pub fn layers_of<'a>(&'a self, model: &'a Model) -> (Option<&'a Vec<usize>>, Option<Activation>) {
         let hidden = model.training.hidden.as_ref().or(self.training.hidden.as_ref());
-        (hidden, model.training.activation.or(self.training.activation))
+        let usual = || model.preset.map(|_| self.recipe_of(model).layers().activation);
+        (hidden, model.training.activation.or(self.training.activation).or_else(usual))
+    }
+
+    fn recipe_of(&self, model: &Model) -> Recipe {
+        model.training.recipe.or(self.training.recipe).unwrap_or_default()
     }
 }
 

@@ -47,8 +47,9 @@ pub struct Plan {
     pub recipe: Recipe,
     /// Hidden layers of all networks of a preset; a model that is given keeps its own.
     pub layers: Layers,
-    /// How positions enter the networks; those of sliding joints enter as they are.
-    pub features: Features,
+    /// How positions enter the networks; those of sliding joints enter as they are. `None`: as suits the arm, so the directions of
+    /// links into a Lagrangian of a planar arm, cos q and sin q into every other network.
+    pub features: Option<Features>,
     /// Whether quantities are scaled to the data (ours) or taken as they are (the paper's).
     pub normalise: bool,
     /// What is calculated with.
@@ -83,8 +84,8 @@ impl Plan {
     pub fn of(recipe: Recipe) -> Self {
         Plan {
             recipe,
-            layers: Layers::default(),
-            features: Features::CosSin,
+            layers: recipe.layers(),
+            features: recipe.features(),
             normalise: recipe.normalises(),
             precision: Precision::F32,
             options: recipe.options(),
@@ -382,7 +383,12 @@ fn architecture<E: Element>(
     if !effects.is_empty() {
         terms.push(LearnedTerm::Columns { names: effects::names(effects) });
     }
-    let features = if setting.kinds.contains(&JointKind::Prismatic) { Features::Raw } else { plan.features };
+    let features = match plan.features {
+        _ if setting.kinds.contains(&JointKind::Prismatic) => Features::Raw,
+        Some(features) => features,
+        None if setting.chain.is_none() && terms.iter().any(LearnedTerm::is_lagrangian) => Features::LinkAngles,
+        None => Features::CosSin,
+    };
     let mut architecture = Architecture { joints: setting.kinds.len(), features, terms, scales: Scales::default() };
     if plan.normalise {
         scale_to(&mut architecture, samples);

@@ -337,7 +337,7 @@ fn a_run_of_the_session_is_resumed_with_its_effects_in_either_precision() {
         .unwrap();
     for precision in [Precision::F32, Precision::F64] {
         let options = Options { epochs: 4, batch: 100, ..Options::ours() };
-        let plan = Plan { options, precision, features: Features::Raw, ..Plan::default() };
+        let plan = Plan { options, precision, features: Some(Features::Raw), ..Plan::default() };
         let monitor = Monitor::new();
         let whole = fit(&model, &own, &split, &plan, None, &monitor, &mut |_| {}).unwrap();
         let told = monitor.take_events().into_iter().filter_map(|event| match event {

@@ -30,6 +30,9 @@ pub struct Stuck {
     /// How many seeds of each kind.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
+    /// The first of them; defaults were chosen on seeds from 200 on.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(..=1_000_000))]
+    first: u64,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
@@ -62,7 +65,7 @@ const KINDS: [(&str, Draw); 2] = [
 impl Stuck {
     /// Trains, measures, prints.
     pub fn run(&self) -> anyhow::Result<()> {
-        let (plan, seeds) = (self.training.plan()?, self.seeds);
+        let (plan, seeds, first) = (self.training.plan()?, self.seeds, self.first);
         let rows = progress::watch("bench stuck", move |monitor| {
             let mut rows = Vec::new();
             for (place, (data, draw)) in KINDS.into_iter().enumerate() {
@@ -70,9 +73,9 @@ impl Stuck {
                 for seed in 0..seeds {
                     let done = (place as u64 * seeds + seed) as f32 / (KINDS.len() as u64 * seeds) as f32;
                     monitor.report(done, data).map_err(SessionError::from)?;
-                    errors.push(relative_error(&draw(seed).map_err(SessionError::from)?, &plan)?);
+                    errors.push(relative_error(&draw(first + seed).map_err(SessionError::from)?, &plan)?);
                 }
-                rows.push(Row::of(data, &errors));
+                rows.push(Row::of(data, first, &errors));
             }
             Ok::<_, anyhow::Error>(rows)
         })?;
@@ -114,12 +117,13 @@ fn mean(evaluation: &Evaluation) -> f64 {
 }
 
 impl Row {
-    /// Of the errors of seeds 0, 1, 2, …
-    fn of(data: &'static str, errors: &[f64]) -> Row {
+    /// Of the errors of the seeds from the first on.
+    fn of(data: &'static str, first: u64, errors: &[f64]) -> Row {
         let middle = median(errors.iter().copied().filter(|error| error.is_finite()).collect()).unwrap_or(f64::NAN);
         // What is no number is stuck, too.
         let is_free = |error: &f64| *error <= STUCK * middle;
-        let stuck: Vec<u64> = (0..).zip(errors).filter(|(_, error)| !is_free(error)).map(|(seed, _)| seed).collect();
+        let stuck: Vec<u64> =
+            (first..).zip(errors).filter(|(_, error)| !is_free(error)).map(|(seed, _)| seed).collect();
         let free = 1.0 - stuck.len() as f64 / errors.len().max(1) as f64;
         Row { data, median: middle, most: errors.iter().copied().fold(0.0, f64::max), free, stuck }
     }
@@ -131,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_training_far_above_the_median_is_stuck() {
-        let row = Row::of("data", &[1.0, 1.2, 0.9, 3.5, 2.9, 1.0, f64::NAN, 1.1]);
+        let row = Row::of("data", 0, &[1.0, 1.2, 0.9, 3.5, 2.9, 1.0, f64::NAN, 1.1]);
         assert_eq!(row.stuck, [3, 6]);
         assert_eq!((row.free, row.most), (0.75, 3.5));
     }

@@ -482,7 +482,12 @@ fn more_settings(ui: &mut Ui, plan: &mut Plan) {
             ui,
             "Angles as",
             &mut plan.features,
-            &[(Features::CosSin, "cos, sin"), (Features::LinkAngles, "links"), (Features::Raw, "q")],
+            &[
+                (None, "suits the arm"),
+                (Some(Features::CosSin), "cos, sin"),
+                (Some(Features::LinkAngles), "links"),
+                (Some(Features::Raw), "q"),
+            ],
         );
         ui.end_row();
         choice(
