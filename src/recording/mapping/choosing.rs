@@ -269,6 +269,7 @@ mod tests {
     fn knows_many_ways_to_name_channels() {
         for text in [
             "t q1 q2 qd1 qd2 qdd1 qdd2 tau1 tau2",
+            "log.t log.q[0] log.q[1] log.qd[0] log.qd[1] log.qdd[0] log.qdd[1] log.tau[0] log.tau[1]",
             "t q_0 q_1 qd_0 qd_1 qdd_0 qdd_1 tau_0 tau_1",
             "timestamp q[0] q[1] dq[0] dq[1] ddq[0] ddq[1] tau[0] tau[1]",
             "time qp[0] qp[1] qv[0] qv[1] qa[0] qa[1] tau[0] tau[1]",

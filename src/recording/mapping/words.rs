@@ -110,7 +110,9 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
         }
     }
     let channel = channel?;
-    if channel == Channel::Time && (!numbers.is_empty() || words.len() > 1 && words.iter().any(|w| w == "t")) {
+    // `t_motor` is hardly a clock, but the field `t` of a struct `log` is one.
+    let is_vague = words.len() > 1 && words.iter().any(|word| word == "t") && !bare.ends_with(".t");
+    if channel == Channel::Time && (!numbers.is_empty() || is_vague) {
         return None;
     }
     let label = match numbers.as_slice() {
