@@ -19,6 +19,7 @@ mod export;
 mod extrapolate;
 mod failure;
 mod figure;
+mod gallery;
 mod inspect;
 mod lesson;
 mod man;
@@ -61,6 +62,7 @@ struct Arguments {
 
 const AFTER_HELP: &str = "Examples:
   torquescope
+  torquescope gallery/sticky-shoulder
   torquescope my-log.csv --zero down
   torquescope mine.torquescope
   torquescope demo
@@ -72,6 +74,7 @@ With --json a failure is told as an object with its reason and code.";
 enum Command {
     Open(open::Open),
     Demo(demo::Demo),
+    Gallery(gallery::GalleryCommand),
     Simulate(simulate::Simulate),
     Inspect(inspect::Inspect),
     Diagnose(diagnose::Diagnose),
@@ -129,6 +132,7 @@ impl Arguments {
             None => self.window.run(),
             Some(Command::Open(command)) => command.run(),
             Some(Command::Demo(command)) => command.run(),
+            Some(Command::Gallery(command)) => command.run(),
             Some(Command::Simulate(command)) => command.run(),
             Some(Command::Inspect(command)) => command.run(),
             Some(Command::Diagnose(command)) => command.run(),

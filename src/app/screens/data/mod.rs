@@ -3,6 +3,7 @@
 mod arm_editor;
 mod coverage;
 mod figures;
+mod gallery;
 mod motion;
 mod recent;
 mod simulate;
@@ -130,6 +131,7 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
         ticks::short(duration)
     );
     widgets::headline(ui, &recording.name, &summary);
+    gallery::story(ui, &recording);
     findings(ui, desk, &recording);
     posture(ui, desk, &recording);
     signals(ui, desk, &recording);
