@@ -8,6 +8,7 @@ mod terminal;
 
 mod bench;
 mod choice;
+mod columns;
 mod completions;
 mod data;
 mod demo;
@@ -77,6 +78,7 @@ enum Command {
     Gallery(gallery::GalleryCommand),
     Simulate(simulate::Simulate),
     Inspect(inspect::Inspect),
+    Columns(columns::Columns),
     Diagnose(diagnose::Diagnose),
     Propose(propose::Propose),
     Train(train::Train),
@@ -135,6 +137,7 @@ impl Arguments {
             Some(Command::Gallery(command)) => command.run(),
             Some(Command::Simulate(command)) => command.run(),
             Some(Command::Inspect(command)) => command.run(),
+            Some(Command::Columns(command)) => command.run(),
             Some(Command::Diagnose(command)) => command.run(),
             Some(Command::Propose(command)) => command.run(),
             Some(Command::Train(command)) => command.run(),

@@ -38,7 +38,7 @@ impl Mapping {
     }
 }
 
-fn missing(channel: Channel, columns: &[String]) -> MappingError {
+pub(super) fn missing(channel: Channel, columns: &[String]) -> MappingError {
     let says = |name: &String| read_name(name).map(|reading| reading.channel);
     // What the names say, else columns that say nothing, else names that only show the form.
     let mut silent = columns.iter().filter(|name| says(name).is_none()).map(|name| starred(name)).collect::<Vec<_>>();
@@ -105,13 +105,13 @@ struct Group<'a> {
 }
 
 /// Everything that the names of the columns say.
-struct Guesses<'a> {
+pub(super) struct Guesses<'a> {
     columns: &'a [String],
     groups: BTreeMap<(Channel, String), Group<'a>>,
 }
 
 impl<'a> Guesses<'a> {
-    fn of(columns: &'a [String]) -> Self {
+    pub(super) fn of(columns: &'a [String]) -> Self {
         let mut groups = BTreeMap::new();
         for (first, column) in columns.iter().enumerate() {
             if let Some(Reading { channel, label, rank, group }) = read_name(column) {
@@ -127,6 +127,21 @@ impl<'a> Guesses<'a> {
             }
         }
         Guesses { columns, groups }
+    }
+
+    /// The columns that fit each channel best, in the order of the joints; channels for which none do are left out.
+    pub(super) fn each(&self) -> Vec<(Channel, Vec<String>)> {
+        let position = self.guessed(Channel::Position, None);
+        let of = |channel| {
+            let mut choice = self.guessed(channel, position.as_ref())?;
+            if let Some(position) = &position {
+                // Where they are of other joints they keep their own order.
+                let _ = choice.follow(position);
+            }
+            let most = if channel == Channel::Time { 1 } else { usize::MAX };
+            Some((channel, choice.columns.into_iter().take(most).collect()))
+        };
+        Channel::ALL.into_iter().filter_map(of).collect()
     }
 
     /// The columns for a channel; with the same joints as `position`, where that is given.

@@ -132,6 +132,35 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
     Some(Reading { channel, label, rank, group: format!("{} {outer}", qualifiers.join(" ")) })
 }
 
+/// Why a name is taken for a channel, or for none; as a sentence.
+pub(super) fn why(name: &str, is_taken: bool) -> String {
+    let (bare, unit) = split_unit(name);
+    let (words, _) = words_and_numbers(bare);
+    let of_channel = words.iter().find_map(|word| Some((word, channel_of(word)?)));
+    let unwanted = words.iter().find(|word| qualifier(word) == Some(None));
+    let about: Vec<&str> = words.iter().filter_map(|word| welcome(word)).collect();
+    let mut text = match (of_channel, unwanted) {
+        _ if is_current(name) => "its name is that of a motor's current, which is no torque by itself".to_owned(),
+        (_, Some(word)) => format!("`{word}` in its name says that it is not what a joint measured"),
+        (None, None) => "its name says no channel".to_owned(),
+        (Some((word, channel)), None) => format!("`{word}` in its name says {}", channel.title()),
+    };
+    about.iter().for_each(|words| text += &format!(", {words}"));
+    text += &unit.map_or(String::new(), |unit| format!(", in {}", unit.text));
+    let is_passed_over = !is_taken && read_name(name).is_some();
+    text + if is_passed_over { "; another fits better" } else { "" }
+}
+
+/// What a word about a column says, in words.
+fn welcome(word: &str) -> Option<&'static str> {
+    Some(match qualifier(word)?? {
+        0 => "measured",
+        2 => "filtered",
+        COMMANDED => "commanded",
+        _ => "raw or of the motor",
+    })
+}
+
 fn channel_of(word: &str) -> Option<Channel> {
     let lists = [
         (Channel::Time, TIME),

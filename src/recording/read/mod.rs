@@ -360,9 +360,25 @@ pub enum ReadError {
         /// Its name.
         file: String,
     },
+    /// There are no columns to be mapped.
+    #[error("{file} is a whole recording of this program, which needs no mapping")]
+    NeedsNone {
+        /// Its name.
+        file: String,
+    },
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+impl ReadError {
+    /// Whether whoever knows what the columns are can help.
+    pub fn is_about_columns(&self) -> bool {
+        matches!(
+            self,
+            ReadError::Mapping { .. } | ReadError::NoTime { .. } | ReadError::NoValues { .. } | ReadError::Text { .. }
+        )
+    }
 }
 
 fn and_constants(names: &[String]) -> String {
@@ -432,15 +448,41 @@ pub fn own_recording(bytes: &[u8], monitor: &Monitor) -> Result<Recording, ReadE
     }
 }
 
-/// The names of the columns of a file, for a mapping to be made by hand; those of a recording of our own are empty.
+/// The columns of a log as they stand in it, for a mapping to be made by hand.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preview {
+    /// In the order of the file.
+    pub columns: Vec<Seen>,
+}
+
+/// A column as it stands in a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Its name.
+    pub name: String,
+    /// Its numbers, NaN where there is none.
+    pub values: Vec<f64>,
+}
+
+impl Preview {
+    /// The names of all columns.
+    pub fn names(&self) -> Vec<String> {
+        self.columns.iter().map(|column| column.name.clone()).collect()
+    }
+}
+
+/// Looks into a log without making anything of it.
 ///
 /// # Errors
-/// [`ReadError`] as for [`read`].
-pub fn columns(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Vec<String>, ReadError> {
-    Ok(match open(path, options, monitor)? {
-        Content::Table(table) => table.names(),
-        Content::Recording(_) => Vec::new(),
-    })
+/// [`ReadError`] as for [`read`], and [`ReadError::NeedsNone`] for a recording of our own, which has no columns.
+pub fn preview(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Preview, ReadError> {
+    match open(path, options, monitor)? {
+        Content::Table(table) => {
+            let seen = |column: table::Column| Seen { name: column.name, values: column.values };
+            Ok(Preview { columns: table.columns.into_iter().map(seen).collect() })
+        }
+        Content::Recording(_) => Err(ReadError::NeedsNone { file: file_name(path) }),
+    }
 }
 
 fn open(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
