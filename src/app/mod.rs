@@ -744,10 +744,11 @@ impl TorquescopeApp {
     fn write_text(&mut self, path: PathBuf, text: String, ctx: &egui::Context) {
         let context = ctx.clone();
         let wake = move || context.request_repaint();
-        self.drawing = Some(Job::spawn("write", wake, move |_| match crate::file::write(&path, text.as_bytes()) {
-            Ok(()) => Ok(crate::file::absolute(&path)),
-            Err(error) => Err(format!("{} can't be written ({error})", path.display())),
-        }));
+        self.drawing =
+            Some(Job::spawn("write", wake, move |_| match crate::file::write_keeping_old(&path, text.as_bytes()) {
+                Ok(()) => Ok(crate::file::absolute(&path)),
+                Err(error) => Err(format!("{} can't be written ({error})", path.display())),
+            }));
     }
 
     /// Writes the report of the session beside whatever is there already.

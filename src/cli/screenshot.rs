@@ -123,11 +123,12 @@ pub fn screen_choices() -> impl Iterator<Item = Choice<&'static About>> {
     screens::all().map(|about| (about.id, about.purpose, about))
 }
 
-const OVER: [Choice<Over>; 4] = [
+const OVER: [Choice<Over>; 5] = [
     ("export", "how plots are exported, with a preview", Over::Export),
     ("models", "the table of the session's models", Over::Models),
     ("lessons", "the list of all lessons", Over::Lessons),
     ("commands", "the command palette", Over::Commands),
+    ("columns", "what the columns of the log are", Over::Columns),
 ];
 
 const LOOKS: [Choice<Look>; 2] =

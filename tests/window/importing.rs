@@ -42,7 +42,7 @@ fn a_log_without_names_is_opened_by_saying_what_its_columns_are() {
         window.query_by_label("b: torque of joint 1").is_some()
             || window.query_by_label_contains("torque of joint 1").is_some()
     );
-    window.get_by_role_and_label(Role::TextInput, "Template").focus();
+    window.get_by_role_and_label(Role::TextInput, "Template for logs like this one").focus();
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::A);
     window.event(egui::Event::Text(template.display().to_string()));

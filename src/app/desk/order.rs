@@ -56,7 +56,7 @@ pub enum Order {
     Ask(Box<Question>),
     /// Look into a log, and let the user say what its columns are.
     Import(PathBuf, Box<ReadOptions>),
-    /// Write a text into a file.
+    /// Write a text into a file; what it was stays beside it.
     WriteText(PathBuf, String),
     /// Let the user choose files.
     OpenDialog,

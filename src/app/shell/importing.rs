@@ -25,6 +25,8 @@ const WIDTHS: [f32; 6] = [130.0, 170.0, 118.0, 44.0, 84.0, 26.0];
 /// Height of a row, and of all that are seen \[points\].
 const ROW: f32 = 24.0;
 const TABLE: f32 = 250.0;
+/// What stands above and below what can be scrolled \[points\].
+const AROUND: f32 = 290.0;
 /// Points of the plot of a column.
 const POINTS: usize = 600;
 
@@ -45,6 +47,20 @@ struct Log {
     draft: Draft,
     /// The column that is plotted.
     shown: usize,
+    /// The mapping that the draft made when it was last asked, and that draft.
+    made: Option<(Draft, Result<MappingSpec, MappingError>)>,
+}
+
+impl Log {
+    /// The mapping that the draft makes.
+    fn spec(&mut self) -> &Result<MappingSpec, MappingError> {
+        let draft = &self.draft;
+        if self.made.as_ref().is_some_and(|(of, _)| of != draft) {
+            self.made = None;
+        }
+        let (_, spec) = self.made.get_or_insert_with(|| (draft.clone(), draft.spec()));
+        spec
+    }
 }
 
 impl Importing {
@@ -53,8 +69,13 @@ impl Importing {
         let (context, file, reading) = (ctx.clone(), path.clone(), options.clone());
         let wake = move || context.request_repaint();
         let look = move |monitor: &Monitor| preview(&file, &reading, monitor).map_err(|error| error.to_string());
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let template = format!("{stem}-mapping.toml");
+        // What comes with the program has no folder.
+        let beside = if path.exists() {
+            path.with_extension("toml")
+        } else {
+            PathBuf::from(shown(&path)).with_extension("toml")
+        };
+        let template = beside.display().to_string();
         Importing { job: Some(Job::spawn("look into the log", wake, look)), path, options, log: None, template }
     }
 
@@ -71,7 +92,7 @@ impl Importing {
             Outcome::Done(preview) => {
                 let draft = Draft::guess(&preview.names());
                 let shown = draft.columns.iter().position(|role| role.channel == Some(Channel::Torque)).unwrap_or(0);
-                Ok(Log { preview, draft, shown })
+                Ok(Log { preview, draft, shown, made: None })
             }
             Outcome::Failed(reason) | Outcome::Stopped(reason) | Outcome::Panicked(reason) => Err(reason),
         });
@@ -89,7 +110,8 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
         ui.heading("What is in this log?");
         widgets::weak(ui, open.path.display().to_string());
         ui.add_space(GAP);
-        ScrollArea::vertical().max_height((room.height() - 170.0).max(120.0)).show(ui, |ui| match &mut open.log {
+        let height = (room.height() - AROUND).max(80.0);
+        ScrollArea::vertical().max_height(height).min_scrolled_height(80.0).show(ui, |ui| match &mut open.log {
             None => drop(widgets::weak(ui, "It is being read…")),
             Some(Err(reason)) => drop(ui.label(RichText::new(&*reason).color(Palette::in_ui(ui).error))),
             Some(Ok(log)) => {
@@ -115,7 +137,7 @@ fn table(ui: &mut Ui, log: &mut Log) {
         ui.label(RichText::new("why").size(SMALL).color(Palette::in_ui(ui).weak));
     });
     let count = log.draft.columns.len();
-    let Log { preview, draft, shown } = log;
+    let Log { preview, draft, shown, .. } = log;
     let mut chosen = None;
     ScrollArea::both().id_salt("columns").max_height(TABLE).auto_shrink([false, true]).show_rows(
         ui,
@@ -263,9 +285,8 @@ fn plot(ui: &mut Ui, shell: &mut Shell, log: &Log) {
 
 /// What is to be done with it; whether the assistant is done.
 fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
-    let mut is_over = false;
-    let spec = match &open.log {
-        Some(Ok(log)) => Some(log.draft.spec().map(|spec| completed(spec, &open.options))),
+    let spec = match &mut open.log {
+        Some(Ok(log)) => Some(log.spec().clone().map(|spec| completed(spec, &open.options))),
         _ => None,
     };
     match &spec {
@@ -277,23 +298,26 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
         None => {}
     }
     let spec = spec.and_then(Result::ok);
+    let label = ui.label("Template for logs like this one");
+    ui.add(TextEdit::singleline(&mut open.template).desired_width(f32::INFINITY)).labelled_by(label.id);
+    if let Some(text) = shell.filed.would_overwrite(open.template.trim().as_ref()) {
+        let text = format!("{text} What it is now stays beside it as .bak.");
+        ui.label(RichText::new(text).color(Palette::in_ui(ui).warning));
+    }
+    ui.add_space(GAP);
+    let mut is_over = false;
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Template");
-        ui.add(TextEdit::singleline(&mut open.template).desired_width(200.0)).labelled_by(label.id);
+        if primary(ui, spec.is_some() && shell.desk.busy.is_none(), "Open it so").clicked() {
+            let options = ReadOptions { mapping: spec.clone(), ..open.options.clone() };
+            shell.desk.run(Command::open(vec![open.path.clone()], options, Vec::new()));
+            is_over = true;
+        }
         let path = PathBuf::from(open.template.trim());
         let text = spec.as_ref().and_then(|spec| spec.to_toml().ok());
         let save = ui.add_enabled(text.is_some() && !open.template.trim().is_empty(), Button::new("Save as template"));
         let what = format!("The command line takes it: torquescope {} --map {}", shown(&open.path), shown(&path));
         if let Some(text) = text.filter(|_| save.on_hover_text(what).clicked()) {
             shell.desk.orders.push(Order::WriteText(path, text));
-        }
-    });
-    ui.add_space(GAP);
-    ui.horizontal_wrapped(|ui| {
-        if primary(ui, spec.is_some() && shell.desk.busy.is_none(), "Open it so").clicked() {
-            let options = ReadOptions { mapping: spec, ..open.options.clone() };
-            shell.desk.run(Command::open(vec![open.path.clone()], options, Vec::new()));
-            is_over = true;
         }
         is_over |= ui.button("Cancel").clicked();
     });

@@ -180,7 +180,7 @@ mod tests {
         let why = |name: &str| draft.columns.iter().find(|role| role.name == name).unwrap().why.clone();
         assert_eq!(why("pos_meas2"), "`pos` in its name says position, measured");
         assert_eq!(why("pos_des1"), "`pos` in its name says position, commanded; another fits better");
-        assert_eq!(why("vel1[deg/s]"), "`vel` in its name says velocity, in deg/s");
+        assert_eq!(why("vel1[deg/s]"), "`vel` in its name says velocity, and its unit");
         assert_eq!(why("tau_fric1"), "`fric` in its name says that it is not what a joint measured");
         assert!(why("motor_current1").contains("no torque by itself"));
         assert_eq!(why("note"), "its name says no channel");

@@ -146,7 +146,7 @@ pub(super) fn why(name: &str, is_taken: bool) -> String {
         (Some((word, channel)), None) => format!("`{word}` in its name says {}", channel.title()),
     };
     about.iter().for_each(|words| text += &format!(", {words}"));
-    text += &unit.map_or(String::new(), |unit| format!(", in {}", unit.text));
+    text += if unit.is_some() { ", and its unit" } else { "" };
     let is_passed_over = !is_taken && read_name(name).is_some();
     text + if is_passed_over { "; another fits better" } else { "" }
 }

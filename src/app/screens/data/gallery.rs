@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use egui::{Align, Button, Frame, Layout, Margin, Pos2, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 
-use crate::app::desk::Desk;
+use crate::app::desk::{Desk, Order};
 use crate::app::memo::Question;
 use crate::app::theme::{GAP, Palette, RADIUS, SMALL};
 use crate::app::widgets;
@@ -12,7 +12,7 @@ use crate::progress::Monitor;
 use crate::recording::gallery::{self, Sample};
 use crate::recording::read::{ReadOptions, read};
 use crate::recording::{Recording, Trajectory};
-use crate::session::{Command, Session};
+use crate::session::Session;
 
 /// Least width of a card \[points\].
 const LEAST_CARD: f32 = 168.0;
@@ -67,7 +67,7 @@ fn card(ui: &mut Ui, desk: &mut Desk, sample: &Sample, picture: Option<&Picture>
         let open = ui.add_enabled(desk.busy.is_none(), title).on_hover_text(&sample.told.story);
         ui.label(RichText::new(&sample.told.format).size(SMALL).color(palette.weak));
         if open.clicked() || (drawing.clicked() && desk.busy.is_none()) {
-            desk.run(Command::open(vec![sample.path()], ReadOptions::default(), Vec::new()));
+            desk.orders.push(Order::open(vec![sample.path()]));
         }
     };
     frame.show(ui, |ui| ui.with_layout(Layout::top_down(Align::Min), content));
