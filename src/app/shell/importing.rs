@@ -21,9 +21,9 @@ use crate::session::Command;
 use crate::work::{Job, Outcome};
 
 /// Widths of the columns of the table: name, values, quantity, joint, unit, sign \[points\].
-const WIDTHS: [f32; 6] = [130.0, 170.0, 118.0, 44.0, 84.0, 26.0];
+const WIDTHS: [f32; 6] = [130.0, 160.0, 118.0, 44.0, 84.0, 26.0];
 /// Height of a row, and of all that are seen \[points\].
-const ROW: f32 = 24.0;
+const ROW: f32 = 28.0;
 const TABLE: f32 = 250.0;
 /// What stands above and below what can be scrolled \[points\].
 const AROUND: f32 = 290.0;
@@ -128,33 +128,36 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
     }
 }
 
-/// A row for each column of the log.
+/// A row for each column of the log; where there is no room for all that is in a row it can be scrolled.
 fn table(ui: &mut Ui, log: &mut Log) {
-    row(ui, |ui, cell| {
-        for (width, title) in WIDTHS.into_iter().zip(["column", "first values", "quantity", "joint", "unit", "−"]) {
-            cell(ui, width, &mut |ui| drop(ui.label(RichText::new(title).size(SMALL).color(Palette::in_ui(ui).weak))));
-        }
-        ui.label(RichText::new("why").size(SMALL).color(Palette::in_ui(ui).weak));
-    });
-    let count = log.draft.columns.len();
     let Log { preview, draft, shown, .. } = log;
     let mut chosen = None;
-    ScrollArea::both().id_salt("columns").max_height(TABLE).auto_shrink([false, true]).show_rows(
-        ui,
-        ROW,
-        count,
-        |ui, rows| {
+    ScrollArea::horizontal().id_salt("rows").show(ui, |ui| {
+        titles(ui);
+        let rows = ScrollArea::vertical().id_salt("columns").max_height(TABLE);
+        rows.show_rows(ui, ROW, draft.columns.len(), |ui, rows| {
             for number in rows {
                 let (role, values) = (&mut draft.columns[number], &preview.columns[number].values);
                 let asked = ui.push_id(number, |ui| column(ui, role, values, number, shown)).inner;
                 chosen = chosen.or(asked.map(|channel| (number, channel)));
             }
-        },
-    );
+        });
+    });
     if let Some((number, channel)) = chosen {
         draft.take_for(number, channel);
         *shown = number;
     }
+}
+
+fn titles(ui: &mut Ui) {
+    let title =
+        |ui: &mut Ui, text: &str| drop(ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak)));
+    row(ui, |ui, cell| {
+        for (width, text) in WIDTHS.into_iter().zip(["column", "first values", "quantity", "joint", "unit", "−"]) {
+            cell(ui, width, &mut |ui| title(ui, text));
+        }
+        title(ui, "why");
+    });
 }
 
 /// What draws a cell of some width.
@@ -186,7 +189,7 @@ fn column(ui: &mut Ui, role: &mut Role, values: &[f64], number: usize, shown: &m
             }
         });
         cell(ui, of_values, &mut |ui| {
-            let first: Vec<String> = values.iter().take(4).map(|value| short(*value)).collect();
+            let first: Vec<String> = values.iter().take(3).map(|value| short(*value)).collect();
             let text = RichText::new(first.join("  ")).size(SMALL).color(Palette::in_ui(ui).weak);
             ui.add(Label::new(text).truncate());
         });
