@@ -86,16 +86,24 @@ pub enum Over {
     Lessons,
     /// Every command by its name.
     Commands,
+    /// What the columns of the log are.
+    Columns,
 }
 
 impl Over {
-    fn order(self) -> Order {
-        match self {
+    fn order(self, session: &Session) -> anyhow::Result<Order> {
+        Ok(match self {
             Over::Export => Order::Export(None),
             Over::Models => Order::Models(true),
             Over::Lessons => Order::Lessons(true),
             Over::Commands => Order::Palette(true),
-        }
+            Over::Columns => match session.opened_by.as_deref() {
+                Some(Command::Open { paths, options, .. }) if paths.len() == 1 => {
+                    Order::Import(paths[0].clone(), Box::new(options.clone()))
+                }
+                _ => bail!("only a log that was read from a file has columns: name one"),
+            },
+        })
     }
 }
 
@@ -201,7 +209,8 @@ fn settle(
         see(&mut output);
         // Panels can be moved once they were drawn.
         if frame == 0 {
-            app.orders.extend(in_front(app, options)?.into_iter().chain(options.over.map(Over::order)));
+            let over = options.over.map(|over| over.order(app.session())).transpose()?;
+            app.orders.extend(in_front(app, options)?.into_iter().chain(over));
         }
         at_rest = if app.is_busy() || !app.orders.is_empty() { 0 } else { at_rest + 1 };
         if at_rest >= FEWEST_FRAMES {

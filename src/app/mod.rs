@@ -45,7 +45,7 @@ use crate::lesson::{self, Acted, LessonError};
 use crate::progress::{Epoch, Event, Progress};
 use crate::recording::read;
 use crate::session::file::{self, Opened};
-use crate::session::{Command, History, Session, View, runs};
+use crate::session::{Command, History, Session, SessionError, View, runs};
 use crate::training::Ending;
 use crate::training::fit::Plan;
 use crate::work::{Job, Outcome};
@@ -114,6 +114,8 @@ enum Given {
     Session(Box<Session>),
     /// What a file holds.
     Opened(Box<Opened>),
+    /// Why the columns of a log could not be guessed.
+    Unmapped(String),
 }
 
 /// A command at work.
@@ -445,6 +447,8 @@ impl TorquescopeApp {
             Order::Export(only) => self.overlays.export(self.history.current(), self.screens.shown(), only),
             Order::Draw(drawing) => self.write_figure(*drawing, ctx),
             Order::Report => self.write_report(ctx),
+            Order::Import(path, options) => self.overlays.import(path, *options, ctx),
+            Order::WriteText(path, text) => self.write_text(path, text, ctx),
             Order::Tell(notice) => self.messages.notices.push(notice),
             Order::Dismiss(notice) => self.messages.dismiss(notice),
         }
@@ -553,7 +557,12 @@ impl TorquescopeApp {
                 let document = document.knowing(&session.own_effects);
                 Ok(Given::Opened(Box::new(Opened { document, mark, instead })))
             }
-            _ => work.run(&session, monitor).map(Box::new).map(Given::Session),
+            _ => match work.run(&session, monitor) {
+                Err(SessionError::Read(problem)) if problem.is_about_columns() => {
+                    Ok(Given::Unmapped(problem.to_string()))
+                }
+                given => given.map(Box::new).map(Given::Session),
+            },
         });
         let progress = Progress::default();
         let (epochs, found, warnings) = (Vec::new(), Vec::new(), Vec::new());
@@ -599,6 +608,10 @@ impl TorquescopeApp {
         match given {
             Given::Session(session) => self.accept_session(*session, &before, command, ctx),
             Given::Opened(opened) => self.accept_opened(*opened, &before, command, ctx),
+            Given::Unmapped(problem) => {
+                self.fail(command, problem);
+                return self.ask_for_columns(command);
+            }
         }
         self.recent_of(command);
     }
@@ -697,6 +710,15 @@ impl TorquescopeApp {
         self.messages.tell(Tone::Error, text, "Nothing was changed.");
     }
 
+    /// The columns of a log could not be guessed: somebody may know what they are.
+    fn ask_for_columns(&mut self, command: &Command) {
+        if let Command::Open { paths, options, .. } = command
+            && let [path] = paths.as_slice()
+        {
+            self.messages.offer("Say what its columns are…", Order::Import(path.clone(), Box::new(options.clone())));
+        }
+    }
+
     fn write_figure(&mut self, drawing: Drawing, ctx: &egui::Context) {
         let context = ctx.clone();
         let wake = move || context.request_repaint();
@@ -717,6 +739,16 @@ impl TorquescopeApp {
             }
             Ok::<_, String>(path)
         }));
+    }
+
+    fn write_text(&mut self, path: PathBuf, text: String, ctx: &egui::Context) {
+        let context = ctx.clone();
+        let wake = move || context.request_repaint();
+        self.drawing =
+            Some(Job::spawn("write", wake, move |_| match crate::file::write_keeping_old(&path, text.as_bytes()) {
+                Ok(()) => Ok(crate::file::absolute(&path)),
+                Err(error) => Err(format!("{} can't be written ({error})", path.display())),
+            }));
     }
 
     /// Writes the report of the session beside whatever is there already.

@@ -106,7 +106,7 @@ impl Reading {
 fn recordings_help(more: &str) -> String {
     format!(
         "Recordings ({READABLE}, or a folder of NPY arrays); several files are trajectories of one arm, and `FILE+FILE` are files \
-         with channels of the same samples{more}"
+         with channels of the same samples; `gallery/NAME` is one that comes with the program{more}"
     )
 }
 

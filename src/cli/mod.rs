@@ -8,6 +8,7 @@ mod terminal;
 
 mod bench;
 mod choice;
+mod columns;
 mod completions;
 mod data;
 mod demo;
@@ -19,6 +20,7 @@ mod export;
 mod extrapolate;
 mod failure;
 mod figure;
+mod gallery;
 mod inspect;
 mod lesson;
 mod man;
@@ -61,6 +63,7 @@ struct Arguments {
 
 const AFTER_HELP: &str = "Examples:
   torquescope
+  torquescope gallery/sticky-shoulder
   torquescope my-log.csv --zero down
   torquescope mine.torquescope
   torquescope demo
@@ -72,8 +75,10 @@ With --json a failure is told as an object with its reason and code.";
 enum Command {
     Open(open::Open),
     Demo(demo::Demo),
+    Gallery(gallery::GalleryCommand),
     Simulate(simulate::Simulate),
     Inspect(inspect::Inspect),
+    Columns(columns::Columns),
     Diagnose(diagnose::Diagnose),
     Propose(propose::Propose),
     Train(train::Train),
@@ -129,8 +134,10 @@ impl Arguments {
             None => self.window.run(),
             Some(Command::Open(command)) => command.run(),
             Some(Command::Demo(command)) => command.run(),
+            Some(Command::Gallery(command)) => command.run(),
             Some(Command::Simulate(command)) => command.run(),
             Some(Command::Inspect(command)) => command.run(),
+            Some(Command::Columns(command)) => command.run(),
             Some(Command::Diagnose(command)) => command.run(),
             Some(Command::Propose(command)) => command.run(),
             Some(Command::Train(command)) => command.run(),

@@ -7,12 +7,14 @@ use clap::{Args, Subcommand};
 use super::data::OptionalData;
 use super::{Arguments, Command};
 use crate::app;
+use crate::recording::gallery;
 use crate::recording::read::parts;
 
 /// Open the window, on recordings or on a saved session.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope open my-log.csv --zero down
+  torquescope open gallery/sticky-shoulder
   torquescope open mine.torquescope")]
 pub struct Open {
     #[command(flatten)]
@@ -26,7 +28,7 @@ impl Open {
         for path in self.data.files() {
             let side_by_side = parts(path);
             let are_there = side_by_side.len() > 1 && side_by_side.iter().all(|file| file.exists());
-            if !path.exists() && !are_there {
+            if !path.exists() && !are_there && gallery::at(path)?.is_none() {
                 bail!("there is no file {}", path.display());
             }
         }

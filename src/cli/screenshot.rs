@@ -27,6 +27,7 @@ use crate::training::fit::Plan;
   torquescope screenshot --screen data --panel Sources --contrast -o sources.png
   torquescope screenshot --screen compare --over export -o export.png
   torquescope screenshot --lesson 6 --screen compare -o lesson.png
+  torquescope screenshot --empty --screen data --theme light -o start.png
   torquescope screenshot --screen experiment --experiment table-2 experiments -o table.png")]
 pub struct Screenshot {
     #[command(flatten)]
@@ -64,6 +65,9 @@ pub struct Screenshot {
     /// Instead of recordings: the beginning of this lesson, by its number or name.
     #[arg(long, conflicts_with = "files")]
     lesson: Option<String>,
+    /// Instead of recordings: nothing yet, as a first start shows it.
+    #[arg(long, conflicts_with_all = ["files", "lesson"])]
+    empty: bool,
     /// The picture (PNG), or the folder for all.
     #[arg(short, long, value_name = "PICTURE.png|FOLDER")]
     output: PathBuf,
@@ -78,6 +82,7 @@ impl Screenshot {
                 let lesson = begin(&catalogue::find(name).or_usage()?, 1, 0)?;
                 progress::run(lesson.command, &Session::default())?.into()
             }
+            None if self.empty => Session::default().into(),
             None => self.data.document_or_embedded()?,
         };
         let Some(screen) = self.screen else {
@@ -118,11 +123,12 @@ pub fn screen_choices() -> impl Iterator<Item = Choice<&'static About>> {
     screens::all().map(|about| (about.id, about.purpose, about))
 }
 
-const OVER: [Choice<Over>; 4] = [
+const OVER: [Choice<Over>; 5] = [
     ("export", "how plots are exported, with a preview", Over::Export),
     ("models", "the table of the session's models", Over::Models),
     ("lessons", "the list of all lessons", Over::Lessons),
     ("commands", "the command palette", Over::Commands),
+    ("columns", "what the columns of the log are", Over::Columns),
 ];
 
 const LOOKS: [Choice<Look>; 2] =

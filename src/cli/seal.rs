@@ -7,6 +7,7 @@ use super::failure::OrUsage;
 use super::progress;
 use super::table::{number, numbers, table};
 use crate::effect::registry;
+use crate::recording::correction::Correction;
 use crate::recording::seal::{self, HiddenEffect, Truth};
 use crate::recording::{Joint, JointKind};
 use crate::session::Command;
@@ -35,6 +36,8 @@ struct Answer {
     effects: Vec<Hidden>,
     /// What else was there, in a world of bodies.
     causes: Vec<Cause>,
+    /// What sets the log right, where it was set up wrongly on purpose.
+    set_up: Vec<Correction>,
     /// Standard deviation by joint.
     torque_noise: Vec<f64>,
     seed: u64,
@@ -108,14 +111,18 @@ impl Answer {
         Answer {
             effects: truth.effects.iter().map(hidden).collect(),
             causes: truth.causes.iter().map(cause).collect(),
+            set_up: truth.set_up.clone(),
             torque_noise: truth.torque_noise.clone(),
             seed: truth.seed,
         }
     }
 
     fn print(&self) {
-        if self.effects.is_empty() && self.causes.is_empty() {
+        if self.effects.is_empty() && self.causes.is_empty() && self.set_up.is_empty() {
             println!("nothing was hidden");
+        }
+        for correction in &self.set_up {
+            println!("set up wrongly: {}; right with --set-right {correction}", correction.fault());
         }
         let place = |joint: &Option<usize>| joint.map_or("the whole arm".to_owned(), |joint| format!("joint {joint}"));
         for hidden in &self.effects {
@@ -152,6 +159,7 @@ mod tests {
             causes: Vec::new(),
             torque_noise: vec![0.0; 2],
             seed: 1,
+            set_up: Vec::new(),
         };
         let joints = [Joint::numbered(1), Joint { kind: JointKind::Prismatic, ..Joint::numbered(2) }];
         let answer = Answer::of(&truth, &joints);

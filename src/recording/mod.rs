@@ -2,6 +2,7 @@
 //!
 //! bytes → [`read`] (sniff, table) → [`mapping`] (which column is which channel) → [`Recording`] + [`check`] findings
 //! → [`split`] by trajectory or time block. [`differentiate`] derives what was not measured, [`mod@write`] writes.
+//! [`gallery`] holds recordings that come with the program.
 //!
 //! SI units everywhere: rad (m for prismatic joints), s, N m (N).
 
@@ -10,6 +11,7 @@ pub mod check;
 pub mod correction;
 pub mod differentiate;
 pub mod fault;
+pub mod gallery;
 mod glitch;
 mod layout;
 pub mod mapping;

@@ -8,6 +8,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use super::correction::Correction;
 use crate::arm::Arm;
 
 /// Key of the stream that scrambles the truth.
@@ -33,6 +34,9 @@ pub struct Truth {
     pub torque_noise: Vec<f64>,
     /// Seed of all random draws.
     pub seed: u64,
+    /// What sets the log right, where it was set up wrongly on purpose.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set_up: Vec<Correction>,
 }
 
 /// One effect that a simulation hid.
@@ -81,6 +85,14 @@ impl Seal {
         serde_json::from_slice(&scramble(self.bytes.clone())).map_err(|error| SealError(error.to_string()))
     }
 
+    /// The same truth of a log that is set up wrongly, and what sets it right.
+    ///
+    /// # Errors
+    /// [`SealError`] if the block was changed.
+    pub fn with_set_up(&self, set_up: Vec<Correction>) -> Result<Seal, SealError> {
+        Ok(Seal::close(&Truth { set_up, ..self.open()? }))
+    }
+
     /// The scrambled block as it stands in files.
     pub fn as_bytes(&self) -> &[u8] {
         &self.bytes
@@ -113,6 +125,7 @@ mod tests {
             causes: Vec::new(),
             torque_noise: vec![0.1, 0.2],
             seed: 7,
+            set_up: Vec::new(),
         }
     }
 

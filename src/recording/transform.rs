@@ -16,10 +16,13 @@ use crate::signals::Signals;
 #[serde(deny_unknown_fields, default)]
 pub struct Transform {
     /// What the numbers are multiplied by; 1 if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<Factor>,
     /// Whether they are divided by it instead, or multiplied by the inverse of the matrix.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub inverse: bool,
     /// What is added afterwards, one number a joint in SI units; 0 if empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub offset: Vec<f64>,
 }
 

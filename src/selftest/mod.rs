@@ -14,7 +14,7 @@ mod logs;
 pub mod opener;
 mod places;
 mod sameness;
-mod seeds;
+pub(crate) mod seeds;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -321,6 +321,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
             causes: Vec::new(),
             torque_noise: deviations,
             seed: scenario.seed,
+            set_up: Vec::new(),
         })),
     })
 }

@@ -63,7 +63,7 @@ impl WorldTrial {
 ///
 /// # Errors
 /// [`TrialError::Seal`] if the seal is damaged.
-pub(super) fn truth_of(recording: &Recording, kind: &str, with_speed: bool) -> Result<Truth, TrialError> {
+pub fn truth_of(recording: &Recording, kind: &str, with_speed: bool) -> Result<Truth, TrialError> {
     let opened = recording.seal.as_ref().map(|seal| seal.open()).transpose()?;
     let mut causes = Vec::new();
     if let Some(truth) = opened {

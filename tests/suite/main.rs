@@ -8,6 +8,7 @@ mod arm_oracle;
 mod catalogue;
 mod command_line;
 mod experiment;
+mod gallery;
 mod journeys;
 mod lessons;
 mod network_oracle;

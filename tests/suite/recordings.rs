@@ -10,7 +10,7 @@ use tempfile::TempDir;
 use torquescope::arm::{Arm, Posture};
 use torquescope::progress::Monitor;
 use torquescope::recording::check::FindingKind;
-use torquescope::recording::read::{Import, ReadError, ReadOptions, columns, read};
+use torquescope::recording::read::{Import, ReadError, ReadOptions, preview, read};
 use torquescope::recording::seal::Seal;
 use torquescope::recording::write::{to_csv_bytes, to_npz_bytes};
 use torquescope::recording::{Channels, Joint, JointKind, Origin, Provenance, Recording, Trajectory};
@@ -367,7 +367,7 @@ fn several_files_become_trajectories_of_one_recording() {
 fn columns_are_told_for_a_mapping_by_hand_and_limits_hold() {
     let bytes = log(300, |_, row| row);
     let (_folder, path) = file("log.csv", &bytes);
-    let names = columns(&path, &ReadOptions::default(), &Monitor::new()).unwrap();
+    let names = preview(&path, &ReadOptions::default(), &Monitor::new()).unwrap().names();
     assert_eq!(names, ["time", "q1", "qd1", "tau1"]);
     let small = ReadOptions { largest: 1000, ..ReadOptions::default() };
     assert!(read_bytes("log.csv", &bytes, &small).unwrap_err().to_string().contains("limit"));

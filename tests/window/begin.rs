@@ -1,6 +1,7 @@
 //! How one begins: three cards on the first screen, and another recording beside the one that is there.
 
 use torquescope::progress::Monitor;
+use torquescope::recording::gallery;
 use torquescope::recording::write::to_npz_bytes;
 use torquescope::simulation::simulate;
 
@@ -60,4 +61,20 @@ fn another_recording_is_looked_at_beside_the_one_that_was_trained_on() {
     assert_eq!(names(&mut window, "joint 1: torque"), ["measured τ", "predicted τ̂"]);
     click(&mut window, "Undo");
     assert_eq!(runs(&window), before);
+}
+
+/// The gallery stands below the ways to begin; a card opens its recording, whose story is then told.
+#[test]
+fn a_card_of_the_gallery_opens_a_recording_with_its_story() {
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    for sample in gallery::all() {
+        assert!(is_enabled(&window, &sample.told.title), "{}", sample.name);
+    }
+    let sample = &gallery::all()[2];
+    window.get_by_role_and_label(Role::Button, &sample.told.title).click_accesskit();
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    assert_eq!((recording.name.as_str(), recording.seal.is_some()), (sample.told.title.as_str(), true));
+    assert!(window.query_by_label("The story").is_some() && window.query_by_label(&sample.told.story).is_some());
+    assert!(window.query_by_label("Recordings to try").is_none());
 }

@@ -6,6 +6,7 @@ mod begin;
 mod busy;
 mod care;
 mod charts;
+mod importing;
 mod lessons;
 mod looks;
 mod lost;

@@ -27,7 +27,14 @@ struct Dialog {
 }
 
 /// Everything that opens over a screen.
-const DIALOGS: [Dialog; 12] = [
+const DIALOGS: [Dialog; 13] = [
+    Dialog {
+        modal: true,
+        name: "import assistant",
+        screen: &data::ABOUT,
+        open: |window| window.state_mut().order(Order::Import("gallery/nameless-logger".into(), Box::default())),
+        exit: "Cancel",
+    },
     Dialog {
         modal: true,
         name: "export",

@@ -1,5 +1,6 @@
 //! What the window has to say: notices that stay until they are dismissed, and toasts that pass.
 
+use super::order::Order;
 use crate::file;
 
 /// How long a toast is shown \[s\].
@@ -25,12 +26,14 @@ pub struct Notice {
     pub text: String,
     /// How to mend it; empty if there is nothing to mend.
     pub remedy: String,
+    /// What a button beside it does, with its name.
+    pub offer: Option<(String, Box<Order>)>,
 }
 
 impl Notice {
     /// A message.
     pub fn new(tone: Tone, text: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Notice { tone, text: text.into(), remedy: remedy.into() }
+        Notice { tone, text: text.into(), remedy: remedy.into(), offer: None }
     }
 }
 
@@ -59,6 +62,13 @@ impl Messages {
     pub fn tell(&mut self, tone: Tone, text: impl Into<String>, remedy: impl Into<String>) {
         let text = file::without_number(&text.into());
         self.notices.push(Notice::new(tone, text, remedy));
+    }
+
+    /// Offers something beside what was said last.
+    pub fn offer(&mut self, name: &str, order: Order) {
+        if let Some(notice) = self.notices.last_mut() {
+            notice.offer = Some((name.to_owned(), Box::new(order)));
+        }
     }
 
     /// Says what was just done.

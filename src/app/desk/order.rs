@@ -54,6 +54,10 @@ pub enum Order {
     Leave(Parting),
     /// Ask before something is done that can't be taken back.
     Ask(Box<Question>),
+    /// Look into a log, and let the user say what its columns are.
+    Import(PathBuf, Box<ReadOptions>),
+    /// Write a text into a file; what it was stays beside it.
+    WriteText(PathBuf, String),
     /// Let the user choose files.
     OpenDialog,
     /// More contrast, or as usual.

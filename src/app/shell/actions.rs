@@ -6,6 +6,7 @@ use crate::app::screens::{self, train};
 use crate::effect::{Scope, registry};
 use crate::model::Preset;
 use crate::model::learned::LearnedPreset;
+use crate::recording::gallery;
 use crate::session::Command;
 use crate::simulation::Scenario;
 use crate::simulation::extrapolation::Stretch;
@@ -58,6 +59,9 @@ pub fn all(shell: &Shell) -> Vec<Action> {
     }
     add("Simulate the demonstration arm".into(), "", Order::run(Command::Simulate(Box::new(Scenario::embedded()))));
     add("Draw a mystery".into(), "", Order::DrawMystery);
+    for sample in gallery::all() {
+        add(format!("Try {}", sample.told.title), "", Order::open(vec![sample.path()]));
+    }
     add("Lessons…".into(), "", Order::Lessons(true));
     if let Some(recording) = &desk.session.recording {
         add("Start from the rigid body".into(), "", Order::run(Command::ChoosePreset(Preset::RigidBody)));

@@ -43,6 +43,11 @@ pub fn notices(ui: &mut Ui, shell: &mut Shell) {
                         if !notice.remedy.is_empty() {
                             widgets::weak(ui, &notice.remedy);
                         }
+                        if let Some((name, order)) = &notice.offer
+                            && ui.button(name).clicked()
+                        {
+                            shell.desk.orders.extend([Order::clone(order), Order::Dismiss(number)]);
+                        }
                     });
                 });
             });

@@ -6,6 +6,7 @@ mod bar;
 mod export;
 mod flow;
 mod frame;
+mod importing;
 mod keys;
 mod lesson;
 mod messages;
@@ -15,11 +16,14 @@ mod preview;
 mod primary;
 mod status;
 
+use std::path::PathBuf;
+
 use egui::{CentralPanel, Context, Frame, Margin, Panel, Ui};
 
 use ask::Closing;
 use export::Exporting;
 pub use frame::Shell;
+use importing::Importing;
 use lesson::LessonPanel;
 use models::Models;
 use palette::CommandPalette;
@@ -28,6 +32,7 @@ use super::desk::{About, Focus, Order, Question};
 use super::screens::Screens;
 use super::theme::{GROUP, Palette};
 use super::widgets::is_narrow;
+use crate::recording::read::ReadOptions;
 use crate::session::Session;
 
 /// What lies over the screens while it is open.
@@ -41,6 +46,8 @@ pub struct Overlays {
     pub key_list: bool,
     /// How plots are exported.
     pub exporting: Option<Exporting>,
+    /// What the columns of a log are.
+    pub importing: Option<Importing>,
     /// What is asked before it is done.
     pub asking: Option<Question>,
     /// Whether the window is to be closed, and how.
@@ -55,6 +62,11 @@ impl Overlays {
         self.exporting = Some(Exporting::new(session, screen, only));
     }
 
+    /// Looks into a log, to ask what its columns are.
+    pub fn import(&mut self, path: PathBuf, options: ReadOptions, ctx: &Context) {
+        self.importing = Some(Importing::new(path, options, ctx));
+    }
+
     /// Asks whether to close the window; the session would go into this file.
     pub fn ask_closing(&mut self, path: String) {
         self.closing.get_or_insert(Closing { path });
@@ -63,6 +75,7 @@ impl Overlays {
     /// Whether something is drawn for a dialog.
     pub fn is_busy(&self) -> bool {
         self.exporting.as_ref().is_some_and(Exporting::is_busy)
+            || self.importing.as_ref().is_some_and(Importing::is_busy)
     }
 
     /// Opens the list of lessons, or brings back the lesson that was hidden, or closes the list.
@@ -76,7 +89,8 @@ impl Overlays {
 
     /// Whether a dialog lies over the screens.
     pub fn cover(&self) -> bool {
-        let asks = self.asking.is_some() || self.closing.is_some() || self.exporting.is_some();
+        let asks =
+            self.asking.is_some() || self.closing.is_some() || self.exporting.is_some() || self.importing.is_some();
         asks || self.palette.is_some() || self.key_list || self.lesson.choosing.is_some()
     }
 
@@ -94,7 +108,10 @@ impl Overlays {
             key_list: self.key_list,
             models: self.models.is_some(),
             exporting: self.exporting.is_some(),
-            asking: self.asking.is_some() || self.closing.is_some() || self.lesson.choosing.is_some(),
+            asking: self.asking.is_some()
+                || self.closing.is_some()
+                || self.importing.is_some()
+                || self.lesson.choosing.is_some(),
         };
         keys::shortcuts(ctx, open, || flow::next(session, focus, screens, exported))
     }
@@ -117,6 +134,7 @@ impl Overlays {
             shell.screens.ui(ui, &mut shell.desk);
         });
         export::show(ui, shell, &mut self.exporting);
+        importing::show(ui, shell, &mut self.importing);
         messages::toasts(ui, shell);
         messages::drop_hint(ui);
         palette::show(ui, shell, &mut self.palette);

@@ -38,7 +38,7 @@ impl Mapping {
     }
 }
 
-fn missing(channel: Channel, columns: &[String]) -> MappingError {
+pub(super) fn missing(channel: Channel, columns: &[String]) -> MappingError {
     let says = |name: &String| read_name(name).map(|reading| reading.channel);
     // What the names say, else columns that say nothing, else names that only show the form.
     let mut silent = columns.iter().filter(|name| says(name).is_none()).map(|name| starred(name)).collect::<Vec<_>>();
@@ -105,13 +105,13 @@ struct Group<'a> {
 }
 
 /// Everything that the names of the columns say.
-struct Guesses<'a> {
+pub(super) struct Guesses<'a> {
     columns: &'a [String],
     groups: BTreeMap<(Channel, String), Group<'a>>,
 }
 
 impl<'a> Guesses<'a> {
-    fn of(columns: &'a [String]) -> Self {
+    pub(super) fn of(columns: &'a [String]) -> Self {
         let mut groups = BTreeMap::new();
         for (first, column) in columns.iter().enumerate() {
             if let Some(Reading { channel, label, rank, group }) = read_name(column) {
@@ -127,6 +127,21 @@ impl<'a> Guesses<'a> {
             }
         }
         Guesses { columns, groups }
+    }
+
+    /// The columns that fit each channel best, in the order of the joints; channels for which none do are left out.
+    pub(super) fn each(&self) -> Vec<(Channel, Vec<String>)> {
+        let position = self.guessed(Channel::Position, None);
+        let of = |channel| {
+            let mut choice = self.guessed(channel, position.as_ref())?;
+            if let Some(position) = &position {
+                // Where they are of other joints they keep their own order.
+                let _ = choice.follow(position);
+            }
+            let most = if channel == Channel::Time { 1 } else { usize::MAX };
+            Some((channel, choice.columns.into_iter().take(most).collect()))
+        };
+        Channel::ALL.into_iter().filter_map(of).collect()
     }
 
     /// The columns for a channel; with the same joints as `position`, where that is given.
@@ -269,6 +284,7 @@ mod tests {
     fn knows_many_ways_to_name_channels() {
         for text in [
             "t q1 q2 qd1 qd2 qdd1 qdd2 tau1 tau2",
+            "log.t log.q[0] log.q[1] log.qd[0] log.qd[1] log.qdd[0] log.qdd[1] log.tau[0] log.tau[1]",
             "t q_0 q_1 qd_0 qd_1 qdd_0 qdd_1 tau_0 tau_1",
             "timestamp q[0] q[1] dq[0] dq[1] ddq[0] ddq[1] tau[0] tau[1]",
             "time qp[0] qp[1] qv[0] qv[1] qa[0] qa[1] tau[0] tau[1]",

@@ -7,12 +7,14 @@
 //! and acceleration are derived where they are missing; a file without time needs a sampling rate.
 
 mod choosing;
+mod draft;
 mod spec;
 mod units;
 mod words;
 
 use serde::{Deserialize, Serialize};
 
+pub use draft::{Draft, Role};
 pub use spec::MappingSpec;
 pub(super) use units::{split_unit, unit_named};
 pub(super) use words::is_current;
@@ -127,6 +129,16 @@ pub enum MappingError {
         /// The name.
         name: String,
         /// How often it occurs.
+        count: usize,
+    },
+    /// A joint of a channel has no column, or several.
+    #[error("{} columns are taken for the {} of joint {joint}; take one for each joint from 1 on", if *count == 0 { "no".to_owned() } else { count.to_string() }, channel.title())]
+    Joint {
+        /// The channel.
+        channel: Channel,
+        /// Counted from 1.
+        joint: usize,
+        /// How many columns.
         count: usize,
     },
     /// Two channels have different joints.

@@ -61,6 +61,11 @@ impl MappingSpec {
         }
     }
 
+    /// Says which columns a channel has.
+    pub fn set(&mut self, channel: Channel, columns: Vec<String>) {
+        *self.get_mut(channel) = Some(columns);
+    }
+
     fn get_mut(&mut self, channel: Channel) -> &mut Option<Vec<String>> {
         match channel {
             Channel::Time => &mut self.time,
@@ -73,7 +78,7 @@ impl MappingSpec {
 }
 
 /// A mapping file, as it is written.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct MappingFile {
     time: Option<Names>,
@@ -88,14 +93,14 @@ struct MappingFile {
     arm: Option<Chain>,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct ChannelEntry {
     columns: Names,
     #[serde(flatten)]
     transform: Transform,
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(untagged, expecting = "columns are a name, a pattern with `*`, or a list of them")]
 enum Names {
     One(String),
@@ -145,6 +150,33 @@ impl MappingSpec {
             }
         }
         Ok(spec)
+    }
+}
+
+impl MappingSpec {
+    /// The mapping file that says the same; [`MappingSpec::from_toml`] reads it.
+    ///
+    /// # Errors
+    /// [`MappingError::File`] if a number of it can't be written.
+    pub fn to_toml(&self) -> Result<String, MappingError> {
+        let entry = |channel| {
+            let columns = Names::Several(self.get(channel)?.to_vec());
+            let transform = self.transforms.get(&channel).cloned().unwrap_or_default();
+            Some(ChannelEntry { columns, transform })
+        };
+        let file = MappingFile {
+            time: self.time.clone().map(Names::Several),
+            rate_hz: self.rate_hz,
+            low_pass_hz: self.low_pass_hz,
+            kind: self.kind,
+            topic: self.topic.clone(),
+            q: entry(Channel::Position),
+            qd: entry(Channel::Velocity),
+            qdd: entry(Channel::Acceleration),
+            tau: entry(Channel::Torque),
+            arm: self.chain.clone(),
+        };
+        toml::to_string(&file).map_err(|error| MappingError::File(error.to_string()))
     }
 }
 

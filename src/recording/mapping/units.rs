@@ -95,6 +95,17 @@ pub(in crate::recording) fn split_unit(name: &str) -> (&str, Option<Unit>) {
     (name, None)
 }
 
+/// Units to choose from for a channel, as people write them; SI for joints that turn first.
+pub(super) fn choices(channel: Channel) -> &'static [&'static str] {
+    match channel {
+        Channel::Time => &["s", "ms", "µs", "ns"],
+        Channel::Position => &["rad", "deg", "m", "mm"],
+        Channel::Velocity => &["rad/s", "deg/s", "m/s", "mm/s"],
+        Channel::Acceleration => &["rad/s²", "deg/s²", "m/s²"],
+        Channel::Torque => &["Nm", "mNm", "kNm", "N"],
+    }
+}
+
 /// The unit with this text.
 pub(in crate::recording) fn unit_named(text: &str) -> Option<Unit> {
     let text = text.trim().to_lowercase();

@@ -110,7 +110,9 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
         }
     }
     let channel = channel?;
-    if channel == Channel::Time && (!numbers.is_empty() || words.len() > 1 && words.iter().any(|w| w == "t")) {
+    // `t_motor` is hardly a clock, but the field `t` of a struct `log` is one.
+    let is_vague = words.len() > 1 && words.iter().any(|word| word == "t") && !bare.ends_with(".t");
+    if channel == Channel::Time && (!numbers.is_empty() || is_vague) {
         return None;
     }
     let label = match numbers.as_slice() {
@@ -128,6 +130,35 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
     qualifiers.sort_unstable();
     let outer = numbers.iter().rev().skip(1).map(usize::to_string).collect::<Vec<_>>().join(".");
     Some(Reading { channel, label, rank, group: format!("{} {outer}", qualifiers.join(" ")) })
+}
+
+/// Why a name is taken for a channel, or for none; as a sentence.
+pub(super) fn why(name: &str, is_taken: bool) -> String {
+    let (bare, unit) = split_unit(name);
+    let (words, _) = words_and_numbers(bare);
+    let of_channel = words.iter().find_map(|word| Some((word, channel_of(word)?)));
+    let unwanted = words.iter().find(|word| qualifier(word) == Some(None));
+    let about: Vec<&str> = words.iter().filter_map(|word| welcome(word)).collect();
+    let mut text = match (of_channel, unwanted) {
+        _ if is_current(name) => "its name is that of a motor's current, which is no torque by itself".to_owned(),
+        (_, Some(word)) => format!("`{word}` in its name says that it is not what a joint measured"),
+        (None, None) => "its name says no channel".to_owned(),
+        (Some((word, channel)), None) => format!("`{word}` in its name says {}", channel.title()),
+    };
+    about.iter().for_each(|words| text += &format!(", {words}"));
+    text += if unit.is_some() { ", and its unit" } else { "" };
+    let is_passed_over = !is_taken && read_name(name).is_some();
+    text + if is_passed_over { "; another fits better" } else { "" }
+}
+
+/// What a word about a column says, in words.
+fn welcome(word: &str) -> Option<&'static str> {
+    Some(match qualifier(word)?? {
+        0 => "measured",
+        2 => "filtered",
+        COMMANDED => "commanded",
+        _ => "raw or of the motor",
+    })
 }
 
 fn channel_of(word: &str) -> Option<Channel> {

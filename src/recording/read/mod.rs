@@ -48,6 +48,7 @@ use self::table::{Table, listed};
 use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::correction::{Correction, CorrectionError};
 use super::differentiate::description;
+use super::gallery::{self, Sample, UnknownSample};
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec, is_current};
 use super::transform::TransformError;
 use super::{Joint, Origin, Provenance, Recording, RecordingError};
@@ -127,6 +128,9 @@ pub enum ReadError {
     /// No file was named.
     #[error("no file was named; name at least one log ({READABLE})")]
     NoFile,
+    /// It is not in the gallery.
+    #[error(transparent)]
+    Sample(#[from] UnknownSample),
     /// An option makes no sense.
     #[error("{option} is {value}, but must be a number of Hz above 0")]
     Option {
@@ -356,9 +360,25 @@ pub enum ReadError {
         /// Its name.
         file: String,
     },
+    /// There are no columns to be mapped.
+    #[error("{file} is a whole recording of this program, which needs no mapping")]
+    NeedsNone {
+        /// Its name.
+        file: String,
+    },
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+impl ReadError {
+    /// Whether whoever knows what the columns are can help.
+    pub fn is_about_columns(&self) -> bool {
+        matches!(
+            self,
+            ReadError::Mapping { .. } | ReadError::NoTime { .. } | ReadError::NoValues { .. } | ReadError::Text { .. }
+        )
+    }
 }
 
 fn and_constants(names: &[String]) -> String {
@@ -371,12 +391,32 @@ fn and_passed_over(parts: &[String]) -> String {
 
 /// Reads one recording; several files become trajectories of one arm, all mapped like the first. A path such as
 /// `angles.csv+currents.csv` stands for files with channels of the same samples, which are put side by side; a folder stands for
-/// the arrays of its `.npy` files, as if they were in one archive.
+/// the arrays of its `.npy` files, as if they were in one archive; `gallery/NAME` for a recording that comes with the program.
 ///
 /// # Errors
 /// [`ReadError`] says which file, where in it, what is wrong and what to do. Nothing is returned then.
 pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Result<Import, ReadError> {
     options.check()?;
+    for path in paths {
+        if let Some(sample) = gallery::at(path)? {
+            return match paths.len() {
+                1 => read_sample(sample, options, monitor),
+                _ => Err(ReadError::NotAlone { file: path.display().to_string() }),
+            };
+        }
+    }
+    read_files(paths, options, monitor)
+}
+
+/// A sample of the gallery as if it were a file: with what is told of it where the user says nothing else, and with its seal.
+fn read_sample(sample: &Sample, options: &ReadOptions, monitor: &Monitor) -> Result<Import, ReadError> {
+    let mut import = read_files(&[sample.path()], &sample.told.completing(options), monitor)?;
+    import.recording.name = sample.told.title.clone();
+    import.recording.seal = Some(sample.seal());
+    Ok(import)
+}
+
+fn read_files(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Result<Import, ReadError> {
     let mut merge: Option<Merge> = None;
     for (index, path) in paths.iter().enumerate() {
         let file = file_name(path);
@@ -408,15 +448,41 @@ pub fn own_recording(bytes: &[u8], monitor: &Monitor) -> Result<Recording, ReadE
     }
 }
 
-/// The names of the columns of a file, for a mapping to be made by hand; those of a recording of our own are empty.
+/// The columns of a log as they stand in it, for a mapping to be made by hand.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preview {
+    /// In the order of the file.
+    pub columns: Vec<Seen>,
+}
+
+/// A column as it stands in a log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Its name.
+    pub name: String,
+    /// Its numbers, NaN where there is none.
+    pub values: Vec<f64>,
+}
+
+impl Preview {
+    /// The names of all columns.
+    pub fn names(&self) -> Vec<String> {
+        self.columns.iter().map(|column| column.name.clone()).collect()
+    }
+}
+
+/// Looks into a log without making anything of it.
 ///
 /// # Errors
-/// [`ReadError`] as for [`read`].
-pub fn columns(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Vec<String>, ReadError> {
-    Ok(match open(path, options, monitor)? {
-        Content::Table(table) => table.names(),
-        Content::Recording(_) => Vec::new(),
-    })
+/// [`ReadError`] as for [`read`], and [`ReadError::NeedsNone`] for a recording of our own, which has no columns.
+pub fn preview(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Preview, ReadError> {
+    match open(path, options, monitor)? {
+        Content::Table(table) => {
+            let seen = |column: table::Column| Seen { name: column.name, values: column.values };
+            Ok(Preview { columns: table.columns.into_iter().map(seen).collect() })
+        }
+        Content::Recording(_) => Err(ReadError::NeedsNone { file: file_name(path) }),
+    }
 }
 
 fn open(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
@@ -437,6 +503,9 @@ fn open(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content
 }
 
 fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
+    if let Some(sample) = gallery::at(path)? {
+        return embedded(sample, options, monitor);
+    }
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
     if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
         return folder(path, options, monitor);
@@ -478,14 +547,36 @@ fn folder(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Conte
         sum += size(file, options)?;
     }
     let mut budget = Budget::of(sum, options.largest);
-    let names = files.iter().map(|file| stem(file)).enumerate().collect();
+    let names = files.iter().map(|file| stem(file)).collect();
+    let table = table_of(&mut Files(files), names, &file_name(path), &mut budget, monitor)?;
+    Ok(Content::Table(Box::new(table)))
+}
+
+/// The log of a sample, which lies in the program.
+fn embedded(sample: &Sample, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
+    if let [(name, bytes)] = sample.log {
+        return decode(bytes, name, &ending(Path::new(name)), options, monitor);
+    }
+    let arrays: Vec<&[u8]> = sample.log.iter().map(|(_, bytes)| *bytes).collect();
+    let names = sample.log.iter().map(|(name, _)| stem(Path::new(name))).collect();
+    let mut budget = Budget::of(arrays.iter().map(|bytes| bytes.len() as u64).sum(), options.largest);
+    let table = table_of(&mut InMemory(&arrays), names, sample.name, &mut budget, monitor)?;
+    Ok(Content::Table(Box::new(table)))
+}
+
+/// The columns of arrays that belong together.
+fn table_of(
+    source: &mut dyn Source,
+    names: Vec<String>,
+    file: &str,
+    budget: &mut Budget,
+    monitor: &Monitor,
+) -> Result<Table, ReadError> {
     let mut gathered = Gathered::default();
-    let taken = gathered.take(&mut Files(files), names, false, &mut budget, monitor);
+    let taken = gathered.take(source, names.into_iter().enumerate().collect(), false, budget, monitor);
     monitor.check()?;
-    let table = taken.and_then(|()| gathered.table(&mut budget));
-    table
-        .map(|table| Content::Table(Box::new(table)))
-        .map_err(|problem| ReadError::Npy { file: file_name(path), problem })
+    let table = taken.and_then(|()| gathered.table(budget));
+    table.map_err(|problem| ReadError::Npy { file: file.to_owned(), problem })
 }
 
 /// NPY files of a folder, for [`Gathered`].
@@ -499,12 +590,12 @@ impl Source for Files {
     }
 }
 
-/// One NPY file in memory, for [`Gathered`].
-struct One<'a>(&'a [u8]);
+/// NPY files in memory, for [`Gathered`].
+struct InMemory<'a>(&'a [&'a [u8]]);
 
-impl Source for One<'_> {
-    fn open(&mut self, _: usize) -> std::io::Result<(Box<dyn Read + '_>, u64)> {
-        Ok((Box::new(self.0), self.0.len() as u64))
+impl Source for InMemory<'_> {
+    fn open(&mut self, index: usize) -> std::io::Result<(Box<dyn Read + '_>, u64)> {
+        Ok((Box::new(self.0[index]), self.0[index].len() as u64))
     }
 }
 
@@ -552,12 +643,7 @@ fn content(
             let wrong = |problem| ReadError::Npz { file, problem: Box::new(problem) };
             return npz::read(bytes, budget, monitor).map_err(wrong);
         }
-        Format::Npy => {
-            let (mut gathered, names) = (Gathered::default(), vec![(0, stem(Path::new(&file)))]);
-            let taken = gathered.take(&mut One(bytes), names, false, budget, monitor);
-            let table = taken.and_then(|()| gathered.table(budget));
-            table.map_err(|problem| ReadError::Npy { file, problem })?
-        }
+        Format::Npy => table_of(&mut InMemory(&[bytes]), vec![stem(Path::new(&file))], &file, budget, monitor)?,
     };
     Ok(Content::Table(Box::new(table)))
 }

@@ -58,7 +58,7 @@ pub fn packed_element(variable: &[u8]) -> std::io::Result<Vec<u8>> {
 
 /// A file of these variables.
 pub fn file(variables: &[Vec<u8>]) -> Vec<u8> {
-    let mut bytes = b"MATLAB 5.0 MAT-file, made by a selftest".to_vec();
+    let mut bytes = b"MATLAB 5.0 MAT-file, made by Torquescope".to_vec();
     bytes.resize(116, b' ');
     bytes.resize(124, 0);
     bytes.extend([0, 1, b'I', b'M']);

@@ -1,8 +1,8 @@
 //! Clean recordings, and each of them as a file of every kind that is read.
 
-mod bag;
-mod mat;
-mod mcap;
+pub mod bag;
+pub mod mat;
+pub mod mcap;
 mod message;
 
 use std::fmt::Write as _;
@@ -94,23 +94,29 @@ fn dialect(text: &[u8], delimiter: &str, cell: impl Fn(&str) -> String) -> Vec<u
 }
 
 /// The channels that a log has, by the names under which they are recognised.
-fn channels(run: &Trajectory) -> [(&'static str, &Signals); 3] {
+pub fn channels(run: &Trajectory) -> [(&'static str, &Signals); 3] {
     [("q", &run.q), ("qd", &run.qd), ("tau", &run.tau)]
 }
 
 /// The values of a signal, sample after sample.
-fn rows(signal: &Signals) -> Vec<f64> {
+pub fn rows(signal: &Signals) -> Vec<f64> {
     (0..signal.sample_count()).flat_map(|sample| signal.at(sample)).collect()
 }
 
-fn archive(run: &Trajectory, method: CompressionMethod) -> Result<Vec<u8>, SelftestError> {
+/// A run as an archive of arrays.
+pub fn archive(run: &Trajectory, method: CompressionMethod) -> Result<Vec<u8>, SelftestError> {
+    packed(&arrays(run), method)
+}
+
+/// A run as arrays, each in a file of its own.
+pub fn arrays(run: &Trajectory) -> Vec<(String, Vec<u8>)> {
     let bytes = |values: &[f64]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>().into_iter();
     let mut entries = vec![("t.npy".to_owned(), npy::encode("<f8", &[run.len()], bytes(&run.time)))];
     for (name, signal) in channels(run) {
         let shape = [run.len(), run.joint_count()];
         entries.push((format!("{name}.npy"), npy::encode("<f8", &shape, bytes(&rows(signal)))));
     }
-    packed(&entries, method)
+    entries
 }
 
 /// An archive of these entries.

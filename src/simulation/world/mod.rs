@@ -193,6 +193,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
             causes,
             torque_noise,
             seed: scenario.seed,
+            set_up: Vec::new(),
         })),
     })
 }

@@ -3,6 +3,7 @@
 mod arm_editor;
 mod coverage;
 mod figures;
+mod gallery;
 mod motion;
 mod recent;
 mod simulate;
@@ -130,6 +131,7 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
         ticks::short(duration)
     );
     widgets::headline(ui, &recording.name, &summary);
+    gallery::story(ui, &recording);
     findings(ui, desk, &recording);
     posture(ui, desk, &recording);
     signals(ui, desk, &recording);
@@ -284,6 +286,21 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     });
 }
 
+/// Opens the import assistant on the file that is typed, else on the one that is open.
+fn columns(ui: &mut Ui, desk: &mut Desk, typed: &str) {
+    let log = match (typed, opening(desk.session)) {
+        ("", Some((paths, options, _))) if paths.len() == 1 => Some((paths[0].clone(), options.clone())),
+        ("", _) => None,
+        (typed, _) => Some((PathBuf::from(typed), ReadOptions::default())),
+    };
+    let button = ui.add_enabled(log.is_some(), Button::new("Columns…"));
+    let what = "What each column of the log is taken for, and why; to be changed";
+    let clicked = button.on_hover_text(what).on_disabled_hover_text(what).clicked();
+    if let Some((path, options)) = log.filter(|_| clicked) {
+        desk.orders.push(Order::Import(path, Box::new(options)));
+    }
+}
+
 /// The time line of a trajectory: train is empty, held out is filled.
 fn split_line(ui: &mut Ui, extent: [f64; 2], held_out: &[[f64; 2]]) {
     let palette = Palette::in_ui(ui);
@@ -325,6 +342,7 @@ impl Data {
                 if ui.button("Choose files…").clicked() {
                     desk.orders.push(Order::OpenDialog);
                 }
+                columns(ui, desk, &path);
             });
         });
         if let Some(recording) = desk.session.recording.clone() {

@@ -1,10 +1,10 @@
-//! What stands here before anything was recorded: three ways to begin, and what one can go on with.
+//! What stands here before anything was recorded: three ways to begin, what one can go on with, and the gallery.
 
 use std::f64::consts::FRAC_PI_2;
 
 use egui::{Align, Layout, Ui};
 
-use super::recent;
+use super::{gallery, recent};
 use crate::app::desk::{Desk, Order};
 use crate::app::plot::{PanelView, arm};
 use crate::app::widgets;
@@ -16,7 +16,7 @@ use crate::simulation::Scenario;
 /// Least width of a card \[points\]; where there is no room for three beside each other they stand below each other.
 const LEAST_CARD: f32 = 190.0;
 /// Least height of a card beside others, without its title \[points\].
-const CARD: f32 = 310.0;
+const CARD: f32 = 290.0;
 /// Height of the drawing of the arm \[points\].
 const DRAWING: f32 = 150.0;
 /// How far the joints of the arm are turned \[rad\], so that all links are seen.
@@ -27,7 +27,7 @@ type Way = (&'static str, fn(&mut Ui, &mut Desk));
 
 const WAYS: [Way; 3] = [("Find what hides in this arm", mystery), ("Open your log", log), ("Learn", lessons)];
 
-/// Three ways to begin, and below them what was opened of late.
+/// Three ways to begin; below them what was opened of late, and recordings to try.
 pub fn show(ui: &mut Ui, desk: &mut Desk) {
     let sentence = "A robot arm's model against its measurements: see where it fails, and learn what is missing.";
     widgets::headline(ui, "Where do you want to begin?", sentence);
@@ -44,6 +44,7 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
         }
     });
     recent::show(ui, desk);
+    gallery::cards(ui, desk);
 }
 
 fn mystery(ui: &mut Ui, desk: &mut Desk) {

@@ -9,7 +9,7 @@ use crate::app::widgets;
 use crate::effect::registry;
 use crate::model::Term;
 use crate::recording::Recording;
-use crate::recording::seal::{HiddenEffect, Truth};
+use crate::recording::seal::{Cause, HiddenEffect, Truth};
 use crate::session::Session;
 
 /// The sealed truth beside what was found.
@@ -37,16 +37,28 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
 
 fn revealed(ui: &mut Ui, session: &Session, recording: &Recording, truth: &Truth) {
     let palette = Palette::in_ui(ui);
-    if truth.effects.is_empty() {
+    let is_told = |cause: &&Cause| {
+        truth.effects.iter().any(|hidden| hidden.effect == cause.effect && hidden.joint == cause.joint)
+    };
+    let others: Vec<&Cause> = truth.causes.iter().filter(|cause| !is_told(cause)).collect();
+    if truth.effects.is_empty() && others.is_empty() && truth.set_up.is_empty() {
         ui.label("Nothing was hidden.");
+    }
+    for correction in &truth.set_up {
+        ui.label(format!("The log is set up wrongly: {}.", correction.fault()));
+    }
+    // What no parameters of the catalogue describe.
+    for Cause { effect, joint, share, .. } in others {
+        let name = registry::find(effect).map_or_else(|_| effect.replace('-', " "), |spec| spec.name.to_owned());
+        let percent = ticks::number(100.0 * share);
+        ui.label(format!("{} on {}: {percent} % of the torque", widgets::sentence_case(&name), place(*joint)));
     }
     for hidden in &truth.effects {
         let Some(spec) = registry::find(&hidden.effect).ok() else {
             ui.label(&hidden.effect);
             continue;
         };
-        let place = hidden.joint.map_or("the whole arm".to_owned(), |joint| format!("joint {}", joint + 1));
-        ui.label(RichText::new(format!("{} on {place}", spec.name)).color(palette.text));
+        ui.label(RichText::new(format!("{} on {}", spec.name, place(hidden.joint))).color(palette.text));
         for (parameter, value) in spec.parameters.iter().zip(&hidden.parameters) {
             let estimate = estimate(session, hidden, parameter.name);
             let (word, color) = match &estimate {
@@ -66,6 +78,10 @@ fn revealed(ui: &mut Ui, session: &Session, recording: &Recording, truth: &Truth
     let [.., unit] = recording.units();
     let noise: Vec<String> = truth.torque_noise.iter().copied().map(ticks::number).collect();
     widgets::weak(ui, format!("Torque noise by joint: {} {unit}. Seed {}.", noise.join(" · "), truth.seed));
+}
+
+fn place(joint: Option<usize>) -> String {
+    joint.map_or("the whole arm".to_owned(), |joint| format!("joint {}", joint + 1))
 }
 
 /// The current model's value and interval of a hidden parameter.

@@ -1,0 +1,352 @@
+//! The import assistant: what each column of a log is taken for and why, how it looks then, and all of it to be changed.
+
+use std::path::{Path, PathBuf};
+
+use egui::{
+    Align, Button, ComboBox, DragValue, Id, Label, Layout, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2,
+};
+
+use super::frame::Shell;
+use super::primary::primary;
+use crate::app::desk::Order;
+use crate::app::plot::PanelView;
+use crate::app::theme::{GAP, Palette, SMALL};
+use crate::app::widgets;
+use crate::figure::mark::Line;
+use crate::figure::{Axis, Ink, Panel};
+use crate::progress::Monitor;
+use crate::recording::mapping::{Channel, Draft, MappingError, MappingSpec, Role};
+use crate::recording::read::{Preview, ReadOptions, preview};
+use crate::session::Command;
+use crate::work::{Job, Outcome};
+
+/// Widths of the columns of the table: name, values, quantity, joint, unit, sign \[points\].
+const WIDTHS: [f32; 6] = [130.0, 160.0, 118.0, 44.0, 84.0, 26.0];
+/// Height of a row, and of all that are seen \[points\].
+const ROW: f32 = 28.0;
+const TABLE: f32 = 250.0;
+/// What stands above and below what can be scrolled \[points\].
+const AROUND: f32 = 290.0;
+/// Points of the plot of a column.
+const POINTS: usize = 600;
+
+/// The assistant, while it is open on a log.
+pub struct Importing {
+    path: PathBuf,
+    /// How the log was to be read; what it says of columns is made anew.
+    options: ReadOptions,
+    job: Option<Job<Preview>>,
+    log: Option<Result<Log, String>>,
+    /// The file for the template, as it is typed.
+    template: String,
+}
+
+/// The log as it is, and what is made of it.
+struct Log {
+    preview: Preview,
+    draft: Draft,
+    /// The column that is plotted.
+    shown: usize,
+    /// The mapping that the draft made when it was last asked, and that draft.
+    made: Option<(Draft, Result<MappingSpec, MappingError>)>,
+}
+
+impl Log {
+    /// The mapping that the draft makes.
+    fn spec(&mut self) -> &Result<MappingSpec, MappingError> {
+        let draft = &self.draft;
+        if self.made.as_ref().is_some_and(|(of, _)| of != draft) {
+            self.made = None;
+        }
+        let (_, spec) = self.made.get_or_insert_with(|| (draft.clone(), draft.spec()));
+        spec
+    }
+}
+
+impl Importing {
+    /// Looks into a file.
+    pub fn new(path: PathBuf, options: ReadOptions, ctx: &egui::Context) -> Self {
+        let (context, file, reading) = (ctx.clone(), path.clone(), options.clone());
+        let wake = move || context.request_repaint();
+        let look = move |monitor: &Monitor| preview(&file, &reading, monitor).map_err(|error| error.to_string());
+        // What comes with the program has no folder.
+        let beside = if path.exists() {
+            path.with_extension("toml")
+        } else {
+            PathBuf::from(shown(&path)).with_extension("toml")
+        };
+        let template = beside.display().to_string();
+        Importing { job: Some(Job::spawn("look into the log", wake, look)), path, options, log: None, template }
+    }
+
+    /// Whether the file is being read.
+    pub fn is_busy(&self) -> bool {
+        self.job.is_some()
+    }
+
+    /// Receives what was read.
+    pub fn poll(&mut self) {
+        let Some(outcome) = self.job.as_mut().and_then(Job::poll) else { return };
+        self.job = None;
+        self.log = Some(match outcome {
+            Outcome::Done(preview) => {
+                let draft = Draft::guess(&preview.names());
+                let shown = draft.columns.iter().position(|role| role.channel == Some(Channel::Torque)).unwrap_or(0);
+                Ok(Log { preview, draft, shown, made: None })
+            }
+            Outcome::Failed(reason) | Outcome::Stopped(reason) | Outcome::Panicked(reason) => Err(reason),
+        });
+    }
+}
+
+/// The assistant, while it is open.
+pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
+    let Some(mut open) = place.take() else { return };
+    open.poll();
+    let mut is_over = false;
+    let room = ui.ctx().content_rect();
+    let modal = Modal::new(Id::unique("importing")).show(ui.ctx(), |ui| {
+        ui.set_width((room.width() - 80.0).min(940.0));
+        ui.heading("What is in this log?");
+        widgets::weak(ui, open.path.display().to_string());
+        ui.add_space(GAP);
+        let height = (room.height() - AROUND).max(80.0);
+        ScrollArea::vertical().max_height(height).min_scrolled_height(80.0).show(ui, |ui| match &mut open.log {
+            None => drop(widgets::weak(ui, "It is being read…")),
+            Some(Err(reason)) => drop(ui.label(RichText::new(&*reason).color(Palette::in_ui(ui).error))),
+            Some(Ok(log)) => {
+                table(ui, log);
+                rate(ui, log);
+                plot(ui, shell, log);
+            }
+        });
+        ui.add_space(GAP);
+        is_over = choose(ui, shell, &mut open);
+    });
+    if !is_over && !modal.should_close() {
+        *place = Some(open);
+    }
+}
+
+/// A row for each column of the log; where there is no room for all that is in a row it can be scrolled.
+fn table(ui: &mut Ui, log: &mut Log) {
+    let Log { preview, draft, shown, .. } = log;
+    let mut chosen = None;
+    ScrollArea::horizontal().id_salt("rows").show(ui, |ui| {
+        titles(ui);
+        let rows = ScrollArea::vertical().id_salt("columns").max_height(TABLE);
+        rows.show_rows(ui, ROW, draft.columns.len(), |ui, rows| {
+            for number in rows {
+                let (role, values) = (&mut draft.columns[number], &preview.columns[number].values);
+                let asked = ui.push_id(number, |ui| column(ui, role, values, number, shown)).inner;
+                chosen = chosen.or(asked.map(|channel| (number, channel)));
+            }
+        });
+    });
+    if let Some((number, channel)) = chosen {
+        draft.take_for(number, channel);
+        *shown = number;
+    }
+}
+
+fn titles(ui: &mut Ui) {
+    let title =
+        |ui: &mut Ui, text: &str| drop(ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak)));
+    row(ui, |ui, cell| {
+        for (width, text) in WIDTHS.into_iter().zip(["column", "first values", "quantity", "joint", "unit", "−"]) {
+            cell(ui, width, &mut |ui| title(ui, text));
+        }
+        title(ui, "why");
+    });
+}
+
+/// What draws a cell of some width.
+type Cell<'a> = &'a dyn Fn(&mut Ui, f32, &mut dyn FnMut(&mut Ui));
+
+fn row(ui: &mut Ui, content: impl FnOnce(&mut Ui, Cell)) {
+    let cell = |ui: &mut Ui, width: f32, draw: &mut dyn FnMut(&mut Ui)| {
+        ui.allocate_ui_with_layout(vec2(width, ROW), Layout::left_to_right(Align::Center), |ui| {
+            ui.set_min_width(width);
+            draw(ui);
+        });
+    };
+    ui.horizontal(|ui| {
+        ui.set_min_height(ROW);
+        content(ui, &cell);
+    });
+}
+
+/// One of them; what it is to be taken for, if that was chosen.
+fn column(ui: &mut Ui, role: &mut Role, values: &[f64], number: usize, shown: &mut usize) -> Option<Option<Channel>> {
+    let (before, mut chosen) = (role.clone(), None);
+    let name = role.name.clone();
+    row(ui, |ui, cell| {
+        let [of_name, of_values, of_quantity, of_joint, of_unit, of_sign] = WIDTHS;
+        cell(ui, of_name, &mut |ui| {
+            let chosen = ui.add(Button::selectable(*shown == number, role.name.as_str()).truncate());
+            if chosen.on_hover_text("Plot it").clicked() {
+                *shown = number;
+            }
+        });
+        cell(ui, of_values, &mut |ui| {
+            let first: Vec<String> = values.iter().take(3).map(|value| short(*value)).collect();
+            let text = RichText::new(first.join("  ")).size(SMALL).color(Palette::in_ui(ui).weak);
+            ui.add(Label::new(text).truncate());
+        });
+        cell(ui, of_quantity, &mut |ui| chosen = quantity(ui, role));
+        let is_of_joint = role.of_joint().is_some();
+        cell(ui, of_joint, &mut |ui| {
+            if is_of_joint {
+                let mut from_one = role.joint + 1;
+                let field = ui.add(DragValue::new(&mut from_one).range(1..=99));
+                field.widget_info(|| WidgetInfo::labeled(egui::Role::SpinButton, true, format!("joint of {name}")));
+                role.joint = from_one - 1;
+            }
+        });
+        cell(ui, of_unit, &mut |ui| {
+            if is_of_joint {
+                unit(ui, role);
+            }
+        });
+        cell(ui, of_sign, &mut |ui| {
+            if is_of_joint {
+                let check = ui.checkbox(&mut role.turned, "");
+                let spoken = format!("turn the sign of {name}");
+                check.widget_info(|| WidgetInfo::selected(egui::Role::CheckBox, true, role.turned, &spoken));
+                check.on_hover_text("The other sign");
+            }
+        });
+        ui.add(Label::new(RichText::new(&role.why).size(SMALL).color(Palette::in_ui(ui).weak)).extend());
+    });
+    if *role != before {
+        *shown = number;
+    }
+    chosen
+}
+
+fn quantity(ui: &mut Ui, role: &Role) -> Option<Option<Channel>> {
+    let mut chosen = None;
+    let title = |channel: Option<Channel>| channel.map_or("not used", Channel::title);
+    let chooser = ComboBox::from_id_salt("quantity").width(100.0).selected_text(title(role.channel));
+    let chooser = chooser.show_ui(ui, |ui| {
+        for channel in std::iter::once(None).chain(Channel::ALL.map(Some)) {
+            if ui.selectable_label(role.channel == channel, title(channel)).clicked() && role.channel != channel {
+                chosen = Some(channel);
+            }
+        }
+    });
+    let spoken = format!("quantity of {}", role.name);
+    chooser.response.widget_info(|| WidgetInfo::labeled(egui::Role::ComboBox, true, &spoken));
+    chosen
+}
+
+fn unit(ui: &mut Ui, role: &mut Role) {
+    let units = role.units();
+    let chooser = ComboBox::from_id_salt("unit").width(66.0).selected_text(role.unit);
+    let chooser = chooser.show_ui(ui, |ui| {
+        for unit in units {
+            ui.selectable_value(&mut role.unit, unit, *unit);
+        }
+    });
+    let spoken = format!("unit of {}", role.name);
+    chooser.response.widget_info(|| WidgetInfo::labeled(egui::Role::ComboBox, true, &spoken));
+}
+
+/// A log without a clock needs a rate, unless its velocity tells it.
+fn rate(ui: &mut Ui, log: &mut Log) {
+    if log.draft.columns.iter().any(|role| role.channel == Some(Channel::Time)) {
+        log.draft.rate_hz = None;
+        return;
+    }
+    ui.horizontal(|ui| {
+        let label = ui.label("No column is a clock. Sampling rate [Hz]");
+        let mut rate = log.draft.rate_hz.unwrap_or(0.0);
+        ui.add(DragValue::new(&mut rate).range(0.0..=1e6).speed(1.0)).labelled_by(label.id);
+        log.draft.rate_hz = (rate > 0.0).then_some(rate);
+        widgets::weak(ui, "0: it follows from position and velocity, if both are there");
+    });
+}
+
+/// The column that was touched last, as it is taken.
+fn plot(ui: &mut Ui, shell: &mut Shell, log: &Log) {
+    let Some((role, seen)) = log.draft.columns.get(log.shown).zip(log.preview.columns.get(log.shown)) else { return };
+    let factor = role.to_si();
+    let step = (seen.values.len() / POINTS).max(1);
+    let points = seen.values.iter().enumerate().step_by(step).map(|(sample, value)| [sample as f64, factor * value]);
+    let quantity = match role.channel {
+        Some(Channel::Time) => "time".to_owned(),
+        Some(channel) => format!("{} of joint {}", channel.title(), role.joint + 1),
+        None => "not used".to_owned(),
+    };
+    let unit = role.units().first().copied().unwrap_or_default();
+    let axes = [Axis::new("sample", ""), Axis::new(quantity.as_str(), unit)];
+    let panel = Panel::new(format!("{}: {quantity}", role.name), axes);
+    let panel =
+        panel.with(Line::through(role.name.clone(), points.filter(|point| point[1].is_finite()), Ink::Measured));
+    PanelView::new(panel).height(150.0).show(ui, &mut shell.desk.focus.views, &mut shell.desk.memo.decimator);
+}
+
+/// What is to be done with it; whether the assistant is done.
+fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
+    let spec = match &mut open.log {
+        Some(Ok(log)) => Some(log.spec().clone().map(|spec| completed(spec, &open.options))),
+        _ => None,
+    };
+    match &spec {
+        Some(Ok(_)) => drop(widgets::weak(
+            ui,
+            "Position and torque of every joint are there. What is not there is derived, and said.",
+        )),
+        Some(Err(problem)) => drop(ui.label(RichText::new(in_short(problem)).color(Palette::in_ui(ui).warning))),
+        None => {}
+    }
+    let spec = spec.and_then(Result::ok);
+    let label = ui.label("Template for logs like this one");
+    ui.add(TextEdit::singleline(&mut open.template).desired_width(f32::INFINITY)).labelled_by(label.id);
+    if let Some(text) = shell.filed.would_overwrite(open.template.trim().as_ref()) {
+        let text = format!("{text} What it is now stays beside it as .bak.");
+        ui.label(RichText::new(text).color(Palette::in_ui(ui).warning));
+    }
+    ui.add_space(GAP);
+    let mut is_over = false;
+    ui.horizontal_wrapped(|ui| {
+        if primary(ui, spec.is_some() && shell.desk.busy.is_none(), "Open it so").clicked() {
+            let options = ReadOptions { mapping: spec.clone(), ..open.options.clone() };
+            shell.desk.run(Command::open(vec![open.path.clone()], options, Vec::new()));
+            is_over = true;
+        }
+        let path = PathBuf::from(open.template.trim());
+        let text = spec.as_ref().and_then(|spec| spec.to_toml().ok());
+        let save = ui.add_enabled(text.is_some() && !open.template.trim().is_empty(), Button::new("Save as template"));
+        let what = format!("The command line takes it: torquescope {} --map {}", shown(&open.path), shown(&path));
+        if let Some(text) = text.filter(|_| save.on_hover_text(what).clicked()) {
+            shell.desk.orders.push(Order::WriteText(path, text));
+        }
+        is_over |= ui.button("Cancel").clicked();
+    });
+    is_over
+}
+
+/// With what was said before of the arm and the like.
+fn completed(spec: MappingSpec, options: &ReadOptions) -> MappingSpec {
+    let before = options.mapping.clone().unwrap_or_default();
+    let (low_pass_hz, kind) = (before.low_pass_hz, before.kind.or(spec.kind));
+    let (chain, topic) = (before.chain, before.topic);
+    MappingSpec { low_pass_hz, kind, chain, topic, ..spec }
+}
+
+/// What is wrong, without the list of all columns, which stand above.
+fn in_short(problem: &MappingError) -> String {
+    match problem {
+        MappingError::Missing { channel, .. } => format!("No column is taken for {}.", channel.title()),
+        other => format!("{}.", widgets::sentence_case(&other.to_string())),
+    }
+}
+
+fn shown(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn short(value: f64) -> String {
+    if value.is_finite() { format!("{value:.4}") } else { "–".to_owned() }
+}
