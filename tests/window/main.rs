@@ -11,6 +11,7 @@ mod looks;
 mod lost;
 mod models;
 mod own;
+mod played;
 mod readable;
 mod snapshots;
 mod support;
