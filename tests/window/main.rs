@@ -14,6 +14,7 @@ mod own;
 mod played;
 mod readable;
 mod snapshots;
+mod stale;
 mod support;
 mod undo;
 mod units;
