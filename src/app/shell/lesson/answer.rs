@@ -135,7 +135,7 @@ pub fn revealed(ui: &mut Ui, desk: &mut Desk, lesson: &Lesson, course: &Course, 
             widgets::chip(ui, &points, color);
         });
     }
-    if !is_all && ui.add_enabled(desk.busy.is_none(), Button::new("Reveal")).clicked() {
+    if !is_all && !course.here().gave_up && ui.add_enabled(desk.busy.is_none(), Button::new("Reveal")).clicked() {
         desk.orders.push(Order::Lesson(Act::Reveal));
     }
 }
