@@ -1,6 +1,7 @@
 //! Every lesson, played to its end through the real widgets: all right, and all wrong; and what the panel shows at each step.
 
 use egui_kittest::{SnapshotOptions, SnapshotResults, try_image_snapshot_options};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use torquescope::effect::place::Place;
 use torquescope::lesson::grade::{Grade, verified};
 use torquescope::lesson::{Course, Lesson, Offer, Stage, Step, Task, Wish, begin, catalogue, right_answer};
@@ -9,19 +10,25 @@ use torquescope::session::study::{Answer, Source};
 
 use super::*;
 
+/// The window while a lesson is played: its screens are only clicked where a lesson asks for it.
+const WINDOW: [f32; 2] = [960.0, 800.0];
+/// Heights of what lies above and below the panel of a lesson, the same on all pictures \[pixels\].
+const BARS: [u32; 2] = [74, 38];
+/// How many steps of brightness the pictures have between black and white, which makes them smaller.
+const SHADES: u32 = 11;
 /// Width of the panel of a lesson, and of its picture on a sheet \[pixels\].
 const PANEL: u32 = 352;
-const SHOWN: u32 = 220;
+const SHOWN: u32 = PANEL / 2;
 /// Panels beside each other on a sheet.
 const COLUMNS: u32 = 8;
 
-/// A lesson whose networks are trained for a moment.
+/// A lesson whose networks are trained for a moment, on fewer runs; all else is as students have it.
 fn brief(lesson: &Lesson) -> Lesson {
     let shorter = |line: &str| match line.strip_prefix("training = { epochs = ") {
         Some(rest) => {
             format!("training = {{ epochs = 2{}", rest.trim_start_matches(|letter: char| letter.is_ascii_digit()))
         }
-        None => line.to_owned(),
+        None => line.replace("trajectories = 300", "trajectories = 20"),
     };
     let data = lesson.source.data.lines().map(shorter).collect::<Vec<_>>().join("\n");
     Lesson::read(&Source { data, ..lesson.source.clone() }).unwrap()
@@ -30,14 +37,15 @@ fn brief(lesson: &Lesson) -> Lesson {
 struct Player {
     window: Window,
     lesson: Lesson,
-    /// Pictures of the panel, if they are wanted.
-    panels: Option<Vec<image::RgbaImage>>,
+    /// Pictures of the panel, light and dark, if they are wanted.
+    panels: Option<[Vec<image::RgbaImage>; 2]>,
 }
 
 impl Player {
-    fn begins(number: &str, theme: Theme) -> Player {
+    fn begins(number: &str) -> Player {
         let lesson = brief(&catalogue::find(number).unwrap());
-        let mut window = window(Session::default(), &data::ABOUT, theme);
+        let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+        window.set_size(WINDOW.into());
         window.state_mut().order(Order::run(begin(&lesson, 3, torquescope::app::now()).unwrap().command));
         settle(&mut window);
         Player { window, lesson, panels: None }
@@ -52,11 +60,21 @@ impl Player {
     }
 
     fn looks(&mut self) {
-        if let Some(panels) = &mut self.panels {
+        let Some(panels) = &mut self.panels else { return };
+        // What passes by itself is no part of the panel.
+        step_until(&mut self.window, "nothing passes by", |window| window.query_by_label_contains(": done.").is_none());
+        for (panels, theme) in panels.iter_mut().zip([Theme::Dark, Theme::Light]).rev() {
+            self.window.ctx.set_theme(theme);
+            self.window.run_steps(2);
             let picture = self.window.render().unwrap();
-            let (width, height) = picture.dimensions();
-            let panel = image::imageops::crop_imm(&picture, width - PANEL, 0, PANEL, height).to_image();
-            panels.push(image::imageops::thumbnail(&panel, SHOWN, height * SHOWN / PANEL));
+            let (width, height) = (picture.width(), WINDOW[1] as u32 - BARS[0] - BARS[1]);
+            let panel = image::imageops::crop_imm(&picture, width - PANEL, BARS[0], PANEL, height).to_image();
+            let mut small = image::imageops::thumbnail(&panel, SHOWN, height * SHOWN / PANEL);
+            for value in small.pixels_mut().flat_map(|pixel| &mut pixel.0[..3]) {
+                let step = (u32::from(*value) * SHADES + 127) / 255;
+                *value = (step * 255 / SHADES) as u8;
+            }
+            panels.push(small);
         }
     }
 
@@ -64,23 +82,39 @@ impl Player {
     fn plays(&mut self, does: fn(&mut Player, &Step)) -> Grade {
         for _ in 0..100 {
             let step = self.step();
-            self.looks();
             if !matches!(step.task, Task::Read) {
                 does(self, &step);
-                self.looks();
             }
+            self.looks();
             if self.course().is_finished(&self.lesson) {
                 assert!(self.window.query_by_label_contains("the lesson is done").is_some());
                 return verified(self.window.state().session()).unwrap();
             }
-            click(&mut self.window, "Go on →");
+            self.presses("Go on →");
             assert_ne!(self.step().id, step.id, "lesson {}: {} is left", self.lesson.number, step.id);
         }
         panic!("the lesson does not end");
     }
 
+    /// Presses a button, wherever the panel is scrolled to, and waits for what it does.
+    fn presses(&mut self, name: &str) {
+        self.window.get_by_role_and_label(Role::Button, name).click_accesskit();
+        self.window.run_steps(2);
+        step_until(&mut self.window, "every job ended", |window| !window.state().is_busy());
+        self.window.run_steps(2);
+    }
+
     /// Enters an answer and clicks the button that gives it.
     fn answers(&mut self, step: &Step, answer: &Answer) {
+        self.enters(step, answer);
+        self.gives(step);
+    }
+
+    fn gives(&mut self, step: &Step) {
+        self.presses(if step.stage == Stage::Predict { "Lock it in" } else { "Check" });
+    }
+
+    fn enters(&mut self, step: &Step, answer: &Answer) {
         let window = &mut self.window;
         match answer {
             Answer::Choice(option) => {
@@ -106,7 +140,6 @@ impl Player {
             Answer::Pose(_) | Answer::Session => (),
         }
         self.window.run_steps(3);
-        click(&mut self.window, if step.stage == Stage::Predict { "Lock it in" } else { "Check" });
     }
 
     fn orders(&mut self, command: Command) {
@@ -134,11 +167,11 @@ impl Player {
             for offer in offers {
                 self.offers(step, offer);
             }
-            click(&mut self.window, "Check");
+            self.presses("Check");
             if self.course().here().right {
                 return;
             }
-            click(&mut self.window, "Bring the recording again");
+            self.presses("Bring the recording again");
         }
     }
 
@@ -146,7 +179,7 @@ impl Player {
         let name = step.name_of_offer(&step.offers[place]);
         let first: String = name.chars().take(1).flat_map(char::to_uppercase).collect();
         let rest: String = name.chars().skip(1).collect();
-        click(&mut self.window, &(first + &rest));
+        self.presses(&(first + &rest));
     }
 }
 
@@ -154,7 +187,7 @@ impl Player {
 fn right(player: &mut Player, step: &Step) {
     match &step.task {
         Task::Read | Task::Pose(_) => (),
-        Task::Reveal(_) => click(&mut player.window, "Reveal"),
+        Task::Reveal(_) => player.presses("Reveal"),
         Task::Choice(choice) => {
             // What can't be known before it was done is guessed.
             let guess = Answer::Choice(choice.options[0].clone());
@@ -185,7 +218,7 @@ fn right(player: &mut Player, step: &Step) {
                     _ => (),
                 }
             }
-            click(&mut player.window, "Check");
+            player.presses("Check");
         }
     }
 }
@@ -201,15 +234,18 @@ fn wrong(player: &mut Player, step: &Step) {
         Task::Number(_) => Answer::Number(-1.0),
         _ => Answer::Session,
     };
+    // The screen beside it is no matter to him, and this one is drawn quickly.
+    player.window.state_mut().order(Order::Show(&ladder::ABOUT));
     if let Task::Reveal(_) = step.task {
-        click(&mut player.window, "Reveal");
+        player.presses("Reveal");
     } else if step.stage == Stage::Predict {
         return player.answers(step, &answer);
     } else {
-        (0..3).for_each(|_| player.answers(step, &answer));
+        player.enters(step, &answer);
+        (0..3).for_each(|_| player.gives(step));
     }
     if !player.course().may_go_on(&player.lesson) {
-        click(&mut player.window, "Give up");
+        player.presses("Give up");
     }
 }
 
@@ -217,7 +253,7 @@ fn wrong(player: &mut Player, step: &Step) {
 #[test]
 fn lessons_are_played_right() {
     for number in ["2", "3", "4", "5", "6", "7", "8", "9", "10"] {
-        let grade = Player::begins(number, Theme::Light).plays(right);
+        let grade = Player::begins(number).plays(right);
         assert!(grade.finished && grade.tampered.is_none() && grade.gave_up == 0, "lesson {number}: {grade:?}");
         // What was guessed before it was done may be wrong; all that could be known was right.
         let of = catalogue::find(number).unwrap();
@@ -228,26 +264,40 @@ fn lessons_are_played_right() {
     }
 }
 
-/// Who knows nothing earns nothing; and a sheet for each lesson shows its panel at each step, before and after the answer.
+/// Who knows nothing earns nothing; and a sheet for each lesson shows its panel at each step, with what was answered.
 #[test]
 fn lessons_are_played_wrong_and_look_as_they_did() {
     let mut results = SnapshotResults::new();
     for lesson in catalogue::all() {
-        for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
-            let mut player = Player::begins(&lesson.number.to_string(), theme);
-            player.panels = Some(Vec::new());
-            let grade = player.plays(wrong);
-            assert!(grade.finished && !grade.passed && grade.points < 0.3 * grade.most, "{grade:?}");
-            let panels = player.panels.unwrap();
-            let height = panels[0].height();
-            let rows = (panels.len() as u32).div_ceil(COLUMNS);
-            let mut sheet = image::RgbaImage::new(COLUMNS * SHOWN, rows * height);
-            for (place, panel) in (0..).zip(&panels) {
-                let corner = [place % COLUMNS * SHOWN, place / COLUMNS * height].map(i64::from);
-                image::imageops::replace(&mut sheet, panel, corner[0], corner[1]);
-            }
+        let mut player = Player::begins(&lesson.number.to_string());
+        player.panels = Some(Default::default());
+        let grade = player.plays(wrong);
+        assert!(grade.finished && !grade.passed && grade.points < 0.3 * grade.most, "{grade:?}");
+        for (panels, suffix) in player.panels.iter().flatten().zip(["dark", "light"]) {
             let options = SnapshotOptions::new().max_failed_pixels(60 * panels.len());
-            results.add(try_image_snapshot_options(&sheet, format!("lesson-{}-{suffix}", lesson.number), &options));
+            let (name, sheet) = (format!("lesson-{}-{suffix}", lesson.number), sheet(panels));
+            results.add(try_image_snapshot_options(&sheet, &name, &options));
+            if std::env::var_os("UPDATE_SNAPSHOTS").is_some() {
+                write_small(&sheet, &name);
+            }
         }
     }
+}
+
+/// The panels beside and below each other.
+fn sheet(panels: &[image::RgbaImage]) -> image::RgbaImage {
+    let (count, height) = (panels.len() as u32, panels[0].height());
+    let mut sheet = image::RgbaImage::new(COLUMNS.min(count) * SHOWN, count.div_ceil(COLUMNS) * height);
+    for (place, panel) in (0..).zip(panels) {
+        let corner = [place % COLUMNS * SHOWN, place / COLUMNS * height].map(i64::from);
+        image::imageops::replace(&mut sheet, panel, corner[0], corner[1]);
+    }
+    sheet
+}
+
+/// Writes a new sheet as small as it can be: there are many, of few shades.
+fn write_small(sheet: &image::RgbaImage, name: &str) {
+    let file = std::fs::File::create(format!("tests/snapshots/{name}.png")).unwrap();
+    let encoder = PngEncoder::new_with_quality(file, CompressionType::Best, FilterType::NoFilter);
+    sheet.write_with_encoder(encoder).unwrap();
 }
