@@ -16,7 +16,10 @@ pub fn show<'a>(ui: &mut Ui, parts: &'a [Part]) -> Option<&'a str> {
             if number > 0 {
                 math::show(ui, "+", "+", palette.weak);
             }
+            // In a sum a part does not say again that it is a torque.
             let [tex, plain] = part.formula;
+            let tex = tex.strip_prefix(r"\tau = ").unwrap_or(tex);
+            let plain = plain.strip_prefix("tau = ").unwrap_or(plain);
             let shown = math::show(ui, tex, &widgets::formula(plain), palette.nth(number).0);
             if shown.on_hover_text(&part.name).hovered() {
                 lit = Some(part.name.as_str());
