@@ -15,15 +15,18 @@ pub enum Word {
     BaseParameters,
     /// The networks of the paper.
     Delan,
+    /// What is measured where the arm of a model is simulated.
+    Rollout,
 }
 
 /// What can stand in a text, and what it is about.
-const TEXTS: [(&str, Word); 5] = [
+const TEXTS: [(&str, Word); 6] = [
     ("nMSE", Word::Nmse),
     ("held out", Word::HeldOut),
     ("held-out", Word::HeldOut),
     ("base parameters", Word::BaseParameters),
     ("DeLaN", Word::Delan),
+    ("off after", Word::Rollout),
 ];
 
 impl Word {
@@ -44,6 +47,10 @@ impl Word {
             Word::Delan => {
                 "DeLaN, Deep Lagrangian Network: networks learn the mass matrix and the potential energy, and the torque follows \
                  by mechanics."
+            }
+            Word::Rollout => {
+                "Off after 0.25 s: the arm of the model is moved by the measured torque, from measured states along the held-out data; \
+                 RMS of how far each joint is from where it was measured then."
             }
         }
     }

@@ -26,7 +26,8 @@ impl TorquescopeApp {
             Some(epoch) => format!("“{}” (epoch {} of {})", running.job.name(), epoch.epoch, epoch.epochs),
             None => format!("“{}”", running.job.name()),
         });
-        running.or_else(|| Some(format!("“{}”", self.screens.busy()?.title)))
+        let drawing = || Some(format!("“{}”", self.drawing.as_ref()?.name()));
+        running.or_else(|| Some(format!("“{}”", self.screens.busy()?.title))).or_else(drawing)
     }
 
     /// Somebody closes the window: unless all is saved and at rest, that is asked about first.

@@ -42,7 +42,7 @@ pub use settings::Settings;
 
 use crate::figure::{Figure, Format, Panel};
 use crate::lesson::{self, Acted, LessonError};
-use crate::progress::{Epoch, Event, Progress};
+use crate::progress::{Epoch, Event, Monitor, Progress};
 use crate::recording::read;
 use crate::session::file::{self, Opened};
 use crate::session::{Command, History, Session, SessionError, View, runs};
@@ -370,6 +370,7 @@ impl TorquescopeApp {
             filed: &self.filed,
             has_models_open: self.overlays.models.is_some(),
             is_unsaved: self.filed.is_unsaved(&session),
+            drawing: self.drawing.as_ref().map(|job| (job.name(), job.progress())),
             at_work,
             is_covered: self.overlays.cover(),
             is_leaving: self.leaving.is_some(),
@@ -392,8 +393,10 @@ impl TorquescopeApp {
             Order::Undo => self.travel("Undo", History::undo),
             Order::Redo => self.travel("Redo", History::redo),
             Order::Stop => {
-                if let Some(running) = &mut self.running {
-                    running.job.stop("you pressed Stop");
+                match (&mut self.running, &mut self.drawing) {
+                    (Some(running), _) => running.job.stop("you pressed Stop"),
+                    (None, Some(drawing)) => drawing.stop("you pressed Stop"),
+                    (None, None) => (),
                 }
                 self.poll_job(ctx);
             }
@@ -540,7 +543,7 @@ impl TorquescopeApp {
         }
         let session = self.history.current().clone();
         if command.is_quick() {
-            match command.run(&session, &crate::progress::Monitor::new()) {
+            match command.run(&session, &Monitor::new()) {
                 Ok(session) => self.accept(Given::Session(Box::new(session)), &command, ctx),
                 Err(error) => self.fail(&command, error.to_string()),
             }
@@ -723,15 +726,25 @@ impl TorquescopeApp {
         let context = ctx.clone();
         let wake = move || context.request_repaint();
         let (session, view) = (self.history.current().clone(), self.view());
-        self.drawing = Some(Job::spawn("export", wake, move |_| {
+        self.drawing = Some(Job::spawn("export", wake, move |monitor| {
             let Drawing { figure, format, style, path } = drawing;
+            let is_folder = figure.is_none();
             let figures = match figure {
                 Some(figure) => vec![(path.clone(), figure)],
-                None => pages(&session, &view, format, &path)?,
+                None => pages(&session, &view, format, &path, &monitor.part(0.0..0.5))?,
             };
             let mut files = Vec::new();
-            for (path, figure) in figures {
-                files.extend(crate::figure::files(&figure, format, &style, &path).map_err(|error| error.to_string())?);
+            for (number, (path, figure)) in figures.iter().enumerate() {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                let done = 0.5 + 0.4 * number as f32 / figures.len() as f32;
+                monitor.report(done, &format!("drawing {name}")).map_err(|stopped| stopped.to_string())?;
+                files.extend(crate::figure::files(figure, format, &style, path).map_err(|error| error.to_string())?);
+            }
+            // From here on it is not stopped any more: either all files are there, or none.
+            monitor.report(0.9, "writing").map_err(|stopped| stopped.to_string())?;
+            if is_folder {
+                std::fs::create_dir_all(&path)
+                    .map_err(|error| format!("{} can't be made ({error})", path.display()))?;
             }
             for (path, bytes) in files {
                 crate::file::write(&path, &bytes)
@@ -807,7 +820,10 @@ impl TorquescopeApp {
                 self.messages.toast(Tone::Info, format!("Exported: {}.", path.display()), ctx);
                 self.exported = true;
             }
-            Outcome::Failed(message) | Outcome::Stopped(message) | Outcome::Panicked(message) => {
+            Outcome::Stopped(reason) => {
+                self.messages.tell(Tone::Info, format!("Nothing was exported, because {reason}."), "");
+            }
+            Outcome::Failed(message) | Outcome::Panicked(message) => {
                 let text = format!("Nothing was exported: {message}.");
                 self.messages.tell(Tone::Error, text, "Check the folder, or export elsewhere.");
             }
@@ -880,15 +896,24 @@ pub fn now() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
-/// The plots of every screen that has some, and where they are written in a folder, which is made.
-fn pages(session: &Session, view: &View, format: Format, folder: &Path) -> Result<Vec<(PathBuf, Figure)>, String> {
-    std::fs::create_dir_all(folder).map_err(|error| format!("{} can't be made ({error})", folder.display()))?;
-    let page = |screen: &'static About| {
+/// The plots of every screen that has some, and where they are written in a folder.
+fn pages(
+    session: &Session,
+    view: &View,
+    format: Format,
+    folder: &Path,
+    monitor: &Monitor,
+) -> Result<Vec<(PathBuf, Figure)>, String> {
+    let mut pages = Vec::new();
+    for (number, screen) in screens::all().enumerate() {
+        let done = number as f32 / screens::TABLE.len() as f32;
+        monitor.report(done, &format!("asking {}", screen.title)).map_err(|stopped| stopped.to_string())?;
         let panels = plots(session.clone(), view.clone(), screen);
-        let path = folder.join(format!("{}.{}", screen.id, format.ending()));
-        (!panels.is_empty()).then(|| (path, Figure::new(panels)))
-    };
-    Ok(screens::all().filter_map(page).collect())
+        if !panels.is_empty() {
+            pages.push((folder.join(format!("{}.{}", screen.id, format.ending())), Figure::new(panels)));
+        }
+    }
+    Ok(pages)
 }
 
 /// Before a file is overwritten that is not as this window knows it.

@@ -5,13 +5,15 @@ use clap::Args;
 use serde::Serialize;
 
 use super::data::{Data, read_model};
-use super::table::{number, table};
+use super::progress;
+use super::table::{number, numbers, table};
 use super::truth::{self, ComponentError, ParameterError};
 use crate::model::{Evaluation, Fitted, JointError};
 use crate::recording::Recording;
 use crate::recording::split::{Segment, Split};
 use crate::session::Session;
 use crate::training::components;
+use crate::training::rollout::{HORIZON, Rollout};
 
 /// Measure a model's error on recordings.
 ///
@@ -20,12 +22,17 @@ use crate::training::components;
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope evaluate arm.npz --add coulomb-friction
+  torquescope evaluate arm.npz --add coulomb-friction --rollout
   torquescope evaluate arm.npz --model delan-friction --open-seal")]
 pub struct Evaluate {
     /// Open the seal of a simulated recording, and compare inertial, Coriolis and gravity torque and the parameters of effects
     /// with the truth as well.
     #[arg(long)]
     open_seal: bool,
+    /// Simulate the arm of the model as well: moved by the measured torque, from states along the samples that are measured, how
+    /// far is each joint from where it was measured a quarter of a second later?
+    #[arg(long)]
+    rollout: bool,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
@@ -65,23 +72,27 @@ struct Answer {
     parameters: Option<Vec<ParameterError>>,
     /// Only of models with a mass matrix that is learned.
     mass_eigenvalues: Option<MassEigenvalues>,
+    /// Only with `--rollout`; from the samples that are measured.
+    rollout: Option<Rollout>,
 }
 
 impl Evaluate {
     /// Reads, predicts, prints.
     pub fn run(&self) -> anyhow::Result<()> {
-        let (data, session, fitted, evaluation) = match self.data.model_file() {
+        let (data, session, fitted, evaluation, parts) = match self.data.model_file() {
             Some(path) => {
                 let (fitted, session) = (read_model(path)?, self.data.session()?);
-                let evaluation = evaluate_all(&session, &fitted, path)?;
-                ("all samples", session, fitted, evaluation)
+                let (evaluation, everything) = evaluate_all(&session, &fitted, path)?;
+                ("all samples", session, fitted, evaluation, everything)
             }
             None => {
                 let session = self.data.session_with_model()?;
                 let step = session.current().context("no model was fitted")?.clone();
-                ("held-out samples", session, step.fitted.clone(), step.evaluation.clone())
+                let held_out = session.split.held_out.clone();
+                ("held-out samples", session, step.fitted.clone(), step.evaluation.clone(), held_out)
             }
         };
+        let rollout = if self.rollout { Some(rollout(&session, &fitted, parts)?) } else { None };
         let truth = if self.open_seal { Some(truth::compare(&session, &fitted)?) } else { None };
         let (components, parameters) = truth.map(|truth| (truth.components, truth.parameters)).unzip();
         let terms = term_shares(&session, &fitted, &evaluation)?;
@@ -101,12 +112,13 @@ impl Evaluate {
                 components,
                 parameters,
                 mass_eigenvalues,
+                rollout,
             };
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
             println!("{data}:\n{}", error_table(recording, &joints, &all));
             if let Some(floor) = &evaluation.noise_floor_nmse {
-                println!("noise floor (nMSE): {}", super::table::numbers(floor));
+                println!("noise floor (nMSE): {}", numbers(floor));
             }
             let percent = |share: &f64| format!("{:.2}", 100.0 * share);
             let row = |term: &TermShare| {
@@ -122,6 +134,16 @@ impl Evaluate {
             if let Some(parameters) = parameters.filter(|parameters| !parameters.is_empty()) {
                 println!("{}", parameter_table(&parameters));
             }
+            if let Some(Rollout { error, starts, ran_away }) = rollout {
+                let unit = &recording.units()[0];
+                println!(
+                    "RMS of q off after {HORIZON} s of simulation, from {starts} states, by joint [{unit}]: {}",
+                    numbers(&error)
+                );
+                if ran_away > 0 {
+                    println!("from {ran_away} of these states the arm ran away; they are left out");
+                }
+            }
             if let Some(MassEigenvalues { smallest, largest, not_positive }) = mass_eigenvalues {
                 println!(
                     "eigenvalues of the mass matrix: {} to {} {}, not all positive in {} % of the samples",
@@ -136,8 +158,14 @@ impl Evaluate {
     }
 }
 
-/// A saved model on all samples.
-fn evaluate_all(session: &Session, fitted: &Fitted, path: &Path) -> anyhow::Result<Evaluation> {
+/// How far the arm of the model runs from these parts.
+fn rollout(session: &Session, fitted: &Fitted, parts: Vec<Segment>) -> anyhow::Result<Rollout> {
+    let (recording, fitted) = (session.recording.clone().context("no recording was read")?, fitted.clone());
+    progress::watch("simulate the model", move |monitor| Rollout::of(&fitted, &recording, &parts, monitor))
+}
+
+/// A saved model on all samples, and where they are.
+fn evaluate_all(session: &Session, fitted: &Fitted, path: &Path) -> anyhow::Result<(Evaluation, Vec<Segment>)> {
     let recording = session.recording.as_deref().context("no recording was read")?;
     let joints = fitted.setting().kinds.len();
     if recording.joint_count() != joints {
@@ -149,7 +177,8 @@ fn evaluate_all(session: &Session, fitted: &Fitted, path: &Path) -> anyhow::Resu
     }
     let everything = recording.trajectories.iter().enumerate();
     let held_out = everything.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect();
-    Ok(Evaluation::of(fitted, recording, &Split { train: Vec::new(), held_out })?)
+    let split = Split { train: Vec::new(), held_out };
+    Ok((Evaluation::of(fitted, recording, &split)?, split.held_out))
 }
 
 /// `None` if the model has no mass matrix that is learned.

@@ -86,7 +86,7 @@ pub fn act(session: &Session, act: &Act, at: u64) -> Result<Acted, LessonError> 
     let command = match act {
         Act::Answer { answer, confidence } => return now.answer(answer, *confidence),
         Act::GoOn => now.go_on(),
-        Act::GiveUp if course.may_give_up(now.step) => Ok(now.note(Deed::GaveUp)),
+        Act::GiveUp if course.may_give_up(now.lesson) => Ok(now.note(Deed::GaveUp)),
         Act::GiveUp => Err(LessonError::NotYet("try it some more times first".to_owned())),
         Act::Reveal => now.reveal(),
         Act::Offer(place) => now.offer(*place),

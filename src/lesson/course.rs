@@ -111,11 +111,10 @@ impl Course {
     }
 
     /// Whether the step may be left without an answer: after some tries, so that nobody is stuck.
-    pub fn may_give_up(&self, step: &Step) -> bool {
-        let (progress, asks) = (self.here(), !matches!(step.task, Task::Read));
-        asks && step.stage != Stage::Predict
-            && !progress.right
-            && !progress.gave_up
+    pub fn may_give_up(&self, lesson: &Lesson) -> bool {
+        let (progress, step) = (self.here(), &lesson.steps[self.place]);
+        !self.may_go_on(lesson)
+            && step.stage != Stage::Predict
             && (progress.tries >= TRIES_BEFORE_GIVING_UP || matches!(step.task, Task::Reveal(_)))
     }
 }

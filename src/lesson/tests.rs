@@ -237,6 +237,14 @@ fn a_hidden_effect_is_found_or_not() {
     assert!(grade.tampered.is_some_and(|what| what.contains("journal")) && !grade.passed);
 }
 
+/// By chance the error of the right model once stayed over what was asked for, with these seeds among others.
+#[test]
+fn whoever_finds_the_effect_is_not_stopped_by_chance() {
+    for seed in [3, 8, 27] {
+        passes("6", seed, &[]);
+    }
+}
+
 fn pose(q: [f64; 3], qd: [f64; 3], qdd: [f64; 3]) -> Pose {
     Pose { q: q.to_vec(), qd: qd.to_vec(), qdd: qdd.to_vec() }
 }

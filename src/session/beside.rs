@@ -31,7 +31,8 @@ pub(super) fn add(session: &Session, paths: &[PathBuf], monitor: &Monitor) -> Re
         if measured.iter().all(|known| known.generation != step.generation) {
             monitor.check()?;
             let evaluation = Evaluation::of(&step.fitted, &recording, &split)?;
-            measured.push(Arc::new(Step { evaluation, ..Step::clone(step) }));
+            // Its arm was simulated from other states.
+            measured.push(Arc::new(Step { evaluation, rollout: None, ..Step::clone(step) }));
         }
     }
     // The same step stands in several ladders.

@@ -100,6 +100,8 @@ pub enum Command {
         /// Its name.
         name: String,
     },
+    /// Simulates the arm of every model of which that was not asked yet, and measures how far it runs from the recording.
+    RollOut,
     /// Makes models beside the current one, to be compared with it.
     Make {
         /// Which.
@@ -259,6 +261,7 @@ impl Command {
             Command::TakeUp { name } => models::take_up(session, name),
             Command::Rename { name, to } => models::rename(session, name, to),
             Command::Delete { name } => models::delete(session, name),
+            Command::RollOut => models::roll_out(session, monitor),
             Command::Make { presets } => models::make(session, presets, monitor),
             Command::UseModel { model } => {
                 let step = step(model.clone(), None, session, monitor)?;
@@ -353,6 +356,7 @@ impl Command {
             Command::TakeUp { name } => format!("use {name}"),
             Command::Rename { name, to } => format!("rename {name} to {}", to.trim()),
             Command::Delete { name } => format!("delete {name}"),
+            Command::RollOut => "simulate the models".to_owned(),
             Command::Make { presets } => {
                 let names: Vec<&str> = presets.iter().map(|preset| preset.title()).collect();
                 format!("make {}", names.join(", "))

@@ -31,6 +31,7 @@ use crate::recording::split::Split;
 use crate::recording::write::{WriteError, to_npz_bytes};
 use crate::simulation::extrapolation::Sweep;
 use crate::training::fit::{self, Plan, SavedRun};
+use crate::training::rollout::Rollout;
 use crate::training::{Ending, TrainError};
 
 /// Ending of session files.
@@ -127,6 +128,8 @@ struct StepAbout {
     _title: Option<String>,
     history: Vec<Epoch>,
     ending: Option<Ending>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    rollout: Option<Rollout>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -332,6 +335,7 @@ pub fn to_bytes(document: &Document) -> Result<Vec<u8>, SessionFileError> {
         _title: None,
         history: step.history.clone(),
         ending: step.ending.clone(),
+        rollout: step.rollout.clone(),
     };
     let contents = Contents {
         torquescope_session: VERSION,
@@ -479,7 +483,7 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
     let own_effects = contents.own_effects.iter().map(|text| own::load(text)).collect::<Result<_, _>>()?;
     let count = contents.steps.len();
     let mut parts = Parts::new();
-    for (number, StepAbout { name, history, ending, .. }) in contents.steps.into_iter().enumerate() {
+    for (number, StepAbout { name, history, ending, rollout, .. }) in contents.steps.into_iter().enumerate() {
         let fitted = fit::from_bytes(&entries.bytes(&model_name(number))?)?;
         let name = name.unwrap_or_else(|| {
             let taken = parts.steps.0.iter().map(|known| known.name.as_str());
@@ -492,7 +496,7 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
         let run = entries.if_there(&run_name(number))?.map(|bytes| SavedRun::from_bytes(&bytes)).transpose()?;
         let evaluation = Evaluation::of(&fitted, &recording, &contents.split)?;
         let (generation, run) = (Generation::next(), run.map(Arc::new));
-        parts.steps.0.push(Arc::new(Step { generation, name, fitted, evaluation, history, ending, run }));
+        parts.steps.0.push(Arc::new(Step { generation, name, fitted, evaluation, history, ending, rollout, run }));
     }
     if has_readable_reports {
         parts.reports.0.extend(entries.counted(report_name)?.into_iter().map(with_evidence).map(Arc::new));

@@ -48,6 +48,7 @@ use crate::recording::split::Split;
 use crate::simulation::extrapolation::Sweep;
 use crate::training::Ending;
 use crate::training::fit::{Plan, SavedRun};
+use crate::training::rollout::Rollout;
 
 /// The document.
 #[derive(Debug, Clone, Default)]
@@ -108,6 +109,8 @@ pub struct Step {
     pub history: Vec<Epoch>,
     /// How its training ended; `None` if it was identified by least squares.
     pub ending: Option<Ending>,
+    /// How far its arm runs from the measured one, once that was asked for.
+    pub rollout: Option<Rollout>,
     /// Where its training can be resumed; `None` if it was identified by least squares.
     pub run: Option<Arc<SavedRun>>,
 }

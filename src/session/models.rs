@@ -8,6 +8,7 @@ use super::{Command, Session, Step};
 use crate::model::Preset;
 use crate::progress::{Event, Monitor};
 use crate::training;
+use crate::training::rollout::Rollout;
 
 /// A model of this recording, to be compared with others and taken up again.
 #[derive(Debug, Clone)]
@@ -84,6 +85,17 @@ impl Session {
         self
     }
 
+    /// This session with a model as it is now, wherever it stands.
+    fn with_changed(&self, step: Step) -> Session {
+        let new = Arc::new(step);
+        let in_ladder = |ladder: &[Arc<Step>]| -> Vec<Arc<Step>> {
+            ladder.iter().map(|step| if step.generation == new.generation { &new } else { step }).cloned().collect()
+        };
+        let kept = |kept: &Kept| Kept { preset: kept.preset, ladder: in_ladder(&kept.ladder) };
+        let models = self.models.iter().map(kept).collect();
+        Session { models, ladder: in_ladder(&self.ladder), ..self.clone() }
+    }
+
     fn kept(&self, name: &str) -> Result<&Kept, SessionError> {
         self.models.iter().find(|kept| kept.is_called(name)).ok_or_else(|| SessionError::NoSuchModel(name.to_owned()))
     }
@@ -113,21 +125,26 @@ pub(super) fn rename(session: &Session, name: &str, to: &str) -> Result<Session,
     if session.model(to).is_some_and(|other| other.generation != old.generation) {
         return Err(SessionError::NameTaken(to.to_owned()));
     }
-    let new = Arc::new(Step { name: to.to_owned(), ..Step::clone(old) });
-    let in_ladder = |ladder: &[Arc<Step>]| -> Vec<Arc<Step>> {
-        ladder.iter().map(|step| if step.generation == new.generation { &new } else { step }).cloned().collect()
-    };
-    let kept = |kept: &Kept| Kept { preset: kept.preset, ladder: in_ladder(&kept.ladder) };
-    let mut renamed = Session {
-        models: session.models.iter().map(kept).collect(),
-        ladder: in_ladder(&session.ladder),
-        ..session.clone()
-    };
+    let mut renamed = session.with_changed(Step { name: to.to_owned(), ..Step::clone(old) });
     if let Some(sweep) = renamed.sweep.as_mut().filter(|sweep| sweep.curves.iter().any(|curve| curve.model == name)) {
         let curves = Arc::make_mut(sweep).curves.iter_mut();
         curves.filter(|curve| curve.model == name).for_each(|curve| to.clone_into(&mut curve.model));
     }
     Ok(renamed)
+}
+
+/// Simulates the arm of every model of which that was not asked yet, from states of the held-out part.
+pub(super) fn roll_out(session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
+    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
+    let new: Vec<&Arc<Step>> = session.all_models().filter(|step| step.rollout.is_none()).collect();
+    let mut simulated = session.clone();
+    for (number, step) in new.iter().enumerate() {
+        let share = |number: usize| number as f32 / new.len() as f32;
+        let part = monitor.part(share(number)..share(number + 1));
+        let rollout = Rollout::of(&step.fitted, recording, &session.split.held_out, &part)?;
+        simulated = simulated.with_changed(Step { rollout: Some(rollout), ..Step::clone(step) });
+    }
+    Ok(simulated)
 }
 
 /// Takes a model out of the session. The ladder needs its own.
@@ -136,7 +153,12 @@ pub(super) fn delete(session: &Session, name: &str) -> Result<Session, SessionEr
         return Err(SessionError::OnTheLadder(name.to_owned()));
     }
     let models = session.models.iter().filter(|kept| !kept.is_called(name)).cloned().collect();
-    Ok(Session { models, ..session.clone() })
+    let mut without = Session { models, ..session.clone() };
+    if let Some(sweep) = &mut without.sweep {
+        Arc::make_mut(sweep).curves.retain(|curve| curve.model != name);
+    }
+    without.sweep.take_if(|sweep| sweep.curves.is_empty());
+    Ok(without)
 }
 
 /// Makes models beside the current one. One that can't be made is told of; the others are kept.
@@ -219,6 +241,18 @@ mod tests {
         assert!(message.contains("is a step of the ladder"), "{message}");
         let back = run(&Command::GoTo { step: 0 }, &repaired);
         assert_eq!(names(&run(&delete, &back)), ["rigid body"]);
+    }
+
+    /// Each is simulated once; what a model lacks shows in it, and another name changes nothing of it.
+    #[test]
+    fn the_arms_of_all_models_are_simulated() {
+        let rolled = run(&Command::RollOut, &repaired());
+        let errors: Vec<f64> = rolled.all_models().map(|step| step.rollout.as_ref().unwrap().error[0]).collect();
+        assert!(errors[1] < 0.5 * errors[0], "{errors:?}");
+        assert!(rolled.ladder.iter().zip(&rolled.models[1].ladder).all(|(one, other)| Arc::ptr_eq(one, other)));
+        let renamed = run(&Command::Rename { name: "rigid body".into(), to: "bare arm".into() }, &rolled);
+        let again = run(&Command::RollOut, &run(&Command::GoTo { step: 0 }, &renamed));
+        assert_eq!(again.model("bare arm").unwrap().rollout, rolled.model("rigid body").unwrap().rollout);
     }
 
     #[test]

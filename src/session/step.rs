@@ -26,7 +26,8 @@ pub(super) fn step(
     let fitted = model::fit(&model, recording, &session.split, monitor)?;
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
     let (generation, name) = (Generation::next(), default_name(&model));
-    Ok(Arc::new(Step { generation, name, fitted, evaluation, history: Vec::new(), ending: None, run: None }))
+    let (history, ending, rollout, run) = (Vec::new(), None, None, None);
+    Ok(Arc::new(Step { generation, name, fitted, evaluation, history, ending, rollout, run }))
 }
 
 /// Follows a training, keeps its checkpoint, and measures what it gives.
@@ -44,6 +45,6 @@ pub(super) fn trained(
     }
     let evaluation = Evaluation::of(&fitted, recording, &session.split)?;
     let (generation, name) = (Generation::next(), default_name(&fitted.model));
-    let (ending, run) = (Some(ending), Some(Arc::new(run)));
-    Ok(Arc::new(Step { generation, name, fitted, evaluation, history, ending, run }))
+    let (ending, rollout, run) = (Some(ending), None, Some(Arc::new(run)));
+    Ok(Arc::new(Step { generation, name, fitted, evaluation, history, ending, rollout, run }))
 }

@@ -113,11 +113,12 @@ pub(super) fn load(session: &Session, path: &Path) -> Result<Session, SessionErr
     Ok(with_own(session, effect))
 }
 
-/// The session with an effect of one's own more; its report does not know of it yet.
+/// The session with an effect of one's own more; a report that was made without it is gone.
 fn with_own(session: &Session, effect: &'static Effect) -> Session {
     let mut session = session.clone();
     if !session.own_effects.contains(&effect) {
         session.own_effects.push(effect);
+        session.report = None;
     }
     session
 }

@@ -2,7 +2,7 @@
 //!
 //! [`mod@fit`] trains a model of the session; inside it
 //! [`data`] (samples, checked) → [`learn`] (a run: [`loss`], [`optimiser`], [`schedule`]) → [`learned::LearnedModel`] → [`predict`]
-//! (torque and components), which [`inside`] and [`friction`] look into; `restart` begins anew what got stuck. [`options`] holds the two recipes, the paper's and ours.
+//! (torque and components), which [`inside`], [`friction`] and [`rollout`] look into; `restart` begins anew what got stuck. [`options`] holds the two recipes, the paper's and ours.
 
 mod components;
 pub mod data;
@@ -17,6 +17,7 @@ pub mod optimiser;
 pub mod options;
 pub mod predict;
 mod restart;
+pub mod rollout;
 pub mod schedule;
 
 use crate::model::learned::ArchitectureError;
@@ -117,6 +118,12 @@ pub enum TrainError {
         /// What was expected.
         needed: &'static str,
     },
+    /// Nothing is long enough to be simulated.
+    #[error(
+        "no part of the data that is held out lasts {} s without a gap, so nothing can be simulated: hold out longer runs",
+        rollout::HORIZON
+    )]
+    TooShort,
     /// The model of the session can't be trained on this recording.
     #[error("{0}")]
     Model(String),

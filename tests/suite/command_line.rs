@@ -67,8 +67,12 @@ fn a_model_is_saved_and_measured_on_another_recording() {
     assert_eq!(trained["terms"].as_array().unwrap().len(), 3);
     let other = ["--effect", "coulomb-friction@1=2.0", "--effect", "coulomb-friction@2=0.7", "--seed", "9"];
     succeeds(&[["simulate", "-o", "y.npz"].as_slice(), &other].concat(), folder.path());
-    let measured = json(&["evaluate", "y.npz", "--model", "model.json", "--json"], folder.path());
+    let measured = json(&["evaluate", "y.npz", "--model", "model.json", "--rollout", "--json"], folder.path());
     assert!(measured["mean_r2"].as_f64().unwrap() > 0.999);
+    let off = measured["rollout"]["error"].as_array().unwrap().iter().map(|joint| joint.as_f64().unwrap());
+    assert!(off.clone().count() == 3 && off.clone().all(|off| off < 0.1), "{measured}");
+    let text = succeeds(&["evaluate", "y.npz", "--model", "model.json", "--rollout"], folder.path());
+    assert!(text.contains("RMS of q off after 0.25 s of simulation, from 24 states, by joint [rad]"), "{text}");
     let report = json(&["diagnose", "y.npz", "--model", "model.json", "--json"], folder.path());
     assert_eq!(report["verdict"], "nothing-missing");
 }

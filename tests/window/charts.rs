@@ -146,6 +146,79 @@ fn playing_has_a_speed_and_an_end() {
     });
 }
 
+/// The torque is written as the sum of its parts, and pointing at one changes how the others are drawn.
+#[test]
+fn a_symbol_of_the_formula_lights_its_line() {
+    let mut window = window(support::repaired(), &compare::ABOUT, Theme::Light);
+    window.get_by_role_and_label(Role::CheckBox, "Decompose").click();
+    settle(&mut window);
+    let symbol = window.get_by_label("c(q, q̇)").rect().center();
+    let below = window.get_by_label("plot of joint 1: decomposition [N m]").rect();
+    let picture = |window: &mut Window| {
+        let picture = window.render().unwrap();
+        let [x, y] = [below.left() as u32 + 60, below.top() as u32 + 20];
+        image::imageops::crop_imm(&picture, x, y, below.width() as u32 - 80, below.height() as u32 - 30).to_image()
+    };
+    let before = picture(&mut window);
+    window.hover_at(symbol);
+    window.run_steps(3);
+    let lit = picture(&mut window);
+    let changed = before.pixels().zip(lit.pixels()).filter(|(one, other)| one != other).count();
+    assert!(changed > 300, "{changed} pixels changed");
+    window.hover_at(symbol + egui::vec2(0.0, -60.0));
+    window.run_steps(3);
+    assert!(picture(&mut window) == before);
+}
+
+/// What is marked between two cursors is played alone, again and again.
+#[test]
+fn a_marked_region_is_played_in_a_loop() {
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Dark);
+    let time = |window: &Window| {
+        let slider = window.get_by_role_and_label(Role::Slider, "time cursor");
+        slider.accesskit_node().numeric_value().unwrap()
+    };
+    let chart = window.get_by_label("plot of joint 1: torque [N m]").rect();
+    let marked = [0.0, 30.0].map(|right| chart.center() + egui::vec2(right, 0.0));
+    window.key_down(Key::M);
+    drag(&mut window, marked[0], marked[1]);
+    window.key_up(Key::M);
+    click(&mut window, "▶ Play");
+    let mut times = Vec::new();
+    for _ in 0..60 {
+        window.step();
+        times.push(time(&window));
+    }
+    let [least, most] = [f64::min, f64::max].map(|end: fn(f64, f64) -> f64| times.iter().copied().reduce(end).unwrap());
+    let back = times.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    let run = &window.state().session().recording.as_ref().unwrap().trajectories[0];
+    let whole = run.time[run.len() - 1] - run.time[0];
+    assert!(back >= 1 && most - least < 0.1 * whole, "{least} s to {most} s, {back} times back");
+}
+
+/// An export tells how far it is and can be stopped; then nothing of it is there.
+#[test]
+fn an_export_is_stopped() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(support::repaired(), &compare::ABOUT, Theme::Light);
+    window.state_mut().order(Order::Export(None));
+    settle(&mut window);
+    window.get_by_role_and_label(Role::CheckBox, "Every screen, a file for each in a folder of this name").click();
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::TextInput, "File").focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text(folder.path().join("paper.png").display().to_string()));
+    window.run_steps(2);
+    window.get_by_role_and_label(Role::Button, "Write the file").click();
+    window.run_steps(3);
+    assert!(window.query_by_role(Role::ProgressIndicator).is_some() && window.query_by_label("ready").is_none());
+    window.get_by_role_and_label(Role::Button, "Stop").click();
+    settle(&mut window);
+    assert!(window.query_by_label_contains("Nothing was exported, because you pressed Stop").is_some());
+    assert!(!folder.path().join("paper").exists());
+}
+
 /// The dialog shows what the file will be, and how it is laid out can be chosen there.
 #[test]
 fn an_export_shows_a_preview() {

@@ -210,3 +210,28 @@ fn a_model_is_trained_from_five_seeds() {
     settle(&mut window);
     assert!(!legend(&mut window).contains(&mean) && legend(&mut window).contains(&"validation nMSE".to_owned()));
 }
+
+/// How far the arms run off is asked for by a click, told for each model by joint, and saved with the session.
+#[test]
+fn the_arms_of_models_are_simulated_by_a_click() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(support::repaired(), &compare::ABOUT, Theme::Light);
+    click(&mut window, "Models (2)");
+    assert_eq!(window.query_all_by_label("—").count(), 4, "seeds and rollouts");
+    click(&mut window, "Simulate");
+    assert!(window.query_by_role_and_label(Role::Button, "Simulate").is_none(), "nothing is left to ask");
+    let errors = |session: &Session| -> Vec<f64> {
+        session.all_models().map(|step| step.rollout.as_ref().unwrap().error[0]).collect()
+    };
+    let told = errors(window.state().session());
+    assert!(told[1] < 0.5 * told[0], "the one with friction stays nearer: {told:?}");
+    let path = folder.path().join("mine.torquescope");
+    window.state_mut().order(Order::Save(path.clone()));
+    settle(&mut window);
+    let opened = torquescope::session::file::open(&path, &torquescope::progress::Monitor::new()).unwrap();
+    assert_eq!(errors(opened.document.history.current()), told);
+    // A model that is new was not simulated yet.
+    window.state_mut().order(Order::run(Command::AddEffect { effect: "torque-offset".into(), joints: vec![1] }));
+    settle(&mut window);
+    assert!(is_enabled(&window, "Simulate"));
+}

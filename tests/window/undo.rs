@@ -89,6 +89,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (other.clone(), Command::Rename { name: "structured DeLaN".to_owned(), to: "mine".to_owned() }),
         (other.clone(), Command::Delete { name: "structured DeLaN".to_owned() }),
         (other, Command::Make { presets: vec![Preset::StatedArm] }),
+        (support::repaired(), Command::RollOut),
         (diagnosed(), Command::UseModel { model: steps[1].fitted.model.clone() }),
         (demonstration(), Command::Diagnose),
         (diagnosed(), Command::AddEffect { effect: "viscous-friction".to_owned(), joints: vec![0] }),
@@ -116,7 +117,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
             | Command::Diagnose
             | Command::AddEffect { .. }
             | Command::EditTerms(_) => (),
-            Command::Extrapolate { .. } | Command::GoTo { .. } => (),
+            Command::Extrapolate { .. } | Command::RollOut | Command::GoTo { .. } => (),
             Command::LoadEffect { .. } | Command::Propose | Command::Adopt { .. } | Command::SetUp(_) => (),
             // What was seen or said can't be taken back; `lost.rs` and `lessons.rs` have them.
             Command::OpenSeal | Command::BetFirst(_) | Command::PlaceBet(_) | Command::Learn(_) => (),

@@ -122,6 +122,14 @@ impl Focus {
         self.cursor = Some(at(cursor));
     }
 
+    /// Which time is played of all that there is \[s\]: what is marked between two cursors, or all of it.
+    pub fn played(&mut self, [first, last]: [f64; 2]) -> [f64; 2] {
+        match self.views.of(Along::Time).measured {
+            Some(marked) if marked[0] < last && marked[1] > first => [marked[0].max(first), marked[1].min(last)],
+            _ => [first, last],
+        }
+    }
+
     /// The shown joint, one that the recording has.
     pub fn joint_of(&mut self, recording: &Recording) -> usize {
         self.joint = self.joint.min(recording.joint_count().saturating_sub(1));

@@ -5,6 +5,7 @@ use crate::app::desk::{Desk, Messages};
 use crate::app::filed::Filed;
 use crate::app::screen::NextStep;
 use crate::app::screens::Screens;
+use crate::progress::Progress;
 
 /// The desk with what only the bars see.
 pub struct Shell<'a> {
@@ -28,6 +29,8 @@ pub struct Shell<'a> {
     pub has_models_open: bool,
     /// Whether somebody would lose work if the window closed now.
     pub is_unsaved: bool,
+    /// The file that is being written, and how far it is.
+    pub drawing: Option<(&'a str, Progress)>,
     /// What is at work, in words.
     pub at_work: Option<String>,
     /// Whether a dialog lies over the screens, whose answer comes next.

@@ -122,7 +122,7 @@ impl Overlays {
         let bar = |x, y| Frame::new().fill(palette.card).inner_margin(Margin::symmetric(x, y));
         Panel::top("tools").frame(bar(14, 4)).resizable(false).show(ui, |ui| bar::tools(ui, shell));
         Panel::top("way").frame(bar(14, 5)).resizable(false).show(ui, |ui| bar::way(ui, shell));
-        Panel::bottom("status").frame(bar(14, 4)).resizable(false).show(ui, |ui| status::show(ui, &mut shell.desk));
+        Panel::bottom("status").frame(bar(14, 4)).resizable(false).show(ui, |ui| status::show(ui, shell));
         if let Some(open) = self.models.as_mut().filter(|_| shell.desk.session.recording.is_some()) {
             Panel::bottom("models").frame(bar(14, 6)).resizable(false).show(ui, |ui| models::show(ui, shell, open));
         }

@@ -14,6 +14,7 @@ use crate::experiment::run::duration_text;
 use crate::figure::Ink;
 use crate::model::{JointError, Preset, Term};
 use crate::session::{Command, Generation, Session, Step};
+use crate::training::rollout::{HORIZON, Rollout};
 
 /// Most of the window's height that the table takes.
 const HEIGHT: f32 = 0.36;
@@ -49,7 +50,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, open: &mut Models) {
     let width = width_of_names(ui, desk.session);
     ScrollArea::both().id_salt("models").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
         Grid::new("models").striped(true).spacing([GROUP, 4.0]).show(ui, |ui| {
-            header(ui);
+            header(ui, desk);
             for step in desk.session.all_models() {
                 row(ui, desk, open, step, width);
             }
@@ -67,13 +68,14 @@ fn width_of_names(ui: &Ui, session: &Session) -> f32 {
     (longest + 2.0 * GROUP).clamp(LEAST_NAME.min(most), most)
 }
 
-fn header(ui: &mut Ui) {
+fn header(ui: &mut Ui, desk: &mut Desk) {
     let weak = Palette::in_ui(ui).weak;
     let head = |ui: &mut Ui, text: &str| ui.label(RichText::new(text).size(SMALL).color(weak));
     head(ui, "shown");
     head(ui, "name");
     glossary::explained(head(ui, "nMSE held out, by joint"), Word::HeldOut);
     if !is_narrow(ui) {
+        off_head(ui, desk);
         glossary::explained(head(ui, "nMSE on train, by joint"), Word::Nmse);
         for text in ["terms", "parameters", "seed", "training"] {
             head(ui, text);
@@ -83,6 +85,37 @@ fn header(ui: &mut Ui) {
     ui.end_row();
 }
 
+/// The heading of how far the arms run off, with what asks for it.
+fn off_head(ui: &mut Ui, desk: &mut Desk) {
+    let weak = Palette::in_ui(ui).weak;
+    let unit = desk.session.recording.as_ref().map_or(String::new(), |recording| recording.units()[0].clone());
+    ui.horizontal(|ui| {
+        let text = format!("off after {} s [{unit}]", ticks::short(HORIZON));
+        glossary::explained(ui.label(RichText::new(text).size(SMALL).color(weak)), Word::Rollout);
+        if desk.session.all_models().any(|step| step.rollout.is_none()) {
+            let idle = desk.busy.is_none();
+            let button = ui.add_enabled(idle, Button::new("Simulate").small());
+            if button.on_hover_text(Word::Rollout.meaning()).clicked() {
+                desk.run(Command::RollOut);
+            }
+        }
+    });
+}
+
+/// How far the arm of a model is from the measured one, by joint.
+fn off(ui: &mut Ui, rollout: Option<&Rollout>) {
+    let Some(Rollout { error, starts, ran_away }) = rollout else {
+        ui.label("—").on_hover_text("It was not simulated yet");
+        return;
+    };
+    let mut text = error.iter().map(|error| format!("{error:.3}")).collect::<Vec<_>>().join(" · ");
+    if *ran_away > 0 {
+        let comma = if error.is_empty() { "" } else { ", " };
+        text += &format!("{comma}{ran_away} of {starts} ran away");
+    }
+    ui.label(text).on_hover_text(format!("From {starts} states along the held-out part"));
+}
+
 fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, width: f32) {
     let name = &step.name;
     let (idle, is_current) = (desk.busy.is_none(), is_current(desk.session, step));
@@ -90,6 +123,7 @@ fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, width: f32)
     edit_name(ui, desk, open, step, width);
     ui.label(errors(&step.evaluation.held_out));
     if !is_narrow(ui) {
+        off(ui, step.rollout.as_ref());
         details(ui, step);
     }
     ui.horizontal(|ui| {

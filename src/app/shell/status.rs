@@ -2,20 +2,27 @@
 
 use egui::{Align, Button, Label, Layout, RichText, Ui};
 
-use crate::app::desk::{Busy, Desk, Order};
+use super::frame::Shell;
+use crate::app::desk::Order;
 use crate::app::glossary;
 use crate::app::plot::ticks::percent;
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets::{self, is_narrow, thousands};
 use crate::model::Term;
+use crate::progress::Progress;
 
-pub fn show(ui: &mut Ui, desk: &mut Desk) {
+pub fn show(ui: &mut Ui, shell: &mut Shell) {
+    let Shell { desk, drawing, .. } = shell;
     let palette = Palette::in_ui(ui);
     ui.horizontal(|ui| {
         ui.set_min_height(22.0);
         let small = |text: String| RichText::new(text).size(SMALL).color(palette.weak);
         if let Some(busy) = desk.busy {
-            return at_work(ui, desk.orders, busy);
+            let name = if busy.paused { format!("paused: {}", busy.name) } else { busy.name.to_owned() };
+            return at_work(ui, desk.orders, &name, busy.progress);
+        }
+        if let Some((name, progress)) = drawing {
+            return at_work(ui, desk.orders, name, progress);
         }
         match desk.session.recording.as_deref() {
             None => drop(ui.label(small("no recording".into()))),
@@ -40,16 +47,15 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
     });
 }
 
-fn at_work(ui: &mut Ui, orders: &mut Vec<Order>, busy: &Busy) {
+fn at_work(ui: &mut Ui, orders: &mut Vec<Order>, name: &str, progress: &Progress) {
     let palette = Palette::in_ui(ui);
-    let Busy { name, progress, paused, .. } = busy;
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         if ui.add(Button::new("Stop").small()).on_hover_text("Stop this; nothing is changed (Esc)").clicked() {
             orders.push(Order::Stop);
         }
         widgets::progress(ui, progress.fraction, 160.0);
-        let name = if *paused { format!("paused: {name}") } else { (*name).to_owned() };
-        let activity = if progress.activity.is_empty() { name } else { format!("{name}: {}", progress.activity) };
+        let activity =
+            if progress.activity.is_empty() { name.to_owned() } else { format!("{name}: {}", progress.activity) };
         ui.add(Label::new(RichText::new(activity).size(SMALL).color(palette.text)).truncate());
     });
 }

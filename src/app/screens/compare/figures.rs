@@ -20,6 +20,8 @@ const MOST_POINTS: usize = 2500;
 const UNDER: f64 = 1.36;
 /// Width of the truth.
 const STRONG: f64 = 1.86;
+/// How much of its colour a part has while another one is lit.
+const BEHIND: f64 = 0.3;
 /// How much of its colour the truth has.
 const PALE: f64 = 0.45;
 
@@ -46,6 +48,8 @@ pub struct Torques<'a> {
     pub parts: Option<&'a Arc<Vec<Part>>>,
     /// Only the part of this name, of all models over each other.
     pub only: Option<&'a str>,
+    /// The part whose line stands out.
+    pub lit: Option<&'a str>,
 }
 
 /// Another trajectory, drawn over the shown one.
@@ -143,14 +147,16 @@ impl Torques<'_> {
         let drawn = parts.iter().enumerate().filter(|(_, part)| is_drawn(part)).zip(DASHES.iter().cycle());
         for ((number, part), dash) in drawn {
             let ink = Ink::Series(number);
+            let seen = if self.lit.is_none_or(|lit| lit == part.name) { 1.0 } else { BEHIND };
+            let width = if self.lit.is_some_and(|lit| lit == part.name) { STRONG } else { 1.0 };
             if part.truth.as_ref().is_some_and(|truth| acts(&truth[joint])) {
                 let name = if part.own.is_none() { part.name.as_str() } else { "" };
                 let truth = Shared::of(parts, move |parts| torque_of(&parts[number].truth, joint));
-                panel.push(self.line(name, truth, ink).width(STRONG).opacity(PALE).dash(&[]));
+                panel.push(self.line(name, truth, ink).width(STRONG).opacity(PALE * seen).dash(&[]));
             }
             if part.own.as_ref().is_some_and(|own| acts(&own[joint])) {
                 let own = Shared::of(parts, move |parts| torque_of(&parts[number].own, joint));
-                panel.push(self.line(&part.name, own, ink).dash(dash));
+                panel.push(self.line(&part.name, own, ink).dash(dash).opacity(seen).width(width));
             }
         }
         panel

@@ -3,6 +3,7 @@
 mod errors;
 mod figures;
 mod parts;
+mod sum;
 
 use std::sync::Arc;
 
@@ -126,7 +127,8 @@ impl Screen for Compare {
             let moved = desk.memo.now(desk.session, MovedTo { trajectory: run, other }).ok()?;
             Some(Beside { run: other, moved })
         });
-        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, beside, parts, only };
+        let lit = None;
+        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, beside, parts, only, lit };
         let joints = 0..recording.joint_count();
         let mut panels: Vec<Panel> = joints.flat_map(|joint| [torques.torque(joint), torques.below(joint)]).collect();
         panels.extend(formula::figure(desk));
@@ -287,7 +289,8 @@ impl Compare {
             let moved = desk.memo.later(&ctx, desk.session, MovedTo { trajectory: run, other })?.ok()?;
             Some(Beside { run: other, moved })
         });
-        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, beside, parts, only };
+        let lit = parts.filter(|_| only.is_none()).and_then(|parts| sum::show(ui, parts));
+        let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, beside, parts, only, lit };
         let joints = recording.joint_count();
         let last_extra = 31.0;
         let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 640.0);
@@ -354,12 +357,14 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
     widgets::card(ui, "", |ui| {
         ui.horizontal_wrapped(|ui| {
             let name = if desk.focus.is_playing { "Pause" } else { "▶ Play" };
-            let button = ui.button(name).on_hover_text("Let time go on");
+            let button =
+                ui.button(name).on_hover_text("Let time go on; of a region that is marked (M and drag) only there");
             if button.clicked() {
                 desk.focus.is_playing = !desk.focus.is_playing;
                 // At the end there is nothing to go on to.
-                if desk.focus.is_playing && time >= extent[1] {
-                    time = extent[0];
+                let [first, last] = desk.focus.played(extent);
+                if desk.focus.is_playing && time >= last {
+                    time = first;
                 }
             }
             let speed = ComboBox::from_id_salt("speed").width(64.0).selected_text(speed_text(desk.focus.speed));
@@ -420,10 +425,14 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
     tables::errors(ui, &recording, &step);
 }
 
-/// Lets time go on, and the view with it; at the end it begins anew or stops.
-fn play(ui: &Ui, desk: &mut Desk, [first, last]: [f64; 2], time: &mut f64) {
+/// Lets time go on, and the view with it; at the end it begins anew or stops. What is marked is played alone.
+fn play(ui: &Ui, desk: &mut Desk, extent: [f64; 2], time: &mut f64) {
     if !desk.focus.is_playing {
         return;
+    }
+    let [first, last] = desk.focus.played(extent);
+    if !(first..=last).contains(time) {
+        *time = first;
     }
     let step = desk.focus.speed * f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP);
     *time = match (*time + step > last, desk.focus.loops) {
@@ -434,6 +443,7 @@ fn play(ui: &Ui, desk: &mut Desk, [first, last]: [f64; 2], time: &mut f64) {
             last
         }
     };
+    let [first, last] = extent;
     let range = &mut desk.focus.views.of(Along::Time).range;
     if let Some([from, to]) = range.filter(|_| desk.focus.follows) {
         let half = 0.5 * (to - from);

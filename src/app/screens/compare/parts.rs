@@ -11,11 +11,20 @@ use crate::training::components;
 /// One part of the torque.
 pub struct Part {
     pub name: String,
+    /// Its formula in TeX, and in plain text.
+    pub formula: [&'static str; 2],
     /// Of the model \[N m\]; `None` if it has no such part.
     pub own: Option<Signals>,
     /// The truth \[N m\]; `None` while it is sealed, or if nobody knows it.
     pub truth: Option<Signals>,
 }
+
+/// Inertial, Coriolis and gravity torque: what they are called, in TeX, and in plain text.
+const RIGID: [(&str, &str, [&str; 2]); 3] = [
+    ("inertial", "inertial", [r"H(q)\,\ddot q", "H(q) q̈"]),
+    ("coriolis", "Coriolis", [r"c(q, \dot q)", "c(q, q̇)"]),
+    ("gravity", "gravity", ["g(q)", "g(q)"]),
+];
 
 /// The parts of the torque along a trajectory; none if the model has none.
 #[derive(Clone, PartialEq)]
@@ -37,8 +46,9 @@ impl Question for Decomposition {
         let named = components(&step.fitted, run).map_err(|error| error.to_string())?;
         let exact = truth.as_ref().map(|truth| TrueParts::along(truth, run)).transpose();
         let exact = exact.map_err(|error| error.to_string())?;
-        let rigid = ["inertial", "coriolis", "gravity"].into_iter().enumerate().map(|(number, id)| Part {
-            name: if id == "coriolis" { "Coriolis".to_owned() } else { id.to_owned() },
+        let rigid = RIGID.into_iter().enumerate().map(|(number, (id, name, formula))| Part {
+            name: name.to_owned(),
+            formula,
             own: named.iter().find(|(name, _)| *name == id).map(|(_, torque)| torque.clone()),
             truth: exact.as_ref().map(|exact| {
                 let parts = &exact.arm;
@@ -47,9 +57,10 @@ impl Question for Decomposition {
         });
         let mut parts: Vec<Part> = rigid.collect();
         for (number, term) in step.fitted.model.terms.iter().enumerate() {
-            if let Term::Effect(_) = term {
+            if let Term::Effect(placed) = term {
+                let formula = [placed.effect.typeset, placed.effect.formula];
                 let own = step.evaluation.predictions.get(index).map(|prediction| prediction.terms[number].clone());
-                parts.push(Part { name: term.label(), own, truth: None });
+                parts.push(Part { name: term.label(), formula, own, truth: None });
             }
         }
         for (hidden, torque) in
@@ -62,8 +73,10 @@ impl Question for Decomposition {
             match parts.iter_mut().find(|part| Some(&part.name) == same.as_ref()) {
                 Some(part) => part.truth = Some(torque),
                 None => {
-                    let name = registry::find(&hidden.effect).map_or("unknown", |effect| effect.name);
-                    parts.push(Part { name: format!("hidden: {name}"), own: None, truth: Some(torque) });
+                    let known = registry::find(&hidden.effect);
+                    let name = known.as_ref().map_or("unknown", |effect| effect.name);
+                    let formula = known.as_ref().map_or(["?", "?"], |effect| [effect.typeset, effect.formula]);
+                    parts.push(Part { name: format!("hidden: {name}"), formula, own: None, truth: Some(torque) });
                 }
             }
         }

@@ -98,8 +98,9 @@ impl Trials {
             return;
         }
         if self.read.as_ref().is_none_or(|(shown, _)| *shown != wanted.0) {
-            self.joined = None;
-            self.cursor = None;
+            // What was said, left out and looked at there concerns another experiment.
+            (self.joined, self.cursor, self.said, self.curve) = (None, None, None, 0);
+            self.left_out.clear();
         }
         let (shown, context) = (wanted.0.clone(), ctx.clone());
         (self.read, self.again) = (Some(wanted), false);

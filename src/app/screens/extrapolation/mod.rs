@@ -58,14 +58,14 @@ pub struct Extrapolation {
 impl Screen for Extrapolation {
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
         let Some(recording) = desk.session.recording.clone() else { return };
-        widgets::headline(ui, "Outside the data", &sentence(desk, &recording));
+        widgets::headline(ui, "Outside the data", &self.sentence(desk.session, &recording));
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
     fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
         let Some(recording) = &desk.session.recording else { return Vec::new() };
         let mut panels = Vec::new();
-        panels.extend(desk.session.sweep.as_ref().map(|sweep| figures::errors(desk, recording, sweep, self.joint)));
+        panels.extend(self.sweep(desk.session).map(|sweep| figures::errors(desk, recording, sweep, self.joint)));
         let current = desk.session.current().map(|step| self.replay_of(desk, step));
         if let Some(Ok(replay)) = current.map(|question| desk.memo.now(desk.session, question)) {
             let mut others = Vec::new();
@@ -133,33 +133,40 @@ impl Question for Replayed {
     }
 }
 
-/// What the curves are made of, said before anything is believed.
-fn sentence(desk: &Desk, recording: &Recording) -> String {
-    let how = if recording.seal.is_some() {
-        let effort = recording.effort();
-        format!("the held-out runs are travelled anew by the simulated arm, and the exact {effort} is known")
-    } else {
-        "the held-out data are cut into blocks of a second, sorted by how fast they are".to_owned()
-    };
-    match desk.session.sweep.as_deref().and_then(|sweep| Some((sweep.curves.last()?, sweep.stretch))) {
-        Some((Curve { model, points }, stretch)) if points.len() > 1 => {
-            let (first, last) = (&points[0], &points[points.len() - 1]);
-            let (from, to) = (ticks::number(first.overall), ticks::number(last.overall));
-            let scale = ticks::short((100.0 * last.scale).round() / 100.0);
-            let what = stretch.name();
-            format!("“{model}” goes from an error (nMSE) of {from} to {to} at {scale} times the {what}; {how}.")
-        }
-        _ => format!("Does the model hold where nothing was recorded? For the answer {how}."),
-    }
-}
-
 impl Extrapolation {
+    /// What was computed in the way that is chosen; that of another way says nothing of it.
+    fn sweep<'a>(&self, session: &'a Session) -> Option<&'a Arc<Sweep>> {
+        session.sweep.as_ref().filter(|sweep| sweep.stretch == self.stretch)
+    }
+
+    /// What the curves are made of, said before anything is believed.
+    fn sentence(&self, session: &Session, recording: &Recording) -> String {
+        let how = if recording.seal.is_some() {
+            let effort = recording.effort();
+            format!("the held-out runs are travelled anew by the simulated arm, and the exact {effort} is known")
+        } else {
+            "the held-out data are cut into blocks of a second, sorted by how fast they are".to_owned()
+        };
+        match self.sweep(session).and_then(|sweep| sweep.curves.last()) {
+            Some(Curve { model, points }) if points.len() > 1 => {
+                let (first, last) = (&points[0], &points[points.len() - 1]);
+                let (from, to) = (ticks::number(first.overall), ticks::number(last.overall));
+                let scale = ticks::short((100.0 * last.scale).round() / 100.0);
+                let what = self.stretch.name();
+                format!("“{model}” goes from an error (nMSE) of {from} to {to} at {scale} times the {what}; {how}.")
+            }
+            _ => format!("Does the model hold where nothing was recorded? For the answer {how}."),
+        }
+    }
+
     fn errors(&mut self, ui: &mut Ui, desk: &mut Desk) {
         let Some(recording) = desk.session.recording.clone() else { return };
-        match desk.session.sweep.clone() {
+        match self.sweep(desk.session).cloned() {
             Some(sweep) => self.curves(ui, desk, &recording, &sweep),
             None => widgets::card(ui, "Error over scale", |ui| {
-                widgets::weak(ui, "Nothing was computed yet: press Compute at the right.");
+                let text =
+                    format!("Nothing was computed yet over {}: press Compute at the right.", self.stretch.name());
+                widgets::weak(ui, text);
             }),
         }
     }
@@ -260,7 +267,10 @@ impl Extrapolation {
             ui.horizontal(|ui| {
                 let choices = [(Stretch::Speed, "Faster"), (Stretch::Range, "Wider"), (Stretch::Load, "Under load")];
                 for (stretch, name) in choices {
-                    ui.radio_value(&mut self.stretch, stretch, name);
+                    if ui.radio_value(&mut self.stretch, stretch, name).changed() {
+                        // What is drawn until the next replay is there went another way.
+                        self.newest = None;
+                    }
                 }
             });
             ui.add_space(2.0);
@@ -273,7 +283,7 @@ impl Extrapolation {
                 desk.run(Command::Extrapolate { steps, stretch: self.stretch });
             }
         });
-        let Some(sweep) = desk.session.sweep.clone() else { return };
+        let Some(sweep) = self.sweep(desk.session) else { return };
         widgets::card(ui, "Error (nMSE) of all joints", |ui| {
             let scale = self.scale.unwrap_or(*REPLAYED.start());
             let scales: Vec<f64> = sweep.curves.first().map_or(Vec::new(), |curve| {

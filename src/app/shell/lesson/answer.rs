@@ -106,8 +106,8 @@ fn text(step: &Step, answer: &Answer) -> String {
     match answer {
         Answer::Choice(option) => step.name_of(option).unwrap_or_else(|| option.clone()),
         Answer::Number(value) => match &step.task {
-            Task::Number(asked) => format!("{} {}", ticks::number(*value), asked.unit).trim().to_owned(),
-            _ => ticks::number(*value),
+            Task::Number(asked) => format!("{} {}", ticks::short(*value), asked.unit).trim().to_owned(),
+            _ => ticks::short(*value),
         },
         Answer::Pose(_) | Answer::Session => String::new(),
     }
@@ -135,7 +135,7 @@ pub fn revealed(ui: &mut Ui, desk: &mut Desk, lesson: &Lesson, course: &Course, 
             widgets::chip(ui, &points, color);
         });
     }
-    if !is_all && ui.add_enabled(desk.busy.is_none(), Button::new("Reveal")).clicked() {
+    if !is_all && !course.here().gave_up && ui.add_enabled(desk.busy.is_none(), Button::new("Reveal")).clicked() {
         desk.orders.push(Order::Lesson(Act::Reveal));
     }
 }

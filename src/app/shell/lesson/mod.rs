@@ -15,7 +15,7 @@ use crate::app::screens;
 use crate::app::theme::{GAP, HEADLINE, Palette, SMALL, TITLE};
 use crate::app::{math, widgets};
 use crate::lesson::grade::{Grade, grade};
-use crate::lesson::{Act, Course, Lesson, Stage, Step, Task};
+use crate::lesson::{Act, Course, Lesson, Progress, Stage, Step, Task};
 use crate::session::study::{Pose, Study};
 use crate::session::{Generation, Session};
 
@@ -51,6 +51,8 @@ struct Entered {
     number: String,
     /// The state of the arm, which goes from step to step.
     pose: Pose,
+    /// What was told of it in the last frame.
+    seen: Option<(Progress, bool, Option<String>)>,
 }
 
 impl LessonPanel {
@@ -122,7 +124,7 @@ fn header(ui: &mut Ui, lesson: &Lesson, course: &Course, seed: u64, panel: &mut 
             hide.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Hide the lesson"));
             panel.hidden |= hide.clicked();
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                ui.add(egui::Label::new(RichText::new(title).size(TITLE).color(palette.text)).truncate());
+                ui.add(egui::Label::new(RichText::new(title).size(TITLE).color(palette.text)).wrap());
             });
         });
     });
@@ -154,6 +156,11 @@ fn step(ui: &mut Ui, desk: &mut Desk, panel: &mut LessonPanel, lesson: &Lesson, 
     answer::outcome(ui, desk.session, panel.lacks.as_deref(), step, progress);
     if let Task::Reveal(of) = &step.task {
         answer::revealed(ui, desk, lesson, course, of);
+    }
+    // What became of an answer is not to be looked for below.
+    let seen = (progress.clone(), course.may_go_on(lesson), panel.lacks.clone());
+    if panel.entered.seen.replace(seen.clone()).is_some_and(|before| before != seen) {
+        ui.scroll_to_cursor(Some(Align::BOTTOM));
     }
     if course.is_finished(lesson) {
         worth(ui, desk.session, panel);
@@ -217,7 +224,7 @@ fn way_on(ui: &mut Ui, desk: &mut Desk, lesson: &Lesson, course: &Course) {
         if go_on.on_disabled_hover_text(why_not).clicked() {
             desk.orders.push(Order::Lesson(Act::GoOn));
         }
-        if course.may_give_up(step) {
+        if course.may_give_up(lesson) {
             let hint = "The step is left without its points, and the answer is shown";
             if ui.add_enabled(idle, Button::new("Give up")).on_hover_text(hint).clicked() {
                 desk.orders.push(Order::Lesson(Act::GiveUp));
@@ -245,7 +252,9 @@ fn worth(ui: &mut Ui, session: &Session, panel: &mut LessonPanel) {
             ui.label(format!("{:.1} of {:.0} points", grade.points, grade.most));
             widgets::chip(ui, word, color);
         });
-        let text = format!("{:.0} minutes, {} answers tried.", grade.seconds as f64 / 60.0, grade.tries);
+        let counted = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        let minutes = (grade.seconds as f64 / 60.0).round() as u64;
+        let text = format!("{}, {} tried.", counted(minutes, "minute"), counted(grade.tries as u64, "answer"));
         widgets::weak(ui, text);
         widgets::weak(ui, "Save the session (Ctrl+S): the journal in it is what is graded.");
     });
