@@ -249,7 +249,7 @@ fn check_parameters(fitted: &Fitted, hidden: &HiddenEffect) {
 /// Moved by another engine: a motor of many poles repeats so often that only a periodogram says where a search may begin.
 #[test]
 fn a_wave_of_many_periods_is_named_with_its_wave_number() {
-    const WAVE: f64 = 31.3;
+    const WAVE: f64 = 61.3;
     let slides = DryFriction {
         joint: 0,
         torque: 1.0,
@@ -266,7 +266,7 @@ fn a_wave_of_many_periods_is_named_with_its_wave_number() {
         sensors: Sensors::default(),
         parts: vec![
             Part::DryFriction(slides),
-            Part::Cogging(Cogging { joint: 1, torque: 0.3, wave_number: WAVE, phase: 0.4 }),
+            Part::Cogging(Cogging { joint: 1, torque: 0.6, wave_number: WAVE, phase: 0.4 }),
         ],
         step: 2e-4,
         seed: 5,

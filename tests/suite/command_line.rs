@@ -251,7 +251,7 @@ fn bad_settings_of_training_are_explained() {
         let message = fails(&train(options), at, 2);
         assert!(message.contains(words), "{options:?}: {message}");
     }
-    let wild = ["--learning-rate", "3", "--hidden", "16", "-o", "best.model"];
+    let wild = ["--learning-rate", "3", "--hidden", "16", "--activation", "tanh", "-o", "best.model"];
     let message = fails(&train(&wild), at, 1);
     assert!(message.contains("training ended early: the loss") && message.contains("best.model"), "{message}");
     let measured = json(&["evaluate", "x.npz", "--model", "best.model", "--json"], at);

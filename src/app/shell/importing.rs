@@ -258,7 +258,7 @@ fn rate(ui: &mut Ui, log: &mut Log) {
         log.draft.rate_hz = None;
         return;
     }
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let label = ui.label("No column is a clock. Sampling rate [Hz]");
         let mut rate = log.draft.rate_hz.unwrap_or(0.0);
         ui.add(DragValue::new(&mut rate).range(0.0..=1e6).speed(1.0)).labelled_by(label.id);
