@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 use super::design::Design;
 use crate::effect::{MOST_PEAKS, Starts, Way};
 use crate::signals::Signals;
+use crate::statistics::median;
 
 /// Wave numbers are so far apart, over the length of the way: a quarter of what tells two of them apart.
 const STEP: f64 = 0.5 * PI;
@@ -25,7 +26,7 @@ const STANDS_OUT: f64 = 12.0;
 
 /// The way of each joint with the peaks of the periodogram of what is `left` of its prepared torque (by trajectory).
 pub(super) fn with_peaks(design: &Design, left: &[Signals]) -> Vec<Way> {
-    let way = |joint| Peaks { design, left, joint, way: design.way(Some(joint)) }.way();
+    let way = |joint| Peaks::new(design, left, joint).way();
     (0..design.joint_count()).map(way).collect()
 }
 
@@ -34,9 +35,17 @@ struct Peaks<'a> {
     left: &'a [Signals],
     joint: usize,
     way: Way,
+    /// Its prepared position, by trajectory.
+    q: Vec<Vec<f64>>,
 }
 
-impl Peaks<'_> {
+impl<'a> Peaks<'a> {
+    fn new(design: &'a Design, left: &'a [Signals], joint: usize) -> Self {
+        let runs = design.preparations().iter().zip(&design.recording().trajectories);
+        let q = runs.map(|(preparation, run)| preparation.thin_out(&run.q[joint])).collect();
+        Peaks { design, left, joint, way: design.way(Some(joint)), q }
+    }
+
     fn way(&self) -> Way {
         let length = self.way.high - self.way.low;
         let samples = self.samples();
@@ -54,7 +63,7 @@ impl Peaks<'_> {
     fn samples(&self) -> Vec<(f64, f64)> {
         let mut samples = Vec::new();
         for block in self.design.blocks() {
-            let q = self.position(block.trajectory);
+            let q = &self.q[block.trajectory];
             let left = &self.left[block.trajectory][self.joint];
             let range = block.samples.clone();
             // Samples that do not count are blank.
@@ -63,18 +72,10 @@ impl Peaks<'_> {
         samples
     }
 
-    fn position(&self, trajectory: usize) -> Vec<f64> {
-        self.design.preparations()[trajectory].thin_out(&self.design.recording().trajectories[trajectory].q[self.joint])
-    }
-
     /// How far the joint moves from sample to sample, in the middle.
     fn middle_move(&self) -> f64 {
-        let trajectories = 0..self.left.len();
-        let moves = trajectories.flat_map(|trajectory| {
-            let q = self.position(trajectory);
-            q.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|far| *far > 0.0).collect::<Vec<_>>()
-        });
-        crate::statistics::median(moves.collect()).unwrap_or(f64::INFINITY)
+        let moves = self.q.iter().flat_map(|q| q.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+        median(moves.filter(|far| *far > 0.0).collect()).unwrap_or(f64::INFINITY)
     }
 }
 
@@ -104,7 +105,7 @@ fn powers(samples: &[(f64, f64)], first: f64, step: f64, count: usize) -> Vec<f6
 
 /// The places of the greatest peaks that stand out, ascending, between the steps; 0 for those that are not there.
 fn greatest(powers: &[f64]) -> [f64; MOST_PEAKS] {
-    let bar = STANDS_OUT * crate::statistics::median(powers.to_vec()).unwrap_or(f64::INFINITY);
+    let bar = STANDS_OUT * median(powers.to_vec()).unwrap_or(f64::INFINITY);
     let is_peak = |place: &usize| {
         let [before, here, after] = [powers[place - 1], powers[*place], powers[place + 1]];
         here > bar && here >= before && here > after

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::error::SessionError;
 use super::name::{self, unique};
-use super::{Command, Session, Step};
+use super::{Command, Generation, Session, Step};
 use crate::model::Preset;
 use crate::progress::{Event, Monitor};
 use crate::training;
@@ -47,6 +47,11 @@ impl Session {
     /// The model of this name.
     pub fn model(&self, name: &str) -> Option<&Arc<Step>> {
         self.all_models().find(|step| step.name == name)
+    }
+
+    /// The model that was made then, whatever it is called now.
+    pub fn model_of(&self, generation: Generation) -> Option<&Arc<Step>> {
+        self.all_models().find(|step| step.generation == generation)
     }
 
     /// What could be made of this recording beside the models that are there.

@@ -21,8 +21,8 @@ const STEP: f64 = 0.01;
 /// How long an arm is watched that was let go, and in which steps.
 const FALL_STEPS: usize = 375;
 const FALL_STEP: f64 = 0.004;
-/// No arm falls as fast as this \[rad/s\].
-const RUNS_AWAY: f64 = 200.0;
+/// No arm moves as fast as this \[rad/s or m/s\].
+pub(super) const RUNS_AWAY: f64 = 200.0;
 
 /// One joint goes from here to there, the others stand.
 #[derive(Debug, Clone, PartialEq)]

@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::TrainError;
+use super::inside::RUNS_AWAY;
 use crate::model::{Fitted, Model, Term};
 use crate::progress::Monitor;
 use crate::recording::split::Segment;
@@ -31,8 +32,6 @@ pub const HORIZON: f64 = 0.25;
 const MOST_STARTS: usize = 24;
 /// Steps of the integration (classical Runge–Kutta) from a start to its end.
 const STEPS: usize = 50;
-/// No arm moves as fast as this \[rad/s or m/s\].
-const RUNS_AWAY: f64 = 200.0;
 
 /// How far the arm of a model is from the measured one, [`HORIZON`] after states that were measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -165,7 +165,7 @@ impl Question for Residual {
 
     fn answer(&self, session: &Session) -> Result<Signals, String> {
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        let step = session.model_of(self.model).ok_or("there is no such model")?;
         Ok(step.evaluation.residual(recording, self.trajectory))
     }
 }

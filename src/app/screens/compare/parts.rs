@@ -40,7 +40,7 @@ impl Question for Decomposition {
     fn answer(&self, session: &Session) -> Result<Vec<Part>, String> {
         let index = self.trajectory;
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        let step = session.model_of(self.model).ok_or("there is no such model")?;
         let truth = session.truth.as_deref();
         let run = recording.trajectories.get(index).ok_or("there is no such trajectory")?;
         let named = components(&step.fitted, run).map_err(|error| error.to_string())?;

@@ -12,8 +12,9 @@ pub fn show<'a>(ui: &mut Ui, parts: &'a [Part]) -> Option<&'a str> {
     let mut lit = None;
     ui.horizontal_wrapped(|ui| {
         math::show(ui, r"\hat\tau =", "τ̂ =", palette.weak);
-        for (number, part) in parts.iter().enumerate().filter(|(_, part)| part.own.is_some()) {
-            if number > 0 {
+        let own = parts.iter().enumerate().filter(|(_, part)| part.own.is_some());
+        for (place, (number, part)) in own.enumerate() {
+            if place > 0 {
                 math::show(ui, "+", "+", palette.weak);
             }
             // In a sum a part does not say again that it is a torque.

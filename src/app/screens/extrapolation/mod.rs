@@ -128,7 +128,7 @@ impl Question for Replayed {
 
     fn answer(&self, session: &Session) -> Result<Replay, String> {
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        let step = session.model_of(self.model).ok_or("there is no such model")?;
         replay(recording, self.trajectory, self.stretch, self.scale, &step.fitted).map_err(|error| error.to_string())
     }
 }

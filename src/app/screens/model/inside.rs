@@ -11,12 +11,15 @@ use crate::app::memo::{Answer, Question};
 use crate::app::plot::PanelView;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{controls, formula, widgets};
+use crate::arm::Arm;
 use crate::figure::{Ink, Panel};
+use crate::model::Fitted;
 use crate::recording::{JointKind, Recording, Trajectory};
 use crate::session::{Generation, Session};
 use crate::signals::Signals;
 use crate::simulation::TrueParts;
 use crate::statistics::ends;
+use crate::training::TrainError;
 use crate::training::friction::{self, FrictionCurve};
 use crate::training::inside::{Balance, Fall, Inside, Slice};
 
@@ -55,12 +58,29 @@ pub struct Sliced {
     velocity: Vec<f64>,
 }
 
-/// What [`Sliced`] is answered with.
-pub struct OverSlice {
-    pub own: Inside,
+/// Something of a model, and the same of the arm as it is.
+pub struct BesideTruth<T> {
+    pub own: T,
     /// Once the seal is open.
-    pub truth: Option<Inside>,
+    pub truth: Option<T>,
 }
+
+impl<T> BesideTruth<T> {
+    fn of(
+        session: &Session,
+        model: Generation,
+        of_model: impl Fn(&Fitted) -> Result<T, TrainError>,
+        of_arm: impl Fn(&Arm) -> Result<T, TrainError>,
+    ) -> Result<Self, String> {
+        let step = session.model_of(model).ok_or("there is no such model")?;
+        let own = of_model(&step.fitted).map_err(|error| error.to_string())?;
+        let truth = session.truth.as_ref().map(|truth| of_arm(&truth.arm)).transpose();
+        Ok(BesideTruth { own, truth: truth.map_err(|error| error.to_string())? })
+    }
+}
+
+/// What [`Sliced`] is answered with.
+pub type OverSlice = BesideTruth<Inside>;
 
 impl Question for Sliced {
     type Answer = OverSlice;
@@ -68,14 +88,12 @@ impl Question for Sliced {
 
     fn answer(&self, session: &Session) -> Result<OverSlice, String> {
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
         // As far as the recording went.
         let range = ends(recording.trajectories.iter().flat_map(|run| ends(run.q[self.joint].iter().copied())));
         let Sliced { joint, posture, velocity, .. } = self.clone();
         let slice = Slice { joint, range, posture, velocity };
-        let truth = session.truth.as_ref().map(|truth| Inside::of_arm(&truth.arm, &slice)).transpose();
-        let truth = truth.map_err(|error| error.to_string())?;
-        Ok(OverSlice { own: Inside::of_model(&step.fitted, &slice).map_err(|error| error.to_string())?, truth })
+        let of_model = |fitted: &Fitted| Inside::of_model(fitted, &slice);
+        BesideTruth::of(session, self.model, of_model, |arm| Inside::of_arm(arm, &slice))
     }
 }
 
@@ -87,20 +105,14 @@ pub struct Falling {
 }
 
 /// What [`Falling`] is answered with.
-pub struct Falls {
-    pub own: Fall,
-    /// Once the seal is open.
-    pub truth: Option<Fall>,
-}
+pub type Falls = BesideTruth<Fall>;
 
 impl Question for Falling {
     type Answer = Falls;
 
     fn answer(&self, session: &Session) -> Result<Falls, String> {
-        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
-        let truth = session.truth.as_ref().map(|truth| Fall::of_arm(&truth.arm, &self.posture)).transpose();
-        let truth = truth.map_err(|error| error.to_string())?;
-        Ok(Falls { own: Fall::of_model(&step.fitted, &self.posture).map_err(|error| error.to_string())?, truth })
+        let of_model = |fitted: &Fitted| Fall::of_model(fitted, &self.posture);
+        BesideTruth::of(session, self.model, of_model, |arm| Fall::of_arm(arm, &self.posture))
     }
 }
 
@@ -126,13 +138,14 @@ impl Question for Balanced {
 
     fn answer(&self, session: &Session) -> Result<AlongRun, String> {
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        let step = session.model_of(self.model).ok_or("there is no such model")?;
         let run = recording.trajectories.get(self.trajectory).ok_or("there is no such trajectory")?;
         let predicted = step.evaluation.predictions.get(self.trajectory).ok_or("it was not predicted")?;
-        let truth = session.truth.as_ref().map(|truth| Balance::of_arm(&truth.arm, run)).transpose();
-        let truth = truth.map_err(|error| error.to_string())?;
+        let of_model = |fitted: &Fitted| Balance::of_model(fitted, run);
+        let BesideTruth { own, truth } =
+            BesideTruth::of(session, self.model, of_model, |arm| Balance::of_arm(arm, run))?;
         let power = [&run.tau, &predicted.total].map(|torque| crate::training::inside::power(torque, run));
-        Ok(AlongRun { own: Balance::of_model(&step.fitted, run).map_err(|error| error.to_string())?, truth, power })
+        Ok(AlongRun { own, truth, power })
     }
 }
 
@@ -155,7 +168,7 @@ impl Question for Friction {
 
     fn answer(&self, session: &Session) -> Result<OverVelocity, String> {
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.all_models().find(|step| step.generation == self.model).ok_or("there is no such model")?;
+        let step = session.model_of(self.model).ok_or("there is no such model")?;
         let runs = &recording.trajectories;
         let curves = friction::curves(&step.fitted, runs, &step.evaluation.predictions);
         let curves = curves.map_err(|error| error.to_string())?;

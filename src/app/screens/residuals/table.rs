@@ -249,7 +249,7 @@ impl Table {
             scatters: Vec::new(),
             worst: Vec::new(),
         };
-        let step = session.all_models().find(|step| step.generation == model);
+        let step = session.model_of(model);
         let (Some(recording), Some(step)) = (session.recording.as_deref(), step) else { return table };
         table.unit = recording.joints[joint].kind.units()[3];
         let mut elapsed = 0.0;
