@@ -144,6 +144,13 @@ impl Monitor {
         })
     }
 
+    /// The line of parts that run side by side: nothing that they tell is passed on, and a stop of the whole reaches them at their
+    /// next report.
+    pub fn quiet(&self) -> Self {
+        let whole = self.clone();
+        Monitor::relaying(move |_| whole.check())
+    }
+
     /// Says what is being done and how far it is (0 to 1).
     ///
     /// # Errors

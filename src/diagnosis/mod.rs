@@ -28,6 +28,8 @@ mod sufficiency;
 mod telling;
 mod words;
 
+use rayon::prelude::*;
+
 use candidates::Library;
 use presence::Judged;
 use presence::calibration::Calibration;
@@ -107,11 +109,12 @@ pub fn diagnose_among(
     monitor.report(0.8, "adding what was found, step by step")?;
     let Steps { mut effects, last, fitted: last_fitted, rival_of } =
         steps::measure(named, fitted, &before, recording, split, &design, monitor)?;
-    for (effect, rivals) in effects.iter_mut().zip(rival_of) {
-        monitor.check()?;
+    let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
         effect.telling_motion = rivals.and_then(motion);
-    }
+        monitor.check()
+    };
+    effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
     let unexplained_joints = judged.incomplete();
     effects.extend(steps::faults_of_readings(recording, &last));
     let verdict = conclusion::verdict(&effects, &unexplained_joints, &comparison);

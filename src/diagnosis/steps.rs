@@ -1,5 +1,7 @@
 //! The named effects are added one after the other, and the held-out error of each step is measured.
 
+use rayon::prelude::*;
+
 use super::evidence;
 use super::naming::Named;
 use super::report::MissingEffect;
@@ -117,6 +119,25 @@ fn parameters_of(fitted: &Fitted, effect: &Effect) -> Vec<Parameter> {
     fitted.parameters.iter().filter(|parameter| is_it(parameter.term)).cloned().collect()
 }
 
+/// One step of the ladder.
+struct Rung {
+    /// The model before it, where this step holds the body to the stated arm.
+    pinned: Option<Model>,
+    /// The model after it.
+    with: Model,
+}
+
+fn rungs(named: &[Named], model: &Model, recording: &Recording) -> Result<Vec<Rung>, ModelError> {
+    let mut model = model.clone();
+    let rung = |effect: &Named| {
+        let arm = recording.stated_arm.as_ref().filter(|_| effect.pins && !model.is_pinned());
+        let pinned = arm.map(|arm| model.clone().pinned_to(arm));
+        model = pinned.as_ref().unwrap_or(&model).with_effect(effect.effect, &effect.joints)?;
+        Ok(Rung { pinned, with: model.clone() })
+    };
+    named.iter().map(rung).collect()
+}
+
 /// The model after all steps, and the held-out errors before and after each.
 struct Ladder {
     fitted: Fitted,
@@ -134,23 +155,23 @@ fn climb(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Ladder, ModelError> {
-    let mut model: Model = fitted.model.clone();
+    monitor.report(0.85, "adding what was found, step by step")?;
+    // Models of neighbouring steps are fitted side by side: none needs what another one found.
+    let quiet = monitor.quiet();
+    let measured = |model: Model| -> Result<(Fitted, Evaluation), ModelError> {
+        // The last step is fitted already, unless they are in another order now.
+        let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, &quiet)? };
+        let evaluation = Evaluation::of(&fitted, recording, split)?;
+        Ok((fitted, evaluation))
+    };
+    let rungs: Vec<Rung> = rungs(named, &fitted.model, recording)?;
+    let climbed = |rung: Rung| Ok((rung.pinned.map(measured).transpose()?, measured(rung.with)?));
+    let measured: Vec<_> = rungs.into_par_iter().map(climbed).collect::<Result<_, ModelError>>()?;
     let (mut last_fitted, mut last) = (fitted.clone(), start.clone());
     let mut errors = Vec::new();
-    for (number, effect) in named.iter().enumerate() {
-        monitor.report(0.8 + 0.2 * number as f32 / named.len() as f32, "adding what was found, step by step")?;
-        if effect.pins
-            && !model.is_pinned()
-            && let Some(arm) = &recording.stated_arm
-        {
-            model = model.pinned_to(arm);
-            last = Evaluation::of(&fit::fit_design(&model, design, monitor)?, recording, split)?;
-        }
-        let before = last.held_out_nmse();
-        model = model.with_effect(effect.effect, &effect.joints)?;
-        // The last step is fitted already, unless they are in another order now.
-        last_fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, monitor)? };
-        last = Evaluation::of(&last_fitted, recording, split)?;
+    for (pinned, with) in measured {
+        let before = pinned.map_or_else(|| last.held_out_nmse(), |(_, pinned)| pinned.held_out_nmse());
+        (last_fitted, last) = with;
         errors.push((before, last.held_out_nmse()));
     }
     Ok(Ladder { fitted: last_fitted, last, errors })

@@ -2,8 +2,10 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::equations::{Block, Equations, PreparedColumn};
 use super::preparation::Preparation;
@@ -42,6 +44,8 @@ pub struct Design<'a> {
     point: OperatingPoint,
     /// What the rigid body needs, by trajectory.
     loads: Vec<Option<Load>>,
+    /// The prepared columns of a rigid body that is identified: they are the same at every point.
+    body: Arc<[PreparedColumn]>,
 }
 
 /// What is known before any model is.
@@ -72,7 +76,10 @@ impl<'a> Design<'a> {
     pub fn in_setting(recording: &'a Recording, split: &Split, setting: &Setting) -> Result<Self, ModelError> {
         let mut design = Design::prepared(recording, split)?;
         design.setting.reversal_widths.clone_from(&setting.reversal_widths);
-        let body = setting.body.clone().map_or_else(|| Ok::<_, ModelError>(design.rough()?.body), Ok)?;
+        let body = match &setting.body {
+            Some(body) => body.clone(),
+            None => design.rough()?.body,
+        };
         let alterations = setting.alterations.clone();
         Ok(design.at(OperatingPoint { body: Some(body), alterations, ..OperatingPoint::default() }))
     }
@@ -103,8 +110,22 @@ impl<'a> Design<'a> {
         let point = OperatingPoint::default();
         let ways = (0..recording.joint_count()).map(|joint| recording.way(joint).into()).collect();
         let noise_correlation = noise_correlation(&recording, &preparations);
-        let design =
-            Design { recording, setting, blocks, torque, counts, preparations, ways, noise_correlation, point, loads };
+        let body = Arc::new([]);
+        let mut design = Design {
+            recording,
+            setting,
+            blocks,
+            torque,
+            counts,
+            preparations,
+            ways,
+            noise_correlation,
+            point,
+            loads,
+            body,
+        };
+        design.body =
+            design.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&design.setting, trajectory)))?.into();
         if (0..design.joint_count()).all(|joint| design.energy(joint) == 0.0) {
             return Err(ModelError::NothingToLearn(
                 "the torque is zero, or no joint moves, in all training samples".to_owned(),
@@ -165,7 +186,7 @@ impl<'a> Design<'a> {
     /// The rigid body, identified beside the commonest friction and offsets so that these do not bias it much.
     fn rough(&self) -> Result<Rough, ModelError> {
         let joints = self.recording.joint_count();
-        let mut columns = self.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&self.setting, trajectory)))?;
+        let mut columns = self.body.to_vec();
         let count = columns.len();
         columns.extend(self.prepare(|trajectory, _| {
             let motion = self.setting.motion(trajectory);
@@ -215,15 +236,20 @@ impl<'a> Design<'a> {
     ) -> Result<Vec<PreparedColumn>, ModelError> {
         let mut prepared: Vec<PreparedColumn> = Vec::new();
         for (index, trajectory) in self.recording.trajectories.iter().enumerate() {
-            for (number, column) in columns(trajectory, self.loads[index].as_ref())?.iter().enumerate() {
-                if prepared.len() <= number {
-                    prepared.push(PreparedColumn { parts: vec![Vec::new(); index] });
-                }
-                let mut column = self.preparations[index].apply_column(column);
+            let of_column = |column: Column| {
+                let mut column = self.preparations[index].apply_column(&column);
                 for (joint, values) in &mut column.parts {
                     blank(values, &self.counts[index][*joint]);
                 }
-                prepared[number].parts.push(column.parts);
+                column.parts
+            };
+            let columns = columns(trajectory, self.loads[index].as_ref())?;
+            let parts: Vec<_> = columns.into_par_iter().map(of_column).collect();
+            for (number, parts) in parts.into_iter().enumerate() {
+                if prepared.len() <= number {
+                    prepared.push(PreparedColumn { parts: vec![Vec::new(); index] });
+                }
+                prepared[number].parts.push(parts);
             }
         }
         Ok(prepared)
@@ -296,9 +322,7 @@ impl<'a> Design<'a> {
         for (term, shape) in model.terms.iter().zip(shapes) {
             match term {
                 Term::RigidBody(RigidBody::Stated(_)) | Term::Learned(_) => {}
-                Term::RigidBody(body) => {
-                    columns.extend(self.prepare(|trajectory, _| Ok(body.columns(&self.setting, trajectory)))?);
-                }
+                Term::RigidBody(RigidBody::Identified) => columns.extend_from_slice(&self.body),
                 Term::Effect(effect) => columns.extend(self.effect_columns(effect, shape)?),
             }
         }

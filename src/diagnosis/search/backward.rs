@@ -1,5 +1,7 @@
 //! Backward elimination: what is no longer worth its price leaves the set.
 
+use rayon::prelude::*;
+
 use super::gates;
 use super::state::{MARGIN, Search};
 
@@ -15,7 +17,8 @@ impl Search<'_> {
                 let without: Vec<usize> = self.active.iter().copied().filter(|&other| other != group).collect();
                 (group, self.cost(&without) - now - MARGIN * self.price_of(group))
             };
-            let weakest = self.active.iter().map(margin).min_by(|a, b| a.1.total_cmp(&b.1));
+            let margins: Vec<_> = self.active.par_iter().map(margin).collect();
+            let weakest = margins.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
             match weakest {
                 Some((group, margin)) if margin < 0.0 => self.active.retain(|&other| other != group),
                 _ => return,

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::left_out::LeftOut;
 use crate::diagnosis::candidates::{Group, Library};
@@ -58,8 +59,10 @@ impl<'a> Search<'a> {
     fn update(&mut self) {
         self.left_out.forget();
         let equations = &self.library.equations;
-        self.blocks =
-            (0..equations.block_count()).map(|block| equations.total(&self.weights, |other| other == block)).collect();
+        self.blocks = (0..equations.block_count())
+            .into_par_iter()
+            .map(|block| equations.total(&self.weights, |other| other == block))
+            .collect();
         let mut whole = NormalEquations::empty(self.blocks.first().map_or(0, |block| block.moment.len()));
         self.blocks.iter().for_each(|block| whole.add(block, 1.0));
         self.whole = whole;
