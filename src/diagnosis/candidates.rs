@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::report::NotKnown;
-use crate::effect::{Effect, NotApplicable, Scope, Way};
+use crate::effect::{Effect, EncoderSide, NotApplicable, Scope, Way};
 use crate::model::design::Design;
 use crate::model::equations::{Equations, PreparedColumn};
 use crate::model::terms::{Alteration, Found, OperatingPoint};
@@ -68,7 +68,23 @@ impl Group {
 
     /// Whether both describe the same thing in two ways (Dahl and LuGre), so that only one of them can be there.
     pub fn is_another_form_of(&self, other: &Group) -> bool {
-        self.joint == other.joint && self.effect.looks_like(other.effect)
+        self.joint == other.joint && (self.effect.looks_like(other.effect) || self.contradicts(other))
+    }
+
+    /// Whether only one of them can be there.
+    pub fn excludes(&self, other: &Group) -> bool {
+        self.is_another_form_of(other) || self.contradicts(other)
+    }
+
+    /// Whether one takes the encoders of the arm to be on the links and the other on the motors.
+    fn contradicts(&self, other: &Group) -> bool {
+        use EncoderSide::{Link, Motor};
+        matches!((self.effect.facts.encoder, other.effect.facts.encoder), (Link, Motor) | (Motor, Link))
+    }
+
+    /// Whether it is about what is soft or loose in another joint, which all joints feel a little.
+    fn is_seen_from_elsewhere(&self, joint: usize) -> bool {
+        self.effect.facts.encoder == EncoderSide::Motor && self.joint != Some(joint)
     }
 
     /// The joints on which it makes torque; `None` for all.
@@ -159,10 +175,13 @@ impl<'a> Library<'a> {
     /// torque. If that is not white, neighbouring samples say the same again and count as one.
     pub fn certainty(&self, joint: usize) -> f64 {
         let (acting, equations) = self.equations.of_joint(joint);
-        let solution = equations.damped(DAMPING).solve();
+        let elsewhere = self.groups.iter().filter(|group| group.is_seen_from_elsewhere(joint));
+        let elsewhere: Vec<usize> = elsewhere.flat_map(|group| group.columns.clone()).collect();
+        let kept: Vec<usize> = (0..acting.len()).filter(|&place| !elsewhere.contains(&acting[place])).collect();
+        let solution = equations.select(&kept).damped(DAMPING).solve();
         let mut factors = DVector::zeros(self.columns.len());
-        for (&column, &factor) in acting.iter().zip(&solution.factors) {
-            factors[column] = factor;
+        for (&place, &factor) in kept.iter().zip(&solution.factors) {
+            factors[acting[place]] = factor;
         }
         self.certainty_beside(joint, &factors, solution.rank())
     }
@@ -187,12 +206,16 @@ impl<'a> Library<'a> {
     pub fn reload(&mut self, factors: &[f64], found: Vec<Found>) -> Result<bool, ModelError> {
         let Some(body) = self.fitted.body_among(factors) else { return Ok(false) };
         let now = &self.design.point().alterations;
-        let mut point = OperatingPoint::new(Some(body), self.all_effects(factors, found));
+        let mut point = OperatingPoint::new(Some(body), self.all_effects(factors, found.clone()));
         let is_altered = !Alteration::are_alike(&point.alterations, now);
         if !is_altered {
             point.alterations.clone_from(now);
         }
-        self.design = self.design.at(point);
+        let design = self.design.at(point);
+        if !is_altered && !design.has_other_loads_than(&self.design) {
+            return self.pass(factors, found);
+        }
+        self.design = design;
         let own_change = self.fitted.model.depends_on_load() || is_altered;
         self.renew(own_change, |group| is_altered || group.effect.facts.depends_on_load)
     }

@@ -42,8 +42,7 @@ pub fn notes(
             if verdict == Verdict::Ambiguous {
                 notes.extend(effects.iter().filter_map(hardly_told));
             }
-            let on_link = effects.iter().filter(|named| named.effect.facts.encoder == EncoderSide::Link);
-            notes.extend(on_link.map(|named| Note::NeedsLinkEncoder { effect: named.effect }));
+            notes.extend(effects.iter().filter_map(needs_encoder));
             if !unexplained.is_empty() {
                 notes.push(Note::MoreThanNoise { joints: unexplained.to_vec() });
             }
@@ -67,6 +66,15 @@ pub fn notes(
         notes.push(Note::StatedArmDiffers);
     }
     notes
+}
+
+/// On which side of the gear an effect takes the angle to be measured, if that matters.
+fn needs_encoder(named: &MissingEffect) -> Option<Note> {
+    match named.effect.facts.encoder {
+        EncoderSide::Either => None,
+        EncoderSide::Link => Some(Note::NeedsLinkEncoder { effect: named.effect }),
+        EncoderSide::Motor => Some(Note::NeedsMotorEncoder { effect: named.effect }),
+    }
 }
 
 /// The joints of an effect where it makes held-out errors larger, if there are any.

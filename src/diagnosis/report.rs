@@ -290,6 +290,11 @@ pub enum Note {
         /// Which effect.
         effect: &'static Effect,
     },
+    /// The formula of a named effect takes the encoder to be on the motor.
+    NeedsMotorEncoder {
+        /// Which effect.
+        effect: &'static Effect,
+    },
     /// With all that was named, more is left than noise.
     MoreThanNoise {
         /// On these joints, counted from 0; written counted from 1.

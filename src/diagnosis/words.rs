@@ -81,6 +81,9 @@ impl Note {
             Note::NeedsLinkEncoder { effect } => {
                 format!("The formula of {} takes the angle to be measured on the link, not on the motor.", effect.name)
             }
+            Note::NeedsMotorEncoder { effect } => {
+                format!("The formula of {} takes the angle to be measured on the motor, not on the link.", effect.name)
+            }
             Note::MoreThanNoise { joints } => format!(
                 "The residual of {} is still more than noise: no effect of the catalogue explains the rest.",
                 joints_text(joints)

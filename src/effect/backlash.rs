@@ -31,28 +31,33 @@ struct Backlash;
 impl AddsTorque for Backlash {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let load = &motion.load()?.torque[joint];
-        let time = &motion.trajectory.time;
-        let mut burst = Vec::with_capacity(time.len());
-        // When and to which sign the load changed last; at exactly zero it has the sign that it had before.
-        let mut change: Option<(f64, f64)> = None;
-        let mut sign = 0.0;
-        let mut before = (0.0, 0.0);
-        for (&time, &load) in time.iter().zip(load) {
-            if load * sign < 0.0 {
-                let (time_before, load_before) = before;
-                let share = load_before / (load_before - load);
-                change = Some((time_before + share * (time - time_before), load.signum()));
-            }
-            if load != 0.0 {
-                sign = load.signum();
-            }
-            before = (time, load);
-            let crossing =
-                change.map(|(start, sign)| ((time - start) / shape[0], sign)).filter(|(part, _)| *part < 1.0);
-            burst.push(crossing.map_or(0.0, |(part, sign)| sign * (TAU * part).sin()));
-        }
-        Ok(vec![Column::on_joint(joint, burst.into_iter())])
+        let burst = crossings(&motion.trajectory.time, load, shape[0]).into_iter();
+        let burst = burst.map(|(part, sign)| sign * (TAU * part).sin());
+        Ok(vec![Column::on_joint(joint, burst)])
     }
+}
+
+/// How far the teeth are on their way to the other flanks (0 to 1, 1 where they rest), and to which sign of the load; at exactly
+/// zero it has the sign that it had before.
+pub(super) fn crossings(time: &[f64], load: &[f64], crossing_time: f64) -> Vec<(f64, f64)> {
+    let mut change: Option<f64> = None;
+    let mut sign = 0.0;
+    let mut before = (0.0, 0.0);
+    let mut crossings = Vec::with_capacity(time.len());
+    for (&time, &load) in time.iter().zip(load) {
+        if load * sign < 0.0 {
+            let (time_before, load_before) = before;
+            let share = load_before / (load_before - load);
+            change = Some(time_before + share * (time - time_before));
+        }
+        if load != 0.0 {
+            sign = load.signum();
+        }
+        before = (time, load);
+        let part = change.map_or(1.0, |start| ((time - start) / crossing_time).min(1.0));
+        crossings.push((part, sign));
+    }
+    crossings
 }
 
 #[cfg(test)]

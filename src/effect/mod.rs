@@ -50,6 +50,9 @@ mod load_friction;
 mod lower_stop;
 mod lugre_friction;
 mod maxwell_slip;
+mod motor_side;
+mod motor_side_backlash;
+mod motor_side_elasticity;
 mod offset_drift;
 mod position_friction;
 mod quadratic_drag;
@@ -167,6 +170,8 @@ pub enum EncoderSide {
     Either,
     /// On the link.
     Link,
+    /// On the motor.
+    Motor,
 }
 
 /// What an effect acts on.

@@ -1,7 +1,7 @@
 //! What an effect is told: the motion, and what the rigid body needs along it.
 
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
@@ -39,7 +39,23 @@ pub struct Load {
     pub lumped: Option<Vec<f64>>,
     /// Its torque \[N m\] along any other trajectory.
     pub body: Arc<dyn Fn(&Trajectory) -> Signals + Send + Sync>,
+    /// What the state of each joint does to it, once somebody asked.
+    slopes: Arc<[OnceLock<Slopes>]>,
 }
+
+/// Derivatives of the body's torque on all joints by the state of one.
+#[derive(Clone)]
+pub struct Slopes {
+    /// ∂τ/∂q \[N m/rad\]
+    pub position: Signals,
+    /// ∂τ/∂q̇ \[N m s/rad\]
+    pub velocity: Signals,
+    /// ∂τ/∂q̈, a column of H \[kg m²\]
+    pub acceleration: Signals,
+}
+
+/// The distance over which derivatives are taken \[rad, m; per s\]: torque changes with angles over a radian.
+const SLOPE_STEP: f64 = 1e-6;
 
 impl fmt::Debug for Load {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -64,7 +80,26 @@ impl Load {
         lumped: Option<Vec<f64>>,
         trajectory: &Trajectory,
     ) -> Load {
-        Load { torque: body(trajectory), turned_gravity, lumped, body: Arc::new(body) }
+        let torque = body(trajectory);
+        let slopes = vec![OnceLock::new(); torque.joint_count()].into();
+        Load { torque, turned_gravity, lumped, body: Arc::new(body), slopes }
+    }
+
+    /// What the state of a joint does to the body's torque along the trajectory that this load is of.
+    pub(super) fn slopes(&self, trajectory: &Trajectory, joint: usize) -> &Slopes {
+        self.slopes[joint].get_or_init(|| {
+            let slope = |part: usize, step: f64| {
+                let mut moved = trajectory.clone();
+                let channels = moved.channels_mut();
+                let mut signals = [channels.q, channels.qd, channels.qdd];
+                signals[part].iter_mut().nth(joint).into_iter().flatten().for_each(|value| *value += step);
+                let mut change = (self.body)(&moved);
+                change.add(&self.torque, -1.0);
+                change.map(|value| value / step)
+            };
+            // Torque is linear in accelerations.
+            Slopes { position: slope(0, SLOPE_STEP), velocity: slope(1, SLOPE_STEP), acceleration: slope(2, 1.0) }
+        })
     }
 }
 

@@ -224,6 +224,8 @@ pub enum Dimension {
     Damping,
     /// Torque per position.
     Stiffness,
+    /// Position per torque.
+    Compliance,
     /// Torque per acceleration.
     Inertia,
     /// Mass.
@@ -253,10 +255,11 @@ pub enum Dimension {
 }
 
 /// All dimensions that have a name.
-const NAMED: [Dimension; 15] = [
+const NAMED: [Dimension; 16] = [
     Dimension::Torque,
     Dimension::Damping,
     Dimension::Stiffness,
+    Dimension::Compliance,
     Dimension::Inertia,
     Dimension::Mass,
     Dimension::Position,
@@ -289,6 +292,8 @@ impl Dimension {
             (Damping, Prismatic) => "N s/m",
             (Stiffness, Revolute) => "N m/rad",
             (Stiffness, Prismatic) => "N/m",
+            (Compliance, Revolute) => "rad/(N m)",
+            (Compliance, Prismatic) => "m/N",
             (Inertia, Revolute) => "kg m²",
             (Inertia, Prismatic) | (Mass, _) => "kg",
             (Position, Revolute) => "rad",

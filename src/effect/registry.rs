@@ -32,6 +32,8 @@ pub static ALL: &[&Effect] = &[
     &inertia_coupling::EFFECT,
     &joint_elasticity::EFFECT,
     &backlash::EFFECT,
+    &motor_side_elasticity::EFFECT,
+    &motor_side_backlash::EFFECT,
     &torque_coupling::EFFECT,
     &torque_offset::EFFECT,
     &offset_drift::EFFECT,

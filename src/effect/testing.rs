@@ -1,7 +1,5 @@
 //! A short motion of three joints to compute effects on, and the comparison with a formula.
 
-use std::sync::Arc;
-
 use super::*;
 use crate::arm::Arm;
 use crate::signals::Signals;
@@ -31,9 +29,10 @@ impl Sample {
         let turned_gravity = arm.turned_gravity_along(&q);
         let of_arm = arm.clone();
         let body = move |motion: &Trajectory| of_arm.inverse_dynamics_along(&motion.q, &motion.qd, &motion.qdd);
-        let load = Load { torque, turned_gravity, lumped: Some(arm.lumped_parameters()), body: Arc::new(body) };
         let channels = Channels { time, q, qd, qdd, tau: Signals::zeros(3, 21) };
         let trajectory = Trajectory::new("", channels).unwrap();
+        let mut load = Load::by(body, turned_gravity, Some(arm.lumped_parameters()), &trajectory);
+        load.torque = torque;
         Sample { arm, trajectory, kinds: vec![JointKind::Revolute; 3], load }
     }
 

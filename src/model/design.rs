@@ -22,6 +22,8 @@ use crate::signals::Signals;
 const STANDSTILL: f64 = 0.01;
 /// Blocks for validation and standard errors are by training stretch if there are at least this many, else by time.
 const FEWEST_BLOCKS: usize = 10;
+/// Loads that differ by a smaller share (RMS) are the same, as alterations are.
+const SAME_LOAD: f64 = 0.01;
 /// How many time blocks are cut otherwise, over all stretches.
 const TIME_BLOCKS: usize = 16;
 
@@ -146,6 +148,22 @@ impl<'a> Design<'a> {
                 self.recording.trajectories.iter().map(|trajectory| design.setting.load(trajectory)).collect();
         }
         design
+    }
+
+    /// Whether the load differs from that at another point by a share that matters, on any joint.
+    pub fn has_other_loads_than(&self, other: &Design) -> bool {
+        let differ = |joint: usize| {
+            let (mut change, mut size) = (0.0, 0.0);
+            for (one, other) in self.loads.iter().zip(&other.loads) {
+                let (Some(one), Some(other)) = (one, other) else { return true };
+                for (one, other) in one.torque[joint].iter().zip(&other.torque[joint]) {
+                    change += (one - other).powi(2);
+                    size += other.powi(2);
+                }
+            }
+            change > (SAME_LOAD * SAME_LOAD) * size
+        };
+        (0..self.joint_count()).any(differ)
     }
 
     /// The recording behind it, in a wide band and thinned out.

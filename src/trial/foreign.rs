@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use super::kin;
 use super::rates::{Reliability, calibration_error, reliability, share};
 use super::verdict::{Truth, Verdict};
 use super::{TrialError, answer_of};
@@ -164,6 +165,9 @@ impl Foreign {
             if let (Some(lag), Some(COMMAND_READ)) = (planted.parameters.get_mut("lag"), side.as_deref()) {
                 *lag = -*lag;
             }
+            if planted.effect == "joint-elasticity" || planted.effect == "backlash" {
+                kin::tell_the_side(planted, side.as_deref() == Some(MOTOR));
+            }
         }
         Ok(Foreign { zero: standing.zero.posture(), truth, path })
     }
@@ -202,6 +206,9 @@ struct Sided {
 
 /// The log holds what the drive was asked for, and it lags: the log is early against the torque, so that its lag is negative.
 const COMMAND_READ: &str = "command read";
+
+/// The encoders are on the motors.
+const MOTOR: &str = "motor";
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "kebab-case")]

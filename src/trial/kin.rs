@@ -29,6 +29,9 @@ const SPEED: [&str; 3] = ["viscous-friction", "quadratic-drag", "concave-frictio
 /// What pulls a joint back by where it is.
 const SPRINGS: [&str; 4] = ["joint-spring", "hardening-spring", "upper-stop", "lower-stop"];
 
+/// What is soft or loose between motor and link, seen from either side.
+const ELASTIC: [&str; 4] = ["joint-elasticity", "backlash", "motor-side-elasticity", "motor-side-backlash"];
+
 /// Names with their places; joints from 1.
 pub type Names = Vec<(String, Option<usize>)>;
 
@@ -83,8 +86,7 @@ impl Place<'_> {
             "offset-drift" => [here(&["torque-offset"]), Vec::new()],
             // A body that is identified has no scale of its own: too much on one joint is too little on the other.
             "torque-gain" if joints == 2 => [vec![(effect.to_owned(), joint.map(|joint| 3 - joint))], Vec::new()],
-            "joint-elasticity" => [here(&["backlash"]), here(&["rotor-inertia"])],
-            "backlash" => [here(&["joint-elasticity"]), here(&["rotor-inertia"])],
+            _ if ELASTIC.contains(&effect) => [here(&ELASTIC), here(&["rotor-inertia"])],
             "actuator-lag" => [of_arm("derivative-delay"), Vec::new()],
             "base-tilt" => {
                 let leaning = (1..=joints).map(|joint| ("com-offset".to_owned(), Some(joint)));
@@ -94,6 +96,17 @@ impl Place<'_> {
             _ => [Vec::new(), Vec::new()],
         }
     }
+}
+
+/// Takes account of the side of the encoder, which a truth states beside the name of what is soft or loose: the catalogue has a
+/// name for each side.
+pub fn tell_the_side(planted: &mut Planted, on_motor: bool) {
+    if on_motor {
+        planted.effect = format!("motor-side-{}", planted.effect.trim_start_matches("joint-"));
+        // What it is called after is of the other side.
+        planted.parameters.clear();
+    }
+    planted.equal.extend(ELASTIC.map(|name| (name.to_owned(), planted.joint)));
 }
 
 /// Values of parameters by the catalogue's names; none of what is not in it.

@@ -13,8 +13,8 @@ use torquescope::recording::seal::HiddenEffect;
 use torquescope::recording::split::Split;
 use torquescope::recording::{Trajectory, fault};
 use torquescope::session::{Command, Session};
-use torquescope::simulation::world::part::{Cogging, DryFriction};
-use torquescope::simulation::world::{self, Part, Sensors, Servo};
+use torquescope::simulation::world::part::{Cogging, DryFriction, ElasticGear};
+use torquescope::simulation::world::{self, Part, Sensors, Servo, Side};
 use torquescope::simulation::{Excitation, Scenario};
 
 /// One test for each effect, so that they run in parallel.
@@ -58,6 +58,8 @@ journeys! {
     inertia_coupling: "inertia-coupling",
     joint_elasticity: "joint-elasticity",
     backlash: "backlash",
+    motor_side_elasticity: "motor-side-elasticity",
+    motor_side_backlash: "motor-side-backlash",
     torque_coupling: "torque-coupling",
     torque_offset: "torque-offset",
     offset_drift: "offset-drift",
@@ -281,4 +283,32 @@ fn a_wave_of_many_periods_is_named_with_its_wave_number() {
     assert_eq!(wave.joints, [1], "{}", found.advice());
     let number = wave.parameters.iter().find(|parameter| parameter.name.contains("wave_number")).unwrap();
     assert!((number.value - WAVE).abs() < 0.01 * WAVE, "{}", number.value);
+}
+
+/// Moved by another engine: a gear that twists behind the motor whose angle is logged is named as that, with its compliance.
+#[test]
+fn a_soft_gear_behind_its_encoder_is_named_with_its_compliance() {
+    const STIFFNESS: f64 = 300.0;
+    let gear = ElasticGear { joint: 1, inertia: 0.2, stiffness: STIFFNESS, damping_ratio: 0.05, play: 0.0 };
+    let world = world::Scenario {
+        name: "motor-side encoders".into(),
+        arm: Arm { posture: Posture::DOWN, ..Arm::uniform(2) },
+        motion: small().motion,
+        servo: Servo::default(),
+        sensors: Sensors { side: Side::Motor, ..Sensors::default() },
+        parts: vec![Part::ElasticGear(gear)],
+        step: 2e-4,
+        seed: 5,
+        stated: false,
+    };
+    let monitor = Monitor::new();
+    let recording = world::simulate(&world, &monitor).unwrap();
+    let split = Split::automatic(&recording);
+    let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &monitor).unwrap();
+    let found = diagnose(&body, &recording, &split, &monitor).unwrap();
+    let soft = found.effects.iter().find(|effect| effect.effect.id == "motor-side-elasticity");
+    let soft = soft.unwrap_or_else(|| panic!("{}", found.advice()));
+    assert_eq!(soft.joints, [1], "{}", found.advice());
+    let compliance = soft.parameters[0].value;
+    assert!((compliance * STIFFNESS - 1.0).abs() < 0.1, "{compliance} rad/(N m)");
 }

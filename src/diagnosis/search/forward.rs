@@ -66,7 +66,7 @@ impl Search<'_> {
         let groups = &self.library.groups;
         let are_two = |&[first, second]: &[usize; 2]| {
             let (first, second) = (&groups[first], &groups[second]);
-            !first.includes(second) && !second.includes(first) && !first.is_another_form_of(second)
+            !first.includes(second) && !second.includes(first) && !first.excludes(second)
         };
         let mut pairs: Vec<([usize; 2], f64)> = candidates
             .iter()

@@ -65,6 +65,10 @@ impl Search<'_> {
             self.refine_other_forms()?;
             self.reload()?;
             self.settle()?;
+            // The next round is not to explain what no candidate explains.
+            if self.weigh_by_remainder() {
+                self.settle()?;
+            }
         }
         for _ in 0..LOAD_ROUNDS {
             if !self.weigh_by_remainder() {

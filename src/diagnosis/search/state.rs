@@ -200,12 +200,12 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The set with this group more, and without those that it includes or that are other forms of it.
+    /// The set with this group more, and without those that it includes or excludes.
     pub fn with(&self, group: usize) -> Vec<usize> {
         let candidate = &self.library.groups[group];
         let stays = |other: &usize| {
             let other = &self.library.groups[*other];
-            !candidate.includes(other) && !candidate.is_another_form_of(other)
+            !candidate.includes(other) && !candidate.excludes(other)
         };
         let mut groups: Vec<usize> = self.active.iter().copied().filter(stays).collect();
         groups.push(group);

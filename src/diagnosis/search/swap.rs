@@ -86,7 +86,7 @@ impl Search<'_> {
                 other.same_place_and_effect(candidate_group)
                     || other.includes(candidate_group)
                     || candidate_group.includes(other)
-                    || candidate_group.is_another_form_of(other)
+                    || candidate_group.excludes(other)
             };
             if !meets || candidate_group.same_place_and_effect(&groups[group]) || base.groups.iter().any(excludes) {
                 return None;

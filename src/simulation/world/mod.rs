@@ -139,7 +139,7 @@ impl Scenario {
     }
 
     fn plan(&self) -> Plan {
-        let mut plan = Plan::bare(&self.arm);
+        let mut plan = Plan { side: self.sensors.side, ..Plan::bare(&self.arm) };
         self.parts.iter().for_each(|part| part.as_install().install(&mut plan));
         plan
     }

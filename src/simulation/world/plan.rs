@@ -1,6 +1,7 @@
 //! The plan of a run: what is built, what acts, and under which name each hidden thing is counted.
 
 use super::moment::{Forces, Moment, Planar};
+use super::sensors::Side;
 use super::transmission::Transmission;
 use crate::arm::Arm;
 
@@ -113,12 +114,14 @@ pub(super) struct Plan {
     pub(super) joints: Vec<JointPlan>,
     /// What acts on the bodies.
     pub(super) devices: Vec<(Slot, Box<dyn Device>)>,
+    /// Where the encoders are.
+    pub(super) side: Side,
     /// What is hidden.
     pub(super) hidden: Vec<Name>,
 }
 
 impl Plan {
-    /// The bare arm with perfect drives and readings.
+    /// The bare arm with perfect drives and readings, and encoders on its links.
     pub(super) fn bare(arm: &Arm) -> Self {
         let joint = || JointPlan {
             current: Vec::new(),
@@ -135,6 +138,7 @@ impl Plan {
             obstacles: Vec::new(),
             joints: (0..arm.joint_count()).map(|_| joint()).collect(),
             devices: Vec::new(),
+            side: Side::Link,
             hidden: Vec::new(),
         }
     }

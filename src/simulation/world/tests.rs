@@ -225,7 +225,7 @@ fn the_sealed_share_is_what_the_log_shows() {
 #[test]
 fn an_elastic_gear_shows_on_either_side() {
     let gear = ElasticGear { joint: 0, inertia: 0.15, stiffness: 400.0, damping_ratio: 0.1, play: 0.0 };
-    for side in [Side::Link, Side::Motor] {
+    for (side, effect) in [(Side::Link, "joint-elasticity"), (Side::Motor, "motor-side-elasticity")] {
         let mut scenario = quiet(vec![Part::ElasticGear(gear.clone())]);
         scenario.sensors.side = side;
         scenario.step = 1e-4;
@@ -233,7 +233,7 @@ fn an_elastic_gear_shows_on_either_side() {
         let causes = truth(&recording).causes;
         let of = |effect: &str| causes.iter().find(|cause| cause.effect == effect).map(|cause| cause.share);
         assert!(of("rotor-inertia").unwrap() > 0.01, "{causes:?}");
-        let twist = of("joint-elasticity").unwrap_or_default();
+        let twist = of(effect).unwrap_or_default();
         let with_rotor = Scenario { parts: Vec::new(), ..scenario.clone() };
         let run = &recording.trajectories[0];
         let explained = with_rotor.arm.inverse_dynamics_along(&run.q, &run.qd, &run.qdd);

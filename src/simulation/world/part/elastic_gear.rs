@@ -8,6 +8,7 @@ use super::{Install, from_one};
 use crate::simulation::world::course::{Course, Draws};
 use crate::simulation::world::moment::{Forces, Moment};
 use crate::simulation::world::plan::{Device, Plan};
+use crate::simulation::world::sensors::Side;
 use crate::simulation::world::transmission::{Gear, Transmission};
 use crate::simulation::{SimulationError, demand, sensible};
 
@@ -58,10 +59,16 @@ impl Install for ElasticGear {
         let joint = Some(self.joint);
         let rotor = plan.hide("rotor-inertia", joint, vec![self.inertia]);
         plan.act(rotor, Rotating { joint: self.joint, inertia: self.inertia });
+        let [loose, soft] = match plan.side {
+            Side::Link => [("backlash", Vec::new()), ("joint-elasticity", vec![self.inertia / self.stiffness])],
+            Side::Motor => {
+                [("motor-side-backlash", vec![self.play]), ("motor-side-elasticity", vec![1.0 / self.stiffness])]
+            }
+        };
         let slot = if self.play > 0.0 {
-            plan.hide("backlash", joint, Vec::new())
+            plan.hide(loose.0, joint, loose.1)
         } else if self.inertia > STIFF * self.stiffness {
-            plan.hide("joint-elasticity", joint, vec![self.inertia / self.stiffness])
+            plan.hide(soft.0, joint, soft.1)
         } else {
             rotor
         };
