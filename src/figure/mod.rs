@@ -23,9 +23,11 @@ mod csv;
 pub mod decimate;
 pub mod diagnosis;
 pub mod font;
+pub mod latex;
 pub mod mark;
 mod page;
 mod panel;
+mod pgfplots;
 mod place;
 mod script;
 mod shared;
@@ -190,7 +192,8 @@ pub enum FigureError {
 /// A file, and what is in it.
 pub type Named = (PathBuf, Vec<u8>);
 
-/// The files that an export to `path` makes: the figure, and beside the table of its numbers a script that draws them anew.
+/// The files that an export to `path` makes: the figure, and beside the table of its numbers what draws them anew, a script for
+/// matplotlib and a file of pgfplots.
 ///
 /// # Errors
 /// As [`render`].
@@ -200,6 +203,7 @@ pub fn files(figure: &Figure, format: Format, style: &Style, path: &Path) -> Res
         let table = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         files.push((path.with_file_name(format!("{stem}_plot.py")), script(figure, &table).into_bytes()));
+        files.push((path.with_file_name(format!("{stem}.tex")), pgfplots::picture(figure, style, &table).into_bytes()));
     }
     Ok(files)
 }

@@ -1,10 +1,11 @@
 //! The tables of a report for a paper: LaTeX with booktabs.
 
 use super::document::{Block, Document, Table};
+use crate::figure::latex::escaped;
 
 /// All tables, one after the other.
 pub(super) fn tables(document: &Document) -> String {
-    let mut text = format!("% {}\n% needs \\usepackage{{booktabs}} and letters in UTF-8\n", document.title);
+    let mut text = format!("% {}\n% needs \\usepackage{{booktabs}}\n", document.title);
     for block in &document.blocks {
         match block {
             Block::Heading(heading) => text.push_str(&format!("\n% {heading}\n")),
@@ -28,20 +29,4 @@ fn table_of(table: &Table) -> String {
         "l".repeat(table.head.len()),
         row(&table.head)
     )
-}
-
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '\\' => escaped.push_str("\\textbackslash{}"),
-            '^' => escaped.push_str("\\textasciicircum{}"),
-            '~' => escaped.push_str("\\textasciitilde{}"),
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => escaped.extend(['\\', letter]),
-            '²' => escaped.push_str("\\textsuperscript{2}"),
-            '³' => escaped.push_str("\\textsuperscript{3}"),
-            _ => escaped.push(letter),
-        }
-    }
-    escaped
 }
