@@ -37,7 +37,7 @@ use egui::ViewportCommand;
 
 pub use desk::{About, Order, Parting, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
-pub use report::{ReportFormat, report};
+pub use report::{ReportFormat, Side, comparison, report};
 pub use settings::Settings;
 
 use crate::figure::{Figure, Format, Panel};

@@ -413,14 +413,32 @@ impl OptionalData {
 
     /// A session with the files, or with the embedded recording; of a saved one also where one looked.
     pub fn document_or_embedded(&self) -> anyhow::Result<Document> {
-        let start = self.start()?;
         match self.command()? {
-            Command::Restore { path } => {
-                let opened = progress::watch("open the session", move |monitor| session::file::open(&path, monitor))?;
-                Ok(opened.document.knowing(&start.own_effects))
-            }
-            command => Ok(progress::run(command, &start)?.into()),
+            Command::Restore { path } => self.restored(&path),
+            command => Ok(progress::run(command, &self.start()?)?.into()),
         }
+    }
+
+    /// Two saved sessions, if it is these that were named, each with its path.
+    pub fn two_sessions(&self) -> anyhow::Result<Option<[(&Path, Document); 2]>> {
+        let is_session = |path: &&PathBuf| path.extension().is_some_and(|ending| ending == session::file::ENDING);
+        let sessions: Vec<&PathBuf> = self.files.iter().filter(is_session).collect();
+        match sessions.as_slice() {
+            [] | [_] if self.files.len() == sessions.len() || sessions.is_empty() => Ok(None),
+            [one, two] if self.files.len() == 2 && self.reading.is_empty() => {
+                Ok(Some([(one, self.restored(one)?), (two, self.restored(two)?)]))
+            }
+            _ => Err(anyhow!(
+                "saved sessions are read alone, or two beside each other, without logs and without --map, --zero and the like"
+            ))
+            .or_usage(),
+        }
+    }
+
+    fn restored(&self, path: &Path) -> anyhow::Result<Document> {
+        let (path, start) = (path.to_owned(), self.start()?);
+        let opened = progress::watch("open the session", move |monitor| session::file::open(&path, monitor))?;
+        Ok(opened.document.knowing(&start.own_effects))
     }
 
     /// What the command is given: an empty session that knows the effects of one's own.

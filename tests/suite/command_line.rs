@@ -151,6 +151,11 @@ fn a_network_is_trained_saved_measured_and_taken_apart() {
     assert_eq!(beside_truth["value"].as_f64(), Some(damping));
     let share = |joint: usize| measured["terms"][1]["share"][joint].as_f64().unwrap();
     assert!(share(0) > 0.01 && share(0) < 1.0 && share(1) == 0.0, "{}", measured["terms"]);
+    let told = json(&["export", "network", "net.model", "--log", "x.npz", "-o", "network", "--json"], at);
+    assert_eq!((told["files"].as_array().unwrap().len(), told["left_out"].as_array().unwrap().len()), (6, 0), "{told}");
+    assert!(std::fs::read_to_string(at.join("network/effects.py")).unwrap().contains("viscous_friction"), "{told}");
+    assert!(fails(&["export", "python", "net.model", "-o", "arm.py"], at, 2).contains("export network"));
+    assert!(fails(&["export", "network", "net.model"], at, 2).contains("-o network"));
     succeeds(&["predict", "x.npz", "--model", "net.model", "-o", "torque.csv"], at);
     let table = std::fs::read_to_string(at.join("torque.csv")).unwrap();
     let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
@@ -621,4 +626,5 @@ fn a_model_leaves_as_code_in_a_robot_file_and_as_a_report() {
     assert!(page.contains("Coulomb friction, joint 1") && page.contains("torquescope report x.npz -o report.html"));
     succeeds(&["figure", "compare", "x.npz", "--only", "torque", "-o", "t.csv"], at);
     assert!(std::fs::read_to_string(at.join("t_plot.py")).unwrap().contains("TABLE = \"t.csv\""));
+    assert!(std::fs::read_to_string(at.join("t.tex")).unwrap().contains("All numbers are in t.csv"));
 }

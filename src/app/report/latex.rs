@@ -6,14 +6,22 @@ use crate::figure::latex::escaped;
 /// All tables, one after the other.
 pub(super) fn tables(document: &Document) -> String {
     let mut text = format!("% {}\n% needs \\usepackage{{booktabs}}\n", document.title);
-    for block in &document.blocks {
-        match block {
-            Block::Heading(heading) => text.push_str(&format!("\n% {heading}\n")),
-            Block::Table(table) => text.push_str(&table_of(table)),
-            Block::Text(_) | Block::List(_) | Block::Figure { .. } | Block::Code(_) => {}
-        }
-    }
+    document.blocks.iter().for_each(|part| text.push_str(&block(part)));
     text
+}
+
+fn block(part: &Block) -> String {
+    match part {
+        Block::Heading(heading) => format!("\n% {heading}\n"),
+        Block::Table(table) => table_of(table),
+        Block::Beside(parts) => {
+            let below = |(name, blocks): &(String, Vec<Block>)| {
+                format!("\n% {name}\n{}", blocks.iter().map(block).collect::<String>())
+            };
+            parts.iter().map(below).collect()
+        }
+        Block::Text(_) | Block::List(_) | Block::Figure { .. } | Block::Code(_) => String::new(),
+    }
 }
 
 fn table_of(table: &Table) -> String {
