@@ -66,6 +66,9 @@ pub struct Reading {
     /// Cut-off of the filter for velocity and acceleration that are derived [Hz].
     #[arg(long, value_name = "HZ")]
     low_pass: Option<f64>,
+    /// Smooths them by a Gaussian of this width instead [samples]: 1 as for published models of dynamics.
+    #[arg(long, value_name = "SAMPLES", conflicts_with = "low_pass")]
+    gaussian: Option<f64>,
     /// Set right how the log is set up, as `inspect` proposes it: `zero=down`, `sign-torque@2`, `order-torque=2,1`,
     /// `angles=absolute`, `factor-velocity@1=0.1`, `delay-torque=0.02`. May be repeated.
     #[arg(long, value_name = "CORRECTION")]
@@ -96,8 +99,8 @@ impl OwnEffects {
 impl Reading {
     /// Whether nothing was given that says how files are read.
     fn is_empty(&self) -> bool {
-        let Reading { held_out, map, zero, arm, rate, low_pass, set_right, own: _ } = self;
-        let is_numberless = rate.is_none() && low_pass.is_none();
+        let Reading { held_out, map, zero, arm, rate, low_pass, gaussian, set_right, own: _ } = self;
+        let is_numberless = rate.is_none() && low_pass.is_none() && gaussian.is_none();
         held_out.is_empty() && map.is_none() && zero.is_none() && arm.is_none() && is_numberless && set_right.is_empty()
     }
 }
@@ -632,6 +635,7 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         arm,
         rate_hz: reading.rate,
         low_pass_hz: reading.low_pass,
+        gaussian_samples: reading.gaussian,
         set_right: reading.set_right.clone(),
         ..ReadOptions::default()
     };
