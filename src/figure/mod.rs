@@ -220,6 +220,14 @@ pub fn inline(figure: &Figure, style: &Style, mark: &str) -> Result<String, Figu
     Ok(svg.replace("id=\"", &format!("id=\"{mark}-")).replace("url(#", &format!("url(#{mark}-")))
 }
 
+/// A PDF of pages that are SVG without fonts, set in the letters of a family.
+///
+/// # Errors
+/// [`FigureError::Conversion`] if a page is no SVG.
+pub fn pages(pages: &[String], family: Family) -> Result<Vec<u8>, FigureError> {
+    page::pdf(pages, family)
+}
+
 /// The bytes of a file that shows `figure`, or of the table of its numbers.
 ///
 /// # Errors
@@ -230,7 +238,7 @@ pub fn render(figure: &Figure, format: Format, style: &Style) -> Result<Vec<u8>,
     }
     match format {
         Format::Svg => Ok(svg::draw(figure, style, svg::Letters::Embedded).into_bytes()),
-        Format::Pdf => page::pdf(&svg::draw(figure, style, svg::Letters::Named), style.family),
+        Format::Pdf => page::pdf(&[svg::draw(figure, style, svg::Letters::Named)], style.family),
         Format::Png => page::png(&svg::draw(figure, style, svg::Letters::Named), style.family, style.dpi),
         Format::Csv => csv::table(figure),
     }

@@ -18,6 +18,8 @@ const COLUMNS: usize = 400;
 const MOST_POINTS: usize = 2000;
 /// Room of the numbers and the label beside a plot \[mm\].
 const BESIDE: f64 = 17.0;
+/// The same below it, with the title of the next one \[mm\].
+const BELOW: f64 = 20.0;
 
 /// The file, beside a table of this name.
 pub fn picture(figure: &Figure, style: &Style, table: &str) -> String {
@@ -37,7 +39,7 @@ pub fn picture(figure: &Figure, style: &Style, table: &str) -> String {
          % \\usepackage{{pgfplots}} \\usepgfplotslibrary{{groupplots}} \\pgfplotsset{{compat=1.16}}\n\
          % All numbers are in {table}; lines are thinned to what is seen.\n\
          \\begin{{tikzpicture}}\n\\begin{{groupplot}}[\n  \
-         group style={{group size={columns} by {rows}, horizontal sep={BESIDE}mm, vertical sep={BESIDE}mm}},\n  \
+         group style={{group size={columns} by {rows}, horizontal sep={BESIDE}mm, vertical sep={BELOW}mm}},\n  \
          width={width:.1}mm, height={height:.1}mm, scale only axis, grid=major, grid style={{gray!20}}, unbounded coords=jump,\n  \
          enlarge x limits=false, legend cell align=left, legend style={{font=\\footnotesize, draw=none, fill opacity=0.8, text opacity=1}},\n  \
          label style={{font=\\small}}, tick label style={{font=\\footnotesize}}, title style={{font=\\small}},\n]\n{panels}\
@@ -67,7 +69,9 @@ fn group(panel: &Panel, style: &Style) -> String {
 
 /// Label, scale, range and names along an axis.
 fn axis(which: &str, axis: &Axis) -> String {
-    let mut text = format!("{which}label={{{}}}", escaped(&axis.title()));
+    // What has a unit only is named by the title of the plot.
+    let title = if axis.label.is_empty() { String::new() } else { axis.title() };
+    let mut text = format!("{which}label={{{}}}", escaped(&title));
     // Writing to a String can't fail.
     match &axis.scale {
         Scale::Linear => {}
@@ -229,7 +233,9 @@ fn shades(rows: &[Row], colours: &Colours) -> String {
     let fill = color(colours.held_out);
     // The height of a corner is that of the axis; 1 is a number on a logarithmic one, too.
     let corner = |x: f64, end: u8| format!("({{axis cs:{},1}} |- {{rel axis cs:0,{end}}})", number(x));
-    let shade = |row: &Row| format!("\\fill[{fill}] {} rectangle {};\n", corner(row.low, 0), corner(row.high, 1));
+    let shade = |row: &Row| {
+        format!("\\fill[{fill}, fill opacity=0.6] {} rectangle {};\n", corner(row.low, 0), corner(row.high, 1))
+    };
     rows.iter().map(shade).collect()
 }
 

@@ -4,7 +4,6 @@ use super::document::{Block, Document, Table};
 use super::{Pictures, number, row, this_program};
 use crate::figure::Size;
 use crate::model::Parameter;
-use crate::recording::joints_text;
 use crate::session::{Session, Step};
 
 /// A session and what it is called.
@@ -49,7 +48,6 @@ fn in_short(sides: [Side; 2]) -> Vec<Vec<String>> {
     let of = |(_, session): Side| {
         let recording = session.recording.as_deref();
         let counted = |count: Option<usize>| count.map_or("–".to_owned(), |count| count.to_string());
-        let headline = session.report.as_ref().map_or("–", |report| report.headline());
         [
             recording.map_or("–".to_owned(), |recording| recording.name.clone()),
             counted(recording.map(crate::recording::Recording::joint_count)),
@@ -57,22 +55,25 @@ fn in_short(sides: [Side; 2]) -> Vec<Vec<String>> {
             session.findings.len().to_string(),
             error(session.ladder.first()),
             error(session.current()),
-            headline.to_owned(),
         ]
     };
     let [one, two] = sides.map(of);
-    let what = ["recording", "joints", "samples", "findings", "held-out nMSE at first", "and now", "what is missing"];
+    let what = ["recording", "joints", "samples", "findings", "held-out nMSE at first", "and now"];
     what.into_iter().zip(one.iter().zip(&two)).map(|(what, (one, two))| row([what, one, two])).collect()
 }
 
-/// Effects that either session names, and how surely.
+/// Effects that either session names, joint by joint, and how surely.
 fn effects(sides: [Side; 2]) -> Vec<Vec<String>> {
     joined(sides.map(|(_, session)| {
-        let effects = session.report.iter().flat_map(|report| &report.effects);
-        let named = |effect: &crate::diagnosis::MissingEffect| {
-            (format!("{}, {}", effect.effect.name, joints_text(&effect.joints)), effect.sureness().to_string())
-        };
-        effects.map(named).collect()
+        let mut named = Vec::new();
+        for effect in session.report.iter().flat_map(|report| &report.effects) {
+            let (name, sureness) = (effect.effect.name, effect.sureness().to_string());
+            if effect.joints.is_empty() {
+                named.push((name.to_owned(), sureness.clone()));
+            }
+            named.extend(effect.joints.iter().map(|joint| (format!("{name}, joint {}", joint + 1), sureness.clone())));
+        }
+        named
     }))
 }
 
@@ -83,7 +84,9 @@ fn parameters(sides: [Side; 2]) -> Vec<Vec<String>> {
         let known = |parameter: &Parameter| {
             let term = step.fitted.model.terms[parameter.term].label();
             let (name, unit) = (&parameter.name, &parameter.unit);
-            let joint = parameter.joint.map_or(String::new(), |joint| format!(", joint {}", joint + 1));
+            let place = parameter.joint.map_or(String::new(), |joint| format!(", joint {}", joint + 1));
+            // The name of most effects says it already.
+            let joint = if term.ends_with(&place) { "" } else { &place };
             let interval = parameter
                 .interval
                 .map_or(String::new(), |[low, high]| format!(" ({} … {})", number(low), number(high)));

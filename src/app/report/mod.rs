@@ -1,5 +1,5 @@
 //! The report of a session: what was measured, what was found, the model, what is missing, what is not known, and how to do it again.
-//! One [`Document`], written as a page that needs nothing else ([`html`]), or its tables for a paper ([`latex`], [`markdown`]). Two
+//! One [`Document`], written as a page that needs nothing else ([`html`]), as pages of paper ([`pdf`]), or its tables for a paper ([`latex`], [`markdown`]). Two
 //! sessions stand [side by side](comparison).
 
 mod comparison;
@@ -7,13 +7,14 @@ mod document;
 mod html;
 mod latex;
 mod markdown;
+mod pdf;
 
 pub use comparison::Side;
 use document::{Block, Document, Table};
 
 use super::{About, plots, screens};
 use crate::diagnosis::Report;
-use crate::figure::{self, Figure, Panel, Size, Style, Theme};
+use crate::figure::{self, Figure, FigureError, Panel, Size, Style, Theme};
 use crate::model::{JointError, Term};
 use crate::recording::{Origin, Recording, joints_text};
 use crate::session::{Session, Step, View};
@@ -23,6 +24,8 @@ use crate::session::{Session, Step, View};
 pub enum ReportFormat {
     /// One page with everything in it.
     Html,
+    /// The same as pages of paper.
+    Pdf,
     /// The tables, with booktabs.
     Latex,
     /// Text and tables.
@@ -37,23 +40,35 @@ const SHOWN: [&str; 4] = ["compare", "residuals", "diagnose", "ladder"];
 const MOST_PLOTS: usize = 9;
 
 /// The report of a session with a recording; `again` are the commands that make it anew.
-pub fn report(session: &Session, again: &[String], format: ReportFormat) -> String {
+///
+/// # Errors
+/// [`FigureError`] if a PDF can't be written.
+pub fn report(session: &Session, again: &[String], format: ReportFormat) -> Result<Vec<u8>, FigureError> {
     let pictures = Pictures { mark: "", size: Size::TwoColumn };
-    format.written(&document(session, again, (format == ReportFormat::Html).then_some(pictures)))
+    format.written(&document(session, again, format.has_figures().then_some(pictures)))
 }
 
 /// Two sessions side by side, each with its name; `again` are the commands that make it anew.
-pub fn comparison(sides: [Side; 2], again: &[String], format: ReportFormat) -> String {
-    format.written(&comparison::document(sides, again, format == ReportFormat::Html))
+///
+/// # Errors
+/// As [`report`].
+pub fn comparison(sides: [Side; 2], again: &[String], format: ReportFormat) -> Result<Vec<u8>, FigureError> {
+    format.written(&comparison::document(sides, again, format.has_figures()))
 }
 
 impl ReportFormat {
-    fn written(self, document: &Document) -> String {
-        match self {
+    fn has_figures(self) -> bool {
+        matches!(self, ReportFormat::Html | ReportFormat::Pdf)
+    }
+
+    fn written(self, document: &Document) -> Result<Vec<u8>, FigureError> {
+        let text = match self {
             ReportFormat::Html => html::page(document),
+            ReportFormat::Pdf => return pdf::pages(document),
             ReportFormat::Latex => latex::tables(document),
             ReportFormat::Markdown => markdown::text(document),
-        }
+        };
+        Ok(text.into_bytes())
     }
 }
 
@@ -339,7 +354,8 @@ mod tests {
         let session = Command::Simulate(Box::new(Scenario::embedded())).run(&Session::default(), &monitor).unwrap();
         let session = Command::Diagnose.run(&session, &monitor).unwrap();
         let again = ["torquescope report \"a & b.csv\" -o report.html".to_owned()];
-        let page = report(&session, &again, ReportFormat::Html);
+        let text_of = |bytes: Result<Vec<u8>, FigureError>| String::from_utf8(bytes.unwrap()).unwrap();
+        let page = text_of(report(&session, &again, ReportFormat::Html));
         for word in ["Coulomb friction, joint", "What was ruled out", "What is not known", "<svg", "a &amp; b.csv"] {
             assert!(page.contains(word), "{word}");
         }
@@ -349,25 +365,28 @@ mod tests {
         let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
         let unique: std::collections::HashSet<&&str> = marks.iter().collect();
         assert_eq!(unique.len(), marks.len());
-        let tex = report(&session, &again, ReportFormat::Latex);
+        let tex = text_of(report(&session, &again, ReportFormat::Latex));
         assert!(tex.contains("\\toprule") && tex.contains("Coulomb friction") && tex.contains("95 \\%"), "{tex}");
         assert_eq!(tex.matches("\\begin{table}").count(), tex.matches("\\end{table}").count());
-        let text = report(&session, &again, ReportFormat::Markdown);
+        let text = text_of(report(&session, &again, ReportFormat::Markdown));
         assert!(text.starts_with("# What a model of") && text.contains("| model |"), "{text}");
         assert_eq!([0.0, 1.5, 1.23456e-7, 123_456.0].map(number), ["0", "1.500", "1.235e-7", "123456"]);
+
+        let pdf = report(&session, &again, ReportFormat::Pdf).unwrap();
+        assert!(pdf.starts_with(b"%PDF") && pdf.len() > 50_000, "its figures are in it");
 
         let effect = &session.report.as_ref().unwrap().effects[0];
         let add = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };
         let repaired = Session { report: session.report.clone(), ..add.run(&session, &monitor).unwrap() };
         let sides = [("before", &session), ("after", &repaired)];
-        let text = comparison(sides, &again, ReportFormat::Markdown);
+        let text = text_of(comparison(sides, &again, ReportFormat::Markdown));
         assert!(text.contains("| what | before | after |") && text.contains("### before"), "{text}");
         let coulomb = text.lines().find(|line| line.contains("coulomb_torque")).unwrap();
         assert!(coulomb.contains("| – |"), "only one of them has it: {coulomb}");
-        let page = comparison(sides, &again, ReportFormat::Html);
+        let page = text_of(comparison(sides, &again, ReportFormat::Html));
         let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
         assert!(marks.len() > 10 && marks.iter().collect::<std::collections::HashSet<_>>().len() == marks.len());
-        let tex = comparison(sides, &again, ReportFormat::Latex);
+        let tex = text_of(comparison(sides, &again, ReportFormat::Latex));
         assert!(tex.contains("% before") && tex.matches("\\toprule").count() > 6, "{tex}");
     }
 }
