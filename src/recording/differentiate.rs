@@ -84,8 +84,8 @@ pub fn gaussian_description(of: &str, width: f64) -> String {
     )
 }
 
-/// How a channel was derived by [`Smoothing::Butterworth`], in the words of [`super::Origin::Derived`]. `of` is what was differentiated; the cut-offs
-/// \[Hz\] differ where the default was taken for trajectories of different sampling rates.
+/// How a channel was derived by [`Smoothing::Butterworth`], in the words of [`super::Origin::Derived`]. `of` is what was
+/// differentiated; the cut-offs \[Hz\] differ where the default was taken for trajectories of different sampling rates.
 pub fn description(of: &str, cutoffs_hz: RangeInclusive<f64>) -> String {
     let (lowest, highest) = cutoffs_hz.into_inner();
     let tidy = |hertz: f64| (hertz * 1e3).round() / 1e3;

@@ -1,6 +1,6 @@
 //! The report of a session: what was measured, what was found, the model, what is missing, what is not known, and how to do it again.
-//! One [`Document`], written as a page that needs nothing else ([`html`]), as pages of paper ([`pdf`]), or its tables for a paper ([`latex`], [`markdown`]). Two
-//! sessions stand [side by side](comparison).
+//! One [`Document`], written as a page that needs nothing else ([`html`]), as pages of paper ([`pdf`]), or its tables for a paper
+//! ([`latex`], [`markdown`]). Two sessions stand [side by side](mod@comparison).
 
 mod comparison;
 mod document;
