@@ -8,8 +8,8 @@
 //! | 9 | [`cli`] | the command line; opens the window |
 //! | 8 | [`app`], [`selftest`] | the window; the program tries to break itself, and counts |
 //! | 7 | [`lesson`] | what is asked of a student, judged by the session alone |
-//! | 6 | [`session`], [`work`], [`experiment`], [`trial`] | the document and its commands; background jobs; data × models × seeds, resumable; how often the diagnosis is right |
-//! | 5 | [`simulation`], [`training`], [`diagnosis`], [`export`] | recordings made from arms and effects; learning; what is missing; models as code and in robot files |
+//! | 6 | [`session`], [`work`], [`experiment`], [`trial`], [`export`] | the document and its commands; background jobs; data × models × seeds, resumable; how often the diagnosis is right; models as code, in robot files, as weights |
+//! | 5 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
 //! | 4 | [`model`] | a model is a sum of torque terms; identification by least squares |
 //! | 3 | [`effect`] | one file per physical effect |
 //! | 2 | [`recording`] | what was measured: read, map, check, derive, split, write |

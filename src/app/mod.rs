@@ -37,7 +37,7 @@ use egui::ViewportCommand;
 
 pub use desk::{About, Order, Parting, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
-pub use report::{ReportFormat, report};
+pub use report::{ReportFormat, Side, comparison, report};
 pub use settings::Settings;
 
 use crate::figure::{Figure, Format, Panel};
@@ -776,7 +776,8 @@ impl TorquescopeApp {
             let numbered = (2..).map(|number| format!("{stem}-{number}.html"));
             let mut paths = std::iter::once(format!("{stem}.html")).chain(numbered).map(PathBuf::from);
             let path = paths.find(|path| !path.exists()).unwrap_or_default();
-            match crate::file::write(&path, report(&session, &[], ReportFormat::Html).as_bytes()) {
+            let page = report(&session, &[], ReportFormat::Html).map_err(|error| error.to_string())?;
+            match crate::file::write(&path, &page) {
                 Ok(()) => Ok(crate::file::absolute(&path)),
                 Err(error) => Err(format!("{} can't be written ({error})", path.display())),
             }

@@ -66,6 +66,9 @@ pub struct Reading {
     /// Cut-off of the filter for velocity and acceleration that are derived [Hz].
     #[arg(long, value_name = "HZ")]
     low_pass: Option<f64>,
+    /// Smooths them by a Gaussian of this width instead [samples]: 1 as for published models of dynamics.
+    #[arg(long, value_name = "SAMPLES", conflicts_with = "low_pass")]
+    gaussian: Option<f64>,
     /// Set right how the log is set up, as `inspect` proposes it: `zero=down`, `sign-torque@2`, `order-torque=2,1`,
     /// `angles=absolute`, `factor-velocity@1=0.1`, `delay-torque=0.02`. May be repeated.
     #[arg(long, value_name = "CORRECTION")]
@@ -96,8 +99,8 @@ impl OwnEffects {
 impl Reading {
     /// Whether nothing was given that says how files are read.
     fn is_empty(&self) -> bool {
-        let Reading { held_out, map, zero, arm, rate, low_pass, set_right, own: _ } = self;
-        let is_numberless = rate.is_none() && low_pass.is_none();
+        let Reading { held_out, map, zero, arm, rate, low_pass, gaussian, set_right, own: _ } = self;
+        let is_numberless = rate.is_none() && low_pass.is_none() && gaussian.is_none();
         held_out.is_empty() && map.is_none() && zero.is_none() && arm.is_none() && is_numberless && set_right.is_empty()
     }
 }
@@ -413,14 +416,32 @@ impl OptionalData {
 
     /// A session with the files, or with the embedded recording; of a saved one also where one looked.
     pub fn document_or_embedded(&self) -> anyhow::Result<Document> {
-        let start = self.start()?;
         match self.command()? {
-            Command::Restore { path } => {
-                let opened = progress::watch("open the session", move |monitor| session::file::open(&path, monitor))?;
-                Ok(opened.document.knowing(&start.own_effects))
-            }
-            command => Ok(progress::run(command, &start)?.into()),
+            Command::Restore { path } => self.restored(&path),
+            command => Ok(progress::run(command, &self.start()?)?.into()),
         }
+    }
+
+    /// Two saved sessions, if it is these that were named, each with its path.
+    pub fn two_sessions(&self) -> anyhow::Result<Option<[(&Path, Document); 2]>> {
+        let is_session = |path: &&PathBuf| path.extension().is_some_and(|ending| ending == session::file::ENDING);
+        let sessions: Vec<&PathBuf> = self.files.iter().filter(is_session).collect();
+        match sessions.as_slice() {
+            [] | [_] if self.files.len() == sessions.len() || sessions.is_empty() => Ok(None),
+            [one, two] if self.files.len() == 2 && self.reading.is_empty() => {
+                Ok(Some([(one, self.restored(one)?), (two, self.restored(two)?)]))
+            }
+            _ => Err(anyhow!(
+                "saved sessions are read alone, or two beside each other, without logs and without --map, --zero and the like"
+            ))
+            .or_usage(),
+        }
+    }
+
+    fn restored(&self, path: &Path) -> anyhow::Result<Document> {
+        let (path, start) = (path.to_owned(), self.start()?);
+        let opened = progress::watch("open the session", move |monitor| session::file::open(&path, monitor))?;
+        Ok(opened.document.knowing(&start.own_effects))
     }
 
     /// What the command is given: an empty session that knows the effects of one's own.
@@ -614,6 +635,7 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         arm,
         rate_hz: reading.rate,
         low_pass_hz: reading.low_pass,
+        gaussian_samples: reading.gaussian,
         set_right: reading.set_right.clone(),
         ..ReadOptions::default()
     };

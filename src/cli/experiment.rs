@@ -13,7 +13,7 @@ use crate::experiment::figures::{NamedFigure, figures};
 use crate::experiment::run::{State, duration_text, state, training_record};
 use crate::experiment::summary::above_paper;
 use crate::experiment::{Cell, Experiment, Report, Row, Shard, Store, catalogue, plan, run, summarise};
-use crate::figure::{Format, render};
+use crate::figure::{Format, files};
 
 /// Run data × models × seeds, and hold the errors against the paper's.
 #[derive(Subcommand)]
@@ -271,8 +271,10 @@ impl Figures {
         for NamedFigure { name, figure } in &all {
             for format in &self.format {
                 let path = self.output.join(format!("{stem}-{name}.{}", format.ending()));
-                write_file(&path, &render(figure, *format, &style)?)?;
-                progress::told(path.display());
+                for (path, bytes) in files(figure, *format, &style, &path)? {
+                    write_file(&path, &bytes)?;
+                    progress::told(path.display());
+                }
             }
         }
         Ok(())

@@ -9,21 +9,26 @@ use super::data::{OptionalLog, read_model};
 use super::failure::OrUsage;
 use super::table::{number, table};
 use super::{progress, write_file};
-use crate::export::controller::{self, Code, Language, Wish};
+use crate::export::controller::{self, Code, Language, LeftOut, Wish};
+use crate::export::network::{self, Package};
 use crate::export::robot::{self, Format, NotHeld, Spliced};
 use crate::export::share;
 use crate::file;
 use crate::model::Fitted;
 use crate::recording::Recording;
 
-/// Write a model as the code of a controller, with a test, or into the robot's own file.
+/// Write a model as the code of a controller, with a test, into the robot's own file, or as the weights of its network.
 ///
-/// The model is one that is solved for: a rigid body with named effects. As code it is one function tau(q, qd, qdd), in which dry
-/// friction turns round smoothly, within --smooth. What no function of the present motion can give (an effect with a memory, a
-/// reading that comes late) is left out, and told. Beside the code stands a test with states and the torque of the model there.
+/// For code and robots' files it is one that is solved for: a rigid body with named effects. As code it is one function
+/// tau(q, qd, qdd), in which dry friction turns round smoothly, within --smooth. What no function of the present motion can give (an
+/// effect with a memory, a reading that comes late) is left out, and told. Beside the code stands a test with states and the torque
+/// of the model there.
 ///
 /// Into a URDF go damping and friction of the joints, into an MJCF also armature and springs; nothing else in the file changes. What
 /// the format can't hold is told. With --log it is told how much of the torque all that is.
+///
+/// A trained network goes into a folder: its weights as safetensors and NPZ, its torque as ONNX, and an evaluator for NumPy that tests
+/// itself.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope export c model.json -o controller/arm_torque.c
@@ -31,7 +36,8 @@ use crate::recording::Recording;
   torquescope export python model.json --log arm.npz -o arm_torque.py
   torquescope export ros2 model.json -o arm_torque.yaml
   torquescope export urdf model.json --into robot.urdf --log arm.npz
-  torquescope export mjcf model.json --into robot.xml --joints shoulder,elbow -o identified.xml")]
+  torquescope export mjcf model.json --into robot.xml --joints shoulder,elbow -o identified.xml
+  torquescope export network delan.model --log arm.npz -o network")]
 pub struct Export {
     /// What to write.
     #[arg(value_parser = one_of(KINDS))]
@@ -39,7 +45,8 @@ pub struct Export {
     /// A model that `train` saved.
     model: PathBuf,
     /// Of code: the file, whose name is that of the function; or a folder, for a function `torque_model`. The test stands beside
-    /// it. Of a robot's file: where the changed one goes; without, it takes the place of --into, which is kept as .bak.
+    /// it. Of a robot's file: where the changed one goes; without, it takes the place of --into, which is kept as .bak. Of a
+    /// network: the folder.
     #[arg(short, long, value_name = "FILE|DIR")]
     output: Option<PathBuf>,
     /// The robot's own file.
@@ -63,9 +70,10 @@ pub struct Export {
 enum Kind {
     Code(Language),
     Robot(Format),
+    Network,
 }
 
-const KINDS: [Choice<Kind>; 7] = [
+const KINDS: [Choice<Kind>; 8] = [
     ("c", "C99: a header, a source and a test", Kind::Code(Language::C)),
     ("cpp", "C++11: a header with everything in it, and a test", Kind::Code(Language::Cpp)),
     ("python", "Python with NumPy, for one state or many", Kind::Code(Language::Python)),
@@ -73,6 +81,11 @@ const KINDS: [Choice<Kind>; 7] = [
     ("ros2", "the parameters of a ROS 2 node (YAML)", Kind::Code(Language::Ros2)),
     ("urdf", "damping and friction, into the robot's URDF", Kind::Robot(Format::Urdf)),
     ("mjcf", "the same, armature and springs, into the robot's MJCF", Kind::Robot(Format::Mjcf)),
+    (
+        "network",
+        "a trained network: weights (safetensors, NPZ), ONNX, and what computes its torque in NumPy",
+        Kind::Network,
+    ),
 ];
 
 impl Export {
@@ -83,6 +96,7 @@ impl Export {
         match self.kind {
             Kind::Code(language) => self.write_code(language, &fitted, recording.as_ref()),
             Kind::Robot(format) => self.splice(format, &fitted, recording.as_ref()),
+            Kind::Network => self.write_network(&fitted, recording.as_ref()),
         }
     }
 
@@ -128,15 +142,38 @@ impl Export {
         let motion = recording.and_then(|recording| recording.trajectories.first());
         let wish = Wish { name: &name, width: self.smooth, motion };
         let Code { files, left_out } = controller::write(fitted, language, &wish).or_usage()?;
-        std::fs::create_dir_all(&folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
+        let files: Vec<(&str, &[u8])> = files.iter().map(|file| (&*file.name, file.text.as_bytes())).collect();
+        self.save(&folder, &files, &left_out, fitted, recording)
+    }
+
+    fn write_network(&self, fitted: &Fitted, recording: Option<&Recording>) -> anyhow::Result<()> {
+        let Some(folder) = self.output.as_deref().filter(|output| !output.is_file()) else {
+            return Err(anyhow!("name the folder into which the network goes with -o, such as -o network")).or_usage();
+        };
+        let motion = recording.and_then(|recording| recording.trajectories.first());
+        let Package { files, left_out } = network::write(fitted, self.smooth, motion).or_usage()?;
+        let files: Vec<(&str, &[u8])> = files.iter().map(|(name, bytes)| (*name, bytes.as_slice())).collect();
+        self.save(folder, &files, &left_out, fitted, recording)
+    }
+
+    /// Saves files in a folder, and tells of them and of what is in none.
+    fn save(
+        &self,
+        folder: &Path,
+        files: &[(&str, &[u8])],
+        left_out: &[LeftOut],
+        fitted: &Fitted,
+        recording: Option<&Recording>,
+    ) -> anyhow::Result<()> {
+        std::fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
         let mut written = Vec::new();
-        for file in &files {
-            let path = folder.join(&file.name);
-            write_file(&path, file.text.as_bytes())?;
+        for (name, bytes) in files {
+            let path = folder.join(name);
+            write_file(&path, bytes)?;
             written.push(path.display().to_string());
         }
         let mut told = Vec::new();
-        for out in &left_out {
+        for out in left_out {
             let share = recording.map(|recording| share::of_torque(fitted, recording, out.term, None)).transpose()?;
             let known = share.map_or("name --log to be told how much of the torque it is".to_owned(), |share| {
                 format!("{:.1} % of the torque (RMS)", 100.0 * share)

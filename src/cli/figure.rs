@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
@@ -9,9 +9,9 @@ use super::data::OptionalData;
 use super::screenshot::{prepared, screen_choices};
 use super::{output_folder, write_file};
 use crate::app::{self, About, screens};
-use crate::figure::{self, Family, Figure, Format, Legend, Size, Style, Theme};
+use crate::figure::{self, Family, Figure, Format, Legend, Panel, Size, Style, Theme};
 
-/// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV with a script that plots them (matplotlib).
+/// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV with what plots them (matplotlib, pgfplots).
 ///
 /// They hold what the window shows at first: all samples of the first trajectory; of a saved session those of the trajectory that
 /// one looked at, with the models that are drawn over each other. What a screen is about is done first, as for `screenshot`, but
@@ -158,10 +158,15 @@ impl FigureCommand {
             panels.retain(|panel| self.only.as_ref().is_none_or(|only| panel.title.contains(only.as_str())));
             if !panels.is_empty() {
                 let path = self.output.join(format!("{}.{}", screen.id, self.format.ending()));
-                write_file(&path, &figure::render(&Figure::new(panels), self.format, &self.look.style())?)?;
+                self.write(panels, self.format, &path)?;
             }
         }
         Ok(())
+    }
+
+    fn write(&self, panels: Vec<Panel>, format: Format, path: &Path) -> anyhow::Result<()> {
+        let files = figure::files(&Figure::new(panels), format, &self.look.style(), path)?;
+        files.iter().try_for_each(|(path, bytes)| write_file(path, bytes))
     }
 
     fn one(&self, screen: &'static About) -> anyhow::Result<()> {
@@ -179,7 +184,6 @@ impl FigureCommand {
                 bail!("no title contains “{only}”; the screen shows {}", titles.join(", "));
             }
         }
-        let files = figure::files(&Figure::new(panels), format, &self.look.style(), &self.output)?;
-        files.iter().try_for_each(|(path, bytes)| write_file(path, bytes))
+        self.write(panels, format, &self.output)
     }
 }

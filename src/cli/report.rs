@@ -7,31 +7,34 @@ use super::data::OptionalData;
 use super::screenshot::prepared;
 use super::{progress, write_file};
 use crate::app::screens::{diagnose, ladder};
-use crate::app::{ReportFormat, report};
-use crate::session::Session;
+use crate::app::{ReportFormat, comparison, report};
+use crate::session::{Document, Session};
 
 /// Write what is known of recordings as one page: data, findings, model, what is missing and its evidence, what is not known.
 ///
 /// The page needs nothing else and no network; its pictures stand in it. What a report is about is done first: a diagnosis, and the
-/// effects that it names are added one after the other.
+/// effects that it names are added one after the other. Two saved sessions stand side by side on one page.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope report arm.npz -o report.html
-  torquescope report log.csv --zero down --format markdown -o report.md
-  torquescope report mine.torquescope --format latex -o tables.tex")]
+  torquescope report log.csv --zero down -o report.pdf
+  torquescope report log.csv --zero down -o report.md
+  torquescope report mine.torquescope --format latex -o tables.tex
+  torquescope report before.torquescope after.torquescope -o compare.html")]
 pub struct ReportCommand {
     #[command(flatten)]
     data: OptionalData,
-    /// What it is written as.
-    #[arg(long, default_value = "html", value_parser = one_of(FORMATS))]
-    format: ReportFormat,
+    /// What it is written as; without, as the ending of the file says, else as html.
+    #[arg(long, value_parser = one_of(FORMATS))]
+    format: Option<ReportFormat>,
     /// The file.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }
 
-const FORMATS: [Choice<ReportFormat>; 3] = [
+const FORMATS: [Choice<ReportFormat>; 4] = [
     ("html", "one page with everything in it", ReportFormat::Html),
+    ("pdf", "the same as pages of paper", ReportFormat::Pdf),
     ("latex", "its tables, with booktabs", ReportFormat::Latex),
     ("markdown", "its text and tables", ReportFormat::Markdown),
 ];
@@ -40,14 +43,36 @@ impl ReportCommand {
     /// Reads, diagnoses, writes.
     pub fn run(&self) -> anyhow::Result<()> {
         self.data.check_output(&self.output)?;
-        let session = prepared(&diagnose::ABOUT, self.data.document_or_embedded()?.history.current())?;
-        // The ladder grows by what was found, which is told beside it.
-        let session = Session { report: session.report.clone(), ..prepared(&ladder::ABOUT, &session)? };
-        let page = report(&session, &[this_command()], self.format);
-        write_file(&self.output, page.as_bytes())?;
+        let again = [this_command()];
+        let page = match self.data.two_sessions()? {
+            Some([(one, first), (two, second)]) => {
+                let [one, two] = [one, two].map(|path| path.file_stem().unwrap_or_default().to_string_lossy());
+                let [first, second] = [reported(&first)?, reported(&second)?];
+                comparison([(&one, &first), (&two, &second)], &again, self.format())
+            }
+            None => report(&reported(&self.data.document_or_embedded()?)?, &again, self.format()),
+        }?;
+        write_file(&self.output, &page)?;
         progress::told(format_args!("saved {}", self.output.display()));
         Ok(())
     }
+
+    fn format(&self) -> ReportFormat {
+        let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        self.format.unwrap_or(match ending.as_deref() {
+            Some("pdf") => ReportFormat::Pdf,
+            Some("tex") => ReportFormat::Latex,
+            Some("md") => ReportFormat::Markdown,
+            _ => ReportFormat::Html,
+        })
+    }
+}
+
+/// The newest session of a document, diagnosed.
+fn reported(document: &Document) -> anyhow::Result<Session> {
+    let session = prepared(&diagnose::ABOUT, document.history.current())?;
+    // The ladder grows by what was found, which is told beside it.
+    Ok(Session { report: session.report.clone(), ..prepared(&ladder::ABOUT, &session)? })
 }
 
 /// The command as it was typed, for a shell.

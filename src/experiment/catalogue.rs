@@ -17,6 +17,7 @@ pub const ALL: &[(&str, &str)] = &[
     ("kuka-kr300", include_str!("../../datasets/experiments/kuka-kr300.toml")),
     ("tx40", include_str!("../../datasets/experiments/tx40.toml")),
     ("paper-table-3", include_str!("../../datasets/experiments/paper-table-3.toml")),
+    ("paper-table-4", include_str!("../../datasets/experiments/paper-table-4.toml")),
 ];
 
 /// The experiment of this name.

@@ -23,9 +23,11 @@ mod csv;
 pub mod decimate;
 pub mod diagnosis;
 pub mod font;
+pub mod latex;
 pub mod mark;
 mod page;
 mod panel;
+mod pgfplots;
 mod place;
 mod script;
 mod shared;
@@ -190,7 +192,8 @@ pub enum FigureError {
 /// A file, and what is in it.
 pub type Named = (PathBuf, Vec<u8>);
 
-/// The files that an export to `path` makes: the figure, and beside the table of its numbers a script that draws them anew.
+/// The files that an export to `path` makes: the figure, and beside the table of its numbers what draws them anew, a script for
+/// matplotlib and a file of pgfplots.
 ///
 /// # Errors
 /// As [`render`].
@@ -200,6 +203,7 @@ pub fn files(figure: &Figure, format: Format, style: &Style, path: &Path) -> Res
         let table = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         files.push((path.with_file_name(format!("{stem}_plot.py")), script(figure, &table).into_bytes()));
+        files.push((path.with_file_name(format!("{stem}.tex")), pgfplots::picture(figure, style, &table).into_bytes()));
     }
     Ok(files)
 }
@@ -216,6 +220,14 @@ pub fn inline(figure: &Figure, style: &Style, mark: &str) -> Result<String, Figu
     Ok(svg.replace("id=\"", &format!("id=\"{mark}-")).replace("url(#", &format!("url(#{mark}-")))
 }
 
+/// A PDF of pages that are SVG without fonts, set in the letters of a family.
+///
+/// # Errors
+/// [`FigureError::Conversion`] if a page is no SVG.
+pub fn pages(pages: &[String], family: Family) -> Result<Vec<u8>, FigureError> {
+    page::pdf(pages, family)
+}
+
 /// The bytes of a file that shows `figure`, or of the table of its numbers.
 ///
 /// # Errors
@@ -226,7 +238,7 @@ pub fn render(figure: &Figure, format: Format, style: &Style) -> Result<Vec<u8>,
     }
     match format {
         Format::Svg => Ok(svg::draw(figure, style, svg::Letters::Embedded).into_bytes()),
-        Format::Pdf => page::pdf(&svg::draw(figure, style, svg::Letters::Named), style.family),
+        Format::Pdf => page::pdf(&[svg::draw(figure, style, svg::Letters::Named)], style.family),
         Format::Png => page::png(&svg::draw(figure, style, svg::Letters::Named), style.family, style.dpi),
         Format::Csv => csv::table(figure),
     }

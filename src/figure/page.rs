@@ -27,19 +27,21 @@ fn parse(svg: &str, family: Family, format: &'static str) -> Result<Tree, Figure
     Tree::from_str(svg, &options).map_err(|error| failed(format, error))
 }
 
-/// One page of the size of the figure; of the font it holds the letters that are used.
-pub fn pdf(svg: &str, family: Family) -> Result<Vec<u8>, FigureError> {
-    let tree = parse(svg, family, "PDF")?;
-    let (width, height) = (tree.size().width(), tree.size().height());
+/// Pages of the size of each SVG; of the font they hold the letters that are used.
+pub fn pdf(pages: &[String], family: Family) -> Result<Vec<u8>, FigureError> {
     let no_page = || failed("PDF", "its page has no size");
-    let settings = krilla::page::PageSettings::from_wh(width, height).ok_or_else(no_page)?;
-    let size = krilla::geom::Size::from_wh(width, height).ok_or_else(no_page)?;
     let mut document = krilla::Document::new();
-    let mut page = document.start_page_with(settings);
-    let mut surface = page.surface();
-    surface.draw_svg(&tree, size, SvgSettings::default()).ok_or_else(no_page)?;
-    surface.finish();
-    page.finish();
+    for svg in pages {
+        let tree = parse(svg, family, "PDF")?;
+        let (width, height) = (tree.size().width(), tree.size().height());
+        let settings = krilla::page::PageSettings::from_wh(width, height).ok_or_else(no_page)?;
+        let size = krilla::geom::Size::from_wh(width, height).ok_or_else(no_page)?;
+        let mut page = document.start_page_with(settings);
+        let mut surface = page.surface();
+        surface.draw_svg(&tree, size, SvgSettings::default()).ok_or_else(no_page)?;
+        surface.finish();
+        page.finish();
+    }
     document.finish().map_err(|error| failed("PDF", format!("{error:?}")))
 }
 

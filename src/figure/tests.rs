@@ -182,3 +182,30 @@ fn marks_share_their_numbers() {
     assert_eq!(line.x.as_ptr(), log.time.as_ptr());
     assert_eq!(line.clone().y.as_ptr(), log.time.as_ptr());
 }
+
+/// Every kind of mark is set by LaTeX without a complaint, if it is there.
+#[test]
+fn the_picture_of_pgfplots_is_set() {
+    let has =
+        |file: &str| std::process::Command::new("kpsewhich").arg(file).output().is_ok_and(|out| out.status.success());
+    if !has("pgfplots.sty") || !has("article.cls") {
+        eprintln!("left out: the picture of pgfplots is not set, because there is no LaTeX with pgfplots here");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (path, bytes) in files(&everything(), Format::Csv, &Style::default(), &at.join("all.csv")).unwrap() {
+        std::fs::write(path, bytes).unwrap();
+    }
+    let paper = "\\documentclass{article}\n\\usepackage{pgfplots}\\usepgfplotslibrary{groupplots}\\pgfplotsset{compat=1.16}\n\
+                 \\begin{document}\\input{all.tex}\\end{document}\n";
+    std::fs::write(at.join("paper.tex"), paper).unwrap();
+    let set = std::process::Command::new("pdflatex")
+        .args(["-halt-on-error", "-interaction=nonstopmode", "paper.tex"])
+        .current_dir(at)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&set.stdout);
+    assert!(set.status.success() && at.join("paper.pdf").exists(), "{said}");
+    assert!(!said.contains("Missing character") && !said.contains("Package pgfplots Warning"), "{said}");
+}

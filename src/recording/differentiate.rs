@@ -1,4 +1,5 @@
-//! Derivatives that the file does not hold: central difference on the actual time stamps, then a zero-phase low-pass.
+//! Derivatives that the file does not hold: central difference on the actual time stamps, then a low-pass without delay, one of
+//! Butterworth's run forward and backward or a Gaussian.
 //!
 //! The difference comes first because it is exact about uneven steps; what it returns is smooth over the sample number
 //! even where the step changes, so the filter, which knows one step only, does no harm there.
@@ -47,8 +48,44 @@ pub fn default_cutoff_of_positions(q: &Signals, time: &[f64]) -> f64 {
     default_cutoff(q, &rough, step)
 }
 
-/// How a channel was derived, in the words of [`super::Origin::Derived`]. `of` is what was differentiated; the cut-offs
-/// \[Hz\] differ where the default was taken for trajectories of different sampling rates.
+/// How a derivative is smoothed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Smoothing {
+    /// [`low_pass`] with this cut-off \[Hz\].
+    Butterworth(f64),
+    /// [`gaussian`] of this width \[samples\].
+    Gaussian(f64),
+}
+
+impl Smoothing {
+    /// Where the amplitude is halved \[Hz\].
+    pub fn cutoff_hz(self, time_step: f64) -> f64 {
+        match self {
+            Smoothing::Butterworth(cutoff_hz) => cutoff_hz,
+            // e^(−(2π f σ)² / 2) = ½
+            Smoothing::Gaussian(width) => (2.0 * 2.0_f64.ln()).sqrt() / (2.0 * PI * width * time_step),
+        }
+    }
+
+    /// dx/dt of a sampled signal, smoothed. Times in s, strictly increasing.
+    pub fn slope(self, signal: &[f64], time: &[f64]) -> Vec<f64> {
+        match self {
+            Smoothing::Butterworth(cutoff_hz) => derivative(signal, time, cutoff_hz),
+            Smoothing::Gaussian(width) => gaussian(&central_difference(signal, time), width),
+        }
+    }
+}
+
+/// How a channel was derived by [`Smoothing::Gaussian`], as [`description`] says it.
+pub fn gaussian_description(of: &str, width: f64) -> String {
+    format!(
+        "central difference of {of}, then a Gaussian filter of {width} samples (no delay); at the ends what sees one side only is \
+         left out"
+    )
+}
+
+/// How a channel was derived by [`Smoothing::Butterworth`], in the words of [`super::Origin::Derived`]. `of` is what was
+/// differentiated; the cut-offs \[Hz\] differ where the default was taken for trajectories of different sampling rates.
 pub fn description(of: &str, cutoffs_hz: RangeInclusive<f64>) -> String {
     let (lowest, highest) = cutoffs_hz.into_inner();
     let tidy = |hertz: f64| (hertz * 1e3).round() / 1e3;
@@ -112,6 +149,38 @@ pub fn low_pass(signal: &[f64], time_step: f64, cutoff_hz: f64) -> Vec<f64> {
         padded.reverse();
     }
     padded[margin..margin + signal.len()].to_vec()
+}
+
+/// Weighted mean over the neighbours, the weights a Gaussian of standard deviation `width` \[samples\] that ends at four of them; at
+/// the ends the signal is mirrored. The same as `scipy.ndimage.gaussian_filter1d`, by which published models of dynamics derive q̈.
+///
+/// The signal comes back unchanged where `width` is not a number above 0. Samples must be finite.
+pub fn gaussian(signal: &[f64], width: f64) -> Vec<f64> {
+    const REACH: f64 = 4.0;
+    if signal.is_empty() || !(width > 0.0 && width.is_finite()) {
+        return signal.to_vec();
+    }
+    // Farther than the whole signal there is nothing new.
+    let reach = ((REACH * width).round() as usize).min(signal.len());
+    let weights: Vec<f64> = (0..=reach).map(|distance| (-0.5 * (distance as f64 / width).powi(2)).exp()).collect();
+    let sum = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
+    // … c b a | a b c …
+    let last = signal.len() - 1;
+    let before = |sample: usize, distance: usize| match sample.checked_sub(distance) {
+        Some(before) => before,
+        None => (distance - sample - 1).min(last),
+    };
+    let behind = |sample: usize, distance: usize| match sample + distance {
+        behind if behind <= last => behind,
+        beyond => (2 * last + 1).saturating_sub(beyond),
+    };
+    let mean = |sample: usize| {
+        let pair = |(distance, weight): (usize, &f64)| {
+            weight * (signal[before(sample, distance)] + signal[behind(sample, distance)])
+        };
+        (weights[0] * signal[sample] + weights.iter().enumerate().skip(1).map(pair).sum::<f64>()) / sum
+    };
+    (0..signal.len()).map(mean).collect()
 }
 
 /// `signal` with `margin` samples more at each end, reflected through its smoothed end points. The end samples themselves
@@ -267,6 +336,32 @@ mod tests {
         assert_eq!(low_pass(&[1.0, 2.0], STEP, 1e-3).len(), 2);
         assert_eq!(central_difference(&[1.0], &[0.0]), [0.0]);
         assert_eq!(central_difference(&[1.0, 2.0], &[0.0, 0.5]), [2.0, 2.0]);
+    }
+
+    /// Values of SciPy 1.17, `gaussian_filter1d(x, 1.0)`.
+    #[test]
+    fn the_gaussian_is_that_of_scipy_and_halves_at_its_cut_off() {
+        let expected = [
+            0.8161838821349054,
+            1.022546063170181,
+            1.2650539347213945,
+            0.8704221297683791,
+            1.0552786887343086,
+            2.891784258353488,
+            5.078731043117344,
+        ];
+        for (ours, theirs) in gaussian(&[1.0, 0.0, 3.0, 0.0, 0.0, 2.0, 7.0], 1.0).iter().zip(expected) {
+            assert!((ours - theirs).abs() < 1e-12, "{ours} is not {theirs}");
+        }
+        let time = even(3000);
+        let cutoff = Smoothing::Gaussian(5.0).cutoff_hz(STEP);
+        let (amplitude, phase) = amplitude_and_phase(&gaussian(&sine(cutoff, &time), 5.0), cutoff);
+        assert!((amplitude - 0.5).abs() < 5e-3 && phase.abs() < 1e-3, "{amplitude}, {phase}");
+        for width in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(gaussian(&[1.0, 2.0], width), [1.0, 2.0]);
+        }
+        assert!((gaussian(&[3.0], 50.0)[0] - 3.0).abs() < 1e-12);
+        assert!(gaussian(&[1.0, 2.0], 1e9).iter().all(|value| (1.0..=2.0).contains(value)));
     }
 
     #[test]

@@ -292,10 +292,19 @@ fn a_soft_gear_behind_its_encoder_is_named_with_its_compliance() {
     let gear = ElasticGear { joint: 1, inertia: 0.2, stiffness: STIFFNESS, damping_ratio: 0.05, play: 0.0 };
     let world = world::Scenario {
         name: "motor-side encoders".into(),
-        arm: Arm { posture: Posture::DOWN, ..Arm::uniform(2) },
-        motion: small().motion,
+        arm: Arm::uniform(2),
+        motion: Excitation::MultiSine {
+            trajectories: 12,
+            duration: 8.0,
+            rate: 100.0,
+            harmonics: 5,
+            lowest_frequency: 0.1,
+            highest_frequency: 1.0,
+            max_position: 2.0,
+            max_velocity: 3.5,
+        },
         servo: Servo::default(),
-        sensors: Sensors { side: Side::Motor, ..Sensors::default() },
+        sensors: Sensors { side: Side::Motor, torque_noise: 0.02, ..Sensors::default() },
         parts: vec![Part::ElasticGear(gear)],
         step: 2e-4,
         seed: 5,

@@ -124,8 +124,10 @@ fn a_figure_is_made_for_a_paper() {
     fails(&[&figure[..], &["--columns", "5", "-o", "b.svg"]].concat(), at, 2);
     // All screens in one go: those that have such plots.
     succeeds(&["figure", "all", "--only", "torque", "--format", "csv", "-o", "all"], at);
-    let files = std::fs::read_dir(at.join("all")).unwrap().count();
-    assert!(at.join("all/compare.csv").exists() && (2..9).contains(&files), "{files} files");
+    let names = std::fs::read_dir(at.join("all")).unwrap().map(|file| file.unwrap().path());
+    let tables = names.filter(|path| path.extension().is_some_and(|ending| ending == "csv")).count();
+    assert!(at.join("all/compare.csv").exists() && (2..9).contains(&tables), "{tables} tables");
+    assert!(at.join("all/compare.tex").exists() && at.join("all/compare_plot.py").exists());
 }
 
 #[test]
@@ -151,6 +153,11 @@ fn a_network_is_trained_saved_measured_and_taken_apart() {
     assert_eq!(beside_truth["value"].as_f64(), Some(damping));
     let share = |joint: usize| measured["terms"][1]["share"][joint].as_f64().unwrap();
     assert!(share(0) > 0.01 && share(0) < 1.0 && share(1) == 0.0, "{}", measured["terms"]);
+    let told = json(&["export", "network", "net.model", "--log", "x.npz", "-o", "network", "--json"], at);
+    assert_eq!((told["files"].as_array().unwrap().len(), told["left_out"].as_array().unwrap().len()), (6, 0), "{told}");
+    assert!(std::fs::read_to_string(at.join("network/effects.py")).unwrap().contains("viscous_friction"), "{told}");
+    assert!(fails(&["export", "python", "net.model", "-o", "arm.py"], at, 2).contains("export network"));
+    assert!(fails(&["export", "network", "net.model"], at, 2).contains("-o network"));
     succeeds(&["predict", "x.npz", "--model", "net.model", "-o", "torque.csv"], at);
     let table = std::fs::read_to_string(at.join("torque.csv")).unwrap();
     let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
@@ -514,8 +521,16 @@ fn a_saved_session_is_drawn() {
     let run = |command: Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
     let open = Command::open(vec![at.join("x.npz")], Default::default(), Vec::new());
     let add = Command::AddEffect { effect: "coulomb-friction".into(), joints: vec![0] };
-    let session = run(add, &run(open, &Session::default()));
-    std::fs::write(at.join("mine.torquescope"), file::to_bytes(&session.into()).unwrap()).unwrap();
+    let plain = run(open, &Session::default());
+    let session = run(add, &plain);
+    for (name, session) in [("plain", plain), ("mine", session)] {
+        std::fs::write(at.join(format!("{name}.torquescope")), file::to_bytes(&session.into()).unwrap()).unwrap();
+    }
+    succeeds(&["report", "plain.torquescope", "mine.torquescope", "-o", "compare.html"], at);
+    let page = std::fs::read_to_string(at.join("compare.html")).unwrap();
+    assert!(page.contains("<h1>plain beside mine</h1>") && page.matches("class=\"beside\"").count() > 5, "{page}");
+    let three = ["report", "mine.torquescope", "plain.torquescope", "x.npz", "-o", "c.html"];
+    assert!(fails(&three, at, 2).contains("two beside each other"));
     let picture = ["screenshot", "mine.torquescope", "--screen", "ladder", "-o", "ladder.png"];
     succeeds(&[&picture[..], &["--panel", "What was found", "--over", "models", "--contrast"]].concat(), at);
     let message = fails(&[&picture[..], &["--panel", "No such panel"]].concat(), at, 1);
@@ -619,6 +634,9 @@ fn a_model_leaves_as_code_in_a_robot_file_and_as_a_report() {
     succeeds(&["report", "x.npz", "-o", "report.html"], at);
     let page = std::fs::read_to_string(at.join("report.html")).unwrap();
     assert!(page.contains("Coulomb friction, joint 1") && page.contains("torquescope report x.npz -o report.html"));
+    succeeds(&["report", "x.npz", "-o", "report.pdf"], at);
+    assert!(std::fs::read(at.join("report.pdf")).unwrap().starts_with(b"%PDF"));
     succeeds(&["figure", "compare", "x.npz", "--only", "torque", "-o", "t.csv"], at);
     assert!(std::fs::read_to_string(at.join("t_plot.py")).unwrap().contains("TABLE = \"t.csv\""));
+    assert!(std::fs::read_to_string(at.join("t.tex")).unwrap().contains("All numbers are in t.csv"));
 }

@@ -19,6 +19,8 @@ pub(super) enum Block {
     },
     /// What is typed into a terminal.
     Code(String),
+    /// Two parts side by side, or one below the other where there is no room, each under its name.
+    Beside([(String, Vec<Block>); 2]),
 }
 
 /// A table with its title.

@@ -7,7 +7,8 @@ background:#fff}h1{font-size:1.6em}h2{font-size:1.25em;margin-top:2em;border-bot
 table{border-collapse:collapse;margin:1em 0;font-size:.87em}caption{text-align:left;font-weight:bold;padding:.3em 0}\
 th,td{border-bottom:1px solid #ddd;padding:.25em .7em;text-align:left;vertical-align:top}th{border-bottom:2px solid #888}\
 pre{background:#f3f3f3;padding:.8em;overflow-x:auto}figure{margin:1.2em 0;break-inside:avoid}figcaption{font-size:.87em}\
-svg{max-width:100%;height:auto}@media print{body{margin:0;max-width:none}table{break-inside:auto}}";
+svg{max-width:100%;height:auto}.beside{display:grid;grid-template-columns:1fr 1fr;gap:2em}.beside>div{min-width:0;overflow-x:auto}\
+.beside h3{font-size:1em;color:#555;margin:.8em 0 0}body:has(.beside){max-width:110em}@media print{body{margin:0;max-width:none}table{break-inside:auto}}";
 
 /// The page.
 pub(super) fn page(document: &Document) -> String {
@@ -22,8 +23,8 @@ pub(super) fn page(document: &Document) -> String {
     page
 }
 
-fn block(block: &Block) -> String {
-    match block {
+fn block(part: &Block) -> String {
+    match part {
         Block::Heading(text) => format!("<h2>{}</h2>\n", escaped(text)),
         Block::Text(text) => format!("<p>{}</p>\n", escaped(text)),
         Block::Code(text) => format!("<pre>{}</pre>\n", escaped(text)),
@@ -35,6 +36,13 @@ fn block(block: &Block) -> String {
             if lines.is_empty() { String::new() } else { format!("<ul>\n{lines}</ul>\n") }
         }
         Block::Table(table) => table_of(table),
+        Block::Beside(parts) => {
+            let column = |(name, blocks): &(String, Vec<Block>)| {
+                let inside: String = blocks.iter().map(block).collect();
+                format!("<div>\n<h3>{}</h3>\n{inside}</div>\n", escaped(name))
+            };
+            format!("<div class=\"beside\">\n{}</div>\n", parts.iter().map(column).collect::<String>())
+        }
     }
 }
 
@@ -48,6 +56,7 @@ fn table_of(table: &Table) -> String {
     format!("<table>\n<caption>{title}</caption>\n<thead>{head}</thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
 }
 
-fn escaped(text: &str) -> String {
+/// A text as XML reads it.
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,18 +1,27 @@
 //! The tables of a report for a paper: LaTeX with booktabs.
 
 use super::document::{Block, Document, Table};
+use crate::figure::latex::escaped;
 
 /// All tables, one after the other.
 pub(super) fn tables(document: &Document) -> String {
-    let mut text = format!("% {}\n% needs \\usepackage{{booktabs}} and letters in UTF-8\n", document.title);
-    for block in &document.blocks {
-        match block {
-            Block::Heading(heading) => text.push_str(&format!("\n% {heading}\n")),
-            Block::Table(table) => text.push_str(&table_of(table)),
-            Block::Text(_) | Block::List(_) | Block::Figure { .. } | Block::Code(_) => {}
-        }
-    }
+    let mut text = format!("% {}\n% needs \\usepackage{{booktabs}}\n", document.title);
+    document.blocks.iter().for_each(|part| text.push_str(&block(part)));
     text
+}
+
+fn block(part: &Block) -> String {
+    match part {
+        Block::Heading(heading) => format!("\n% {heading}\n"),
+        Block::Table(table) => table_of(table),
+        Block::Beside(parts) => {
+            let below = |(name, blocks): &(String, Vec<Block>)| {
+                format!("\n% {name}\n{}", blocks.iter().map(block).collect::<String>())
+            };
+            parts.iter().map(below).collect()
+        }
+        Block::Text(_) | Block::List(_) | Block::Figure { .. } | Block::Code(_) => String::new(),
+    }
 }
 
 fn table_of(table: &Table) -> String {
@@ -28,20 +37,4 @@ fn table_of(table: &Table) -> String {
         "l".repeat(table.head.len()),
         row(&table.head)
     )
-}
-
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '\\' => escaped.push_str("\\textbackslash{}"),
-            '^' => escaped.push_str("\\textasciicircum{}"),
-            '~' => escaped.push_str("\\textasciitilde{}"),
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => escaped.extend(['\\', letter]),
-            '²' => escaped.push_str("\\textsuperscript{2}"),
-            '³' => escaped.push_str("\\textsuperscript{3}"),
-            _ => escaped.push(letter),
-        }
-    }
-    escaped
 }

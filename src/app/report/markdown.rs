@@ -5,18 +5,25 @@ use super::document::{Block, Document, Table};
 /// The text.
 pub(super) fn text(document: &Document) -> String {
     let mut text = format!("# {}\n", document.title);
-    for block in &document.blocks {
-        text.push('\n');
-        match block {
-            Block::Heading(heading) => text.push_str(&format!("## {heading}\n")),
-            Block::Text(line) => text.push_str(&format!("{line}\n")),
-            Block::List(lines) => lines.iter().for_each(|line| text.push_str(&format!("- {line}\n"))),
-            Block::Code(code) => code.lines().for_each(|line| text.push_str(&format!("    {line}\n"))),
-            Block::Table(table) => text.push_str(&table_of(table)),
-            Block::Figure { .. } => {}
-        }
-    }
+    document.blocks.iter().for_each(|part| text.push_str(&block(part)));
     text
+}
+
+fn block(part: &Block) -> String {
+    match part {
+        Block::Heading(heading) => format!("\n## {heading}\n"),
+        Block::Text(line) => format!("\n{line}\n"),
+        Block::List(lines) => format!("\n{}", lines.iter().map(|line| format!("- {line}\n")).collect::<String>()),
+        Block::Code(code) => format!("\n{}", code.lines().map(|line| format!("    {line}\n")).collect::<String>()),
+        Block::Table(table) => format!("\n{}", table_of(table)),
+        Block::Beside(parts) => {
+            let below = |(name, blocks): &(String, Vec<Block>)| {
+                format!("\n### {name}\n{}", blocks.iter().map(block).collect::<String>())
+            };
+            parts.iter().map(below).collect()
+        }
+        Block::Figure { .. } => String::new(),
+    }
 }
 
 fn table_of(table: &Table) -> String {

@@ -1,16 +1,20 @@
 //! The report of a session: what was measured, what was found, the model, what is missing, what is not known, and how to do it again.
-//! One [`Document`], written as a page that needs nothing else ([`html`]), or its tables for a paper ([`latex`], [`markdown`]).
+//! One [`Document`], written as a page that needs nothing else ([`html`]), as pages of paper ([`pdf`]), or its tables for a paper
+//! ([`latex`], [`markdown`]). Two sessions stand [side by side](mod@comparison).
 
+mod comparison;
 mod document;
 mod html;
 mod latex;
 mod markdown;
+mod pdf;
 
+pub use comparison::Side;
 use document::{Block, Document, Table};
 
 use super::{About, plots, screens};
 use crate::diagnosis::Report;
-use crate::figure::{self, Figure, Panel, Size, Style, Theme};
+use crate::figure::{self, Figure, FigureError, Panel, Size, Style, Theme};
 use crate::model::{JointError, Term};
 use crate::recording::{Origin, Recording, joints_text};
 use crate::session::{Session, Step, View};
@@ -20,6 +24,8 @@ use crate::session::{Session, Step, View};
 pub enum ReportFormat {
     /// One page with everything in it.
     Html,
+    /// The same as pages of paper.
+    Pdf,
     /// The tables, with booktabs.
     Latex,
     /// Text and tables.
@@ -34,17 +40,47 @@ const SHOWN: [&str; 4] = ["compare", "residuals", "diagnose", "ladder"];
 const MOST_PLOTS: usize = 9;
 
 /// The report of a session with a recording; `again` are the commands that make it anew.
-pub fn report(session: &Session, again: &[String], format: ReportFormat) -> String {
-    let has_figures = format == ReportFormat::Html;
-    let document = document(session, again, has_figures);
-    match format {
-        ReportFormat::Html => html::page(&document),
-        ReportFormat::Latex => latex::tables(&document),
-        ReportFormat::Markdown => markdown::text(&document),
+///
+/// # Errors
+/// [`FigureError`] if a PDF can't be written.
+pub fn report(session: &Session, again: &[String], format: ReportFormat) -> Result<Vec<u8>, FigureError> {
+    let pictures = Pictures { mark: "", size: Size::TwoColumn };
+    format.written(&document(session, again, format.has_figures().then_some(pictures)))
+}
+
+/// Two sessions side by side, each with its name; `again` are the commands that make it anew.
+///
+/// # Errors
+/// As [`report`].
+pub fn comparison(sides: [Side; 2], again: &[String], format: ReportFormat) -> Result<Vec<u8>, FigureError> {
+    format.written(&comparison::document(sides, again, format.has_figures()))
+}
+
+impl ReportFormat {
+    fn has_figures(self) -> bool {
+        matches!(self, ReportFormat::Html | ReportFormat::Pdf)
+    }
+
+    fn written(self, document: &Document) -> Result<Vec<u8>, FigureError> {
+        let text = match self {
+            ReportFormat::Html => html::page(document),
+            ReportFormat::Pdf => return pdf::pages(document),
+            ReportFormat::Latex => latex::tables(document),
+            ReportFormat::Markdown => markdown::text(document),
+        };
+        Ok(text.into_bytes())
     }
 }
 
-fn document(session: &Session, again: &[String], has_figures: bool) -> Document {
+/// How the figures of a report are drawn.
+#[derive(Clone, Copy)]
+struct Pictures<'a> {
+    /// Begins the marks of their parts, which nothing else on the page may have.
+    mark: &'a str,
+    size: Size,
+}
+
+fn document(session: &Session, again: &[String], pictures: Option<Pictures>) -> Document {
     let name = session.recording.as_ref().map_or("no recording", |recording| &recording.name);
     let mut document = Document { title: format!("What a model of {name} is missing"), blocks: Vec::new() };
     let Some(recording) = session.recording.as_deref() else { return document };
@@ -64,18 +100,16 @@ fn document(session: &Session, again: &[String], has_figures: bool) -> Document 
     data(session, recording, blocks);
     findings(session, blocks);
     models(session, recording, blocks);
-    if has_figures {
-        for screen in SHOWN.iter().take(2).filter_map(|id| screens::find(id).ok()) {
-            figures(session, screen, blocks);
+    let show = |which: &[&str], blocks: &mut Vec<Block>| {
+        let Some(pictures) = pictures else { return };
+        for screen in which.iter().filter_map(|id| screens::find(id).ok()) {
+            figures(session, screen, pictures, blocks);
         }
-    }
+    };
+    show(&SHOWN[..2], blocks);
     if let Some(report) = &session.report {
         missing(report, blocks);
-        if has_figures {
-            for screen in SHOWN.iter().skip(2).filter_map(|id| screens::find(id).ok()) {
-                figures(session, screen, blocks);
-            }
-        }
+        show(&SHOWN[2..], blocks);
         ruled_out(report, blocks);
         not_known(report, blocks);
     }
@@ -172,14 +206,14 @@ fn models(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
     }));
 }
 
-fn figures(session: &Session, screen: &'static About, blocks: &mut Vec<Block>) {
-    let style = Style { size: Size::TwoColumn, theme: Theme::Print, ..Style::default() };
+fn figures(session: &Session, screen: &'static About, pictures: Pictures, blocks: &mut Vec<Block>) {
+    let style = Style { size: pictures.size, theme: Theme::Print, ..Style::default() };
     let mut panels = plots(session.clone(), View::default(), screen);
     name_axes(&mut panels);
     for (number, panel) in panels.into_iter().take(MOST_PLOTS).enumerate() {
         let title = panel.title.clone();
         // Every picture of the page has marks of its own.
-        let mark = format!("{}{number}", screen.id);
+        let mark = format!("{}{}{number}", pictures.mark, screen.id);
         if let Ok(svg) = figure::inline(&Figure::new(vec![panel]), &style, &mark) {
             blocks.push(Block::Figure { title: format!("{}: {title}", screen.title), svg });
         }
@@ -266,7 +300,7 @@ fn not_known(report: &Report, blocks: &mut Vec<Block>) {
 
 fn reproduce(session: &Session, again: &[String], blocks: &mut Vec<Block>) {
     blocks.push(Block::Heading("How to do it again".to_owned()));
-    blocks.push(Block::Text(format!("Written by Torquescope {}.", env!("CARGO_PKG_VERSION"))));
+    blocks.push(Block::Text(this_program()));
     let is_learned =
         |step: &&std::sync::Arc<Step>| step.fitted.model.terms.iter().any(|term| matches!(term, Term::Learned(_)));
     let seeds: Vec<String> = session
@@ -284,6 +318,10 @@ fn reproduce(session: &Session, again: &[String], blocks: &mut Vec<Block>) {
     if !again.is_empty() {
         blocks.push(Block::Code(again.join("\n")));
     }
+}
+
+fn this_program() -> String {
+    format!("Written by Torquescope {}.", env!("CARGO_PKG_VERSION"))
 }
 
 fn row<const WIDTH: usize>(cells: [&str; WIDTH]) -> Vec<String> {
@@ -316,7 +354,8 @@ mod tests {
         let session = Command::Simulate(Box::new(Scenario::embedded())).run(&Session::default(), &monitor).unwrap();
         let session = Command::Diagnose.run(&session, &monitor).unwrap();
         let again = ["torquescope report \"a & b.csv\" -o report.html".to_owned()];
-        let page = report(&session, &again, ReportFormat::Html);
+        let text_of = |bytes: Result<Vec<u8>, FigureError>| String::from_utf8(bytes.unwrap()).unwrap();
+        let page = text_of(report(&session, &again, ReportFormat::Html));
         for word in ["Coulomb friction, joint", "What was ruled out", "What is not known", "<svg", "a &amp; b.csv"] {
             assert!(page.contains(word), "{word}");
         }
@@ -326,11 +365,28 @@ mod tests {
         let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
         let unique: std::collections::HashSet<&&str> = marks.iter().collect();
         assert_eq!(unique.len(), marks.len());
-        let tex = report(&session, &again, ReportFormat::Latex);
+        let tex = text_of(report(&session, &again, ReportFormat::Latex));
         assert!(tex.contains("\\toprule") && tex.contains("Coulomb friction") && tex.contains("95 \\%"), "{tex}");
         assert_eq!(tex.matches("\\begin{table}").count(), tex.matches("\\end{table}").count());
-        let text = report(&session, &again, ReportFormat::Markdown);
+        let text = text_of(report(&session, &again, ReportFormat::Markdown));
         assert!(text.starts_with("# What a model of") && text.contains("| model |"), "{text}");
         assert_eq!([0.0, 1.5, 1.23456e-7, 123_456.0].map(number), ["0", "1.500", "1.235e-7", "123456"]);
+
+        let pdf = report(&session, &again, ReportFormat::Pdf).unwrap();
+        assert!(pdf.starts_with(b"%PDF") && pdf.len() > 50_000, "its figures are in it");
+
+        let effect = &session.report.as_ref().unwrap().effects[0];
+        let add = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };
+        let repaired = Session { report: session.report.clone(), ..add.run(&session, &monitor).unwrap() };
+        let sides = [("before", &session), ("after", &repaired)];
+        let text = text_of(comparison(sides, &again, ReportFormat::Markdown));
+        assert!(text.contains("| what | before | after |") && text.contains("### before"), "{text}");
+        let coulomb = text.lines().find(|line| line.contains("coulomb_torque")).unwrap();
+        assert!(coulomb.contains("| – |"), "only one of them has it: {coulomb}");
+        let page = text_of(comparison(sides, &again, ReportFormat::Html));
+        let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+        assert!(marks.len() > 10 && marks.iter().collect::<std::collections::HashSet<_>>().len() == marks.len());
+        let tex = text_of(comparison(sides, &again, ReportFormat::Latex));
+        assert!(tex.contains("% before") && tex.matches("\\toprule").count() > 6, "{tex}");
     }
 }

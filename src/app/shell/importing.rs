@@ -330,9 +330,10 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
 /// With what was said before of the arm and the like.
 fn completed(spec: MappingSpec, options: &ReadOptions) -> MappingSpec {
     let before = options.mapping.clone().unwrap_or_default();
-    let (low_pass_hz, kind) = (before.low_pass_hz, before.kind.or(spec.kind));
+    let (low_pass_hz, gaussian_samples) = (before.low_pass_hz, before.gaussian_samples);
+    let kind = before.kind.or(spec.kind);
     let (chain, topic) = (before.chain, before.topic);
-    MappingSpec { low_pass_hz, kind, chain, topic, ..spec }
+    MappingSpec { low_pass_hz, gaussian_samples, kind, chain, topic, ..spec }
 }
 
 /// What is wrong, without the list of all columns, which stand above.

@@ -60,13 +60,14 @@ pub struct LeftOut {
 pub enum CodeError {
     /// It has networks.
     #[error(
-        "the model has a network ({0}), which is not written as code: export one that is solved for, such as `torquescope train LOG \
-         --add coulomb-friction -o model.json`"
+        "the model has a network ({0}), which is not written as code: `torquescope export network` writes its weights with what \
+         computes the torque from them; or export one that is solved for, such as `torquescope train LOG --add coulomb-friction -o \
+         model.json`"
     )]
     Learned(String),
     /// It has no term that could be written.
-    #[error("nothing of the model can be written as a function of q, q̇ and q̈: {0}")]
-    Nothing(String),
+    #[error("nothing of the model can be written as a function of q, q̇ and q̈: {}", names(.0))]
+    Nothing(Vec<LeftOut>),
     /// The width can't be.
     #[error("the width of smoothing is {0}, but must be a number above 0, in rad/s or m/s: such as 0.01")]
     Width(f64),
@@ -79,6 +80,10 @@ pub enum CodeError {
     /// An effect can't be computed.
     #[error(transparent)]
     NotApplicable(#[from] NotApplicable),
+}
+
+fn names(left_out: &[LeftOut]) -> String {
+    left_out.iter().map(|out| out.name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
 /// What is asked for.
@@ -171,8 +176,7 @@ fn taken_down(fitted: &Fitted, wish: &Wish) -> Result<(Tape, Fitted, Vec<LeftOut
     }
     let kept = smooth.without(|term| left_out.iter().any(|out| out.term == term));
     if kept.model.terms.is_empty() {
-        let names: Vec<&str> = left_out.iter().map(|out| out.name.as_str()).collect();
-        return Err(CodeError::Nothing(names.join(", ")));
+        return Err(CodeError::Nothing(left_out));
     }
     let joints = smooth.setting().kinds.len();
     let mut tape = Tape::default();
@@ -254,13 +258,15 @@ struct Vectors {
 
 impl Vectors {
     fn of(kept: &Fitted, wish: &Wish) -> Result<Vectors, CodeError> {
-        let states = match wish.motion {
-            Some(motion) => picked(motion),
-            None => drawn(kept.setting().kinds.len(), USUAL, TEST_STATES, 1),
-        };
+        let states = test_states(kept.setting().kinds.len(), wish.motion);
         let torque = kept.predict(&states)?.total;
         Ok(Vectors { states, torque })
     }
+}
+
+/// The states of a test: of a motion, or drawn.
+pub(super) fn test_states(joints: usize, motion: Option<&Trajectory>) -> Trajectory {
+    motion.map_or_else(|| drawn(joints, USUAL, TEST_STATES, 1), picked)
 }
 
 /// States of a motion, evenly over it, as a trajectory of their own.

@@ -1,9 +1,9 @@
-use std::path::Path;
 use std::process::Command;
 
 use super::tape::Step;
 use super::*;
 use crate::effect::registry;
+use crate::export::tests::{runs, succeeds};
 use crate::model::{Model, RigidBody, fit};
 use crate::progress::Monitor;
 use crate::recording::Recording;
@@ -111,24 +111,6 @@ fn folder_with(code: &Code) -> tempfile::TempDir {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
     folder
-}
-
-/// Whether a program runs; without it the test is left out, and says so.
-fn runs(program: &str, arguments: &[&str]) -> bool {
-    let is_there = Command::new(program).args(arguments).output().is_ok_and(|output| output.status.success());
-    if !is_there {
-        eprintln!(
-            "left out: the generated code is not tried, because `{program} {}` does not run here",
-            arguments.join(" ")
-        );
-    }
-    is_there
-}
-
-fn succeeds(folder: &Path, program: &str, arguments: &[&str]) {
-    let output = Command::new(program).args(arguments).current_dir(folder).output().unwrap();
-    let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
-    assert!(output.status.success(), "{program} {arguments:?}: {said}");
 }
 
 const MIXED: [&str; 7] = [

@@ -41,6 +41,9 @@ pub struct MappingSpec {
     pub rate_hz: Option<f64>,
     /// Cut-off of the filter for derived channels \[Hz\].
     pub low_pass_hz: Option<f64>,
+    /// Width \[samples\] of the Gaussian that smooths derived channels instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gaussian_samples: Option<f64>,
     /// What the joints do, where the columns do not say it.
     pub kind: Option<JointKind>,
     /// Where the axes of the arm are.
@@ -84,6 +87,7 @@ struct MappingFile {
     time: Option<Names>,
     rate_hz: Option<f64>,
     low_pass_hz: Option<f64>,
+    gaussian_samples: Option<f64>,
     kind: Option<JointKind>,
     topic: Option<String>,
     q: Option<ChannelEntry>,
@@ -117,7 +121,7 @@ impl From<Names> for Vec<String> {
 }
 
 impl MappingSpec {
-    /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz`, `kind` (`revolute`, `prismatic`), `topic`, a table for each of `q`, `qd`, `qdd`,
+    /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz` or `gaussian-samples`, `kind` (`revolute`, `prismatic`), `topic`, a table for each of `q`, `qd`, `qdd`,
     /// `tau` with `columns` and, where the numbers are not in SI units, a [`Transform`], and a table `arm`, a [`Chain`].
     ///
     /// # Errors
@@ -128,6 +132,7 @@ impl MappingSpec {
             time: file.time.map(Names::into),
             rate_hz: file.rate_hz,
             low_pass_hz: file.low_pass_hz,
+            gaussian_samples: file.gaussian_samples,
             kind: file.kind,
             chain: file.arm,
             topic: file.topic,
@@ -168,6 +173,7 @@ impl MappingSpec {
             time: self.time.clone().map(Names::Several),
             rate_hz: self.rate_hz,
             low_pass_hz: self.low_pass_hz,
+            gaussian_samples: self.gaussian_samples,
             kind: self.kind,
             topic: self.topic.clone(),
             q: entry(Channel::Position),

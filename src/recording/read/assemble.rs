@@ -10,7 +10,7 @@ use super::{ReadError, ReadOptions};
 use crate::progress::Monitor;
 use crate::recording::check::{Finding, FindingKind, GAP_STEPS, Place, Severity};
 use crate::recording::differentiate::{
-    default_cutoff, default_cutoff_of_positions, derivative, median_step, trusted_range,
+    Smoothing, default_cutoff, default_cutoff_of_positions, median_step, trusted_range,
 };
 use crate::recording::mapping::{Channel, Mapping, MappingSpec, split_unit};
 use crate::recording::transform::Factor;
@@ -371,12 +371,14 @@ fn derive(
     let time = channels.time[rows.clone()].to_vec();
     let q = cut(&mut channels.q);
     let measured = channels.qd.as_mut().map(cut);
-    let stated = options.low_pass_hz.or(options.mapping.as_ref().and_then(|mapping| mapping.low_pass_hz));
-    let cutoff = stated.unwrap_or_else(|| match &measured {
-        Some(qd) => default_cutoff(&q, qd, median_step(&time)),
-        None => default_cutoff_of_positions(&q, &time),
+    let smoothing = options.smoothing().unwrap_or_else(|| {
+        Smoothing::Butterworth(match &measured {
+            Some(qd) => default_cutoff(&q, qd, median_step(&time)),
+            None => default_cutoff_of_positions(&q, &time),
+        })
     });
-    let slope = |signal: &Signals| signal.map_joints(|joint| derivative(joint, &time, cutoff));
+    let cutoff = smoothing.cutoff_hz(median_step(&time));
+    let slope = |signal: &Signals| signal.map_joints(|joint| smoothing.slope(joint, &time));
     let qd = measured.unwrap_or_else(|| slope(&q));
     let qdd = match &mut channels.qdd {
         Some(qdd) => cut(qdd),

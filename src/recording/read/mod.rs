@@ -47,7 +47,7 @@ use self::npz::Content;
 use self::table::{Table, listed};
 use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::correction::{Correction, CorrectionError};
-use super::differentiate::description;
+use super::differentiate::{Smoothing, description, gaussian_description};
 use super::gallery::{self, Sample, UnknownSample};
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec, is_current};
 use super::transform::TransformError;
@@ -70,6 +70,9 @@ pub struct ReadOptions {
     pub rate_hz: Option<f64>,
     /// Cut-off of the filter for derived channels \[Hz\]; by default [`super::differentiate::default_cutoff`].
     pub low_pass_hz: Option<f64>,
+    /// Width \[samples\] of the Gaussian that smooths derived channels instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gaussian_samples: Option<f64>,
     /// What is set right after reading, one after the other.
     pub set_right: Vec<Correction>,
     /// Largest file that is read, and most that the numbers of an archive may take \[bytes\].
@@ -84,6 +87,7 @@ impl Default for ReadOptions {
             arm: None,
             rate_hz: None,
             low_pass_hz: None,
+            gaussian_samples: None,
             set_right: Vec::new(),
             largest: file::LARGEST,
         }
@@ -102,12 +106,26 @@ impl ReadOptions {
             ("the sampling rate of the mapping", stated.and_then(|mapping| mapping.rate_hz)),
             ("the cut-off of the mapping", stated.and_then(|mapping| mapping.low_pass_hz)),
             ("the cut-off", self.low_pass_hz),
+            ("the width of the mapping's Gaussian", stated.and_then(|mapping| mapping.gaussian_samples)),
+            ("the width of the Gaussian", self.gaussian_samples),
         ] {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
                 return Err(ReadError::Option { option, value });
             }
         }
         Ok(())
+    }
+}
+
+impl ReadOptions {
+    /// How derived channels are smoothed, if it was said: here before in the mapping, and by a Gaussian before a cut-off.
+    fn smoothing(&self) -> Option<Smoothing> {
+        let mapping = self.mapping.as_ref();
+        let of = |width: Option<f64>, cutoff_hz: Option<f64>| {
+            width.map(Smoothing::Gaussian).or(cutoff_hz.map(Smoothing::Butterworth))
+        };
+        let of_mapping = || mapping.and_then(|mapping| of(mapping.gaussian_samples, mapping.low_pass_hz));
+        of(self.gaussian_samples, self.low_pass_hz).or_else(of_mapping)
     }
 }
 
@@ -678,11 +696,11 @@ fn own(mut recording: Recording, options: &ReadOptions) -> Result<Import, ReadEr
     };
     let mut findings = set_right(&mut recording, &options.set_right)?;
     findings.extend(check(&recording));
-    if options.mapping.is_some() || options.rate_hz.is_some() || options.low_pass_hz.is_some() {
+    if options.mapping.is_some() || options.rate_hz.is_some() || options.smoothing().is_some() {
         findings.push(Finding {
             severity: Severity::Info,
             kind: FindingKind::PassedOver,
-            what: "mapping, rate and cut-off were not used: a recording of this program is complete.".to_owned(),
+            what: "mapping, rate and filter were not used: a recording of this program is complete.".to_owned(),
             place: Place::default(),
             remedy: String::new(),
             set_right: Vec::new(),
@@ -779,7 +797,10 @@ impl Merge {
         let highest = self.cutoffs.iter().copied().fold(0.0, f64::max);
         let origin = |column: &Option<Vec<String>>, of| match column {
             Some(_) => Origin::Measured,
-            None => Origin::Derived(description(of, lowest..=highest)),
+            None => Origin::Derived(match options.smoothing() {
+                Some(Smoothing::Gaussian(width)) => gaussian_description(of, width),
+                _ => description(of, lowest..=highest),
+            }),
         };
         let is_derived = self.mapping.qd.is_none() || self.mapping.qdd.is_none();
         let provenance = Provenance {
