@@ -84,7 +84,11 @@ pub(super) fn assemble(
     let several = stretches.len() > 1;
     for (index, rows) in stretches.iter().enumerate() {
         monitor.check()?;
-        let name = if several { format!("{stem}#{}", index + 1) } else { stem.to_owned() };
+        let name = match table.run_name(rows.start) {
+            Some(run) if stretches.len() == table.runs.len() => format!("{stem}#{run}"),
+            _ if several => format!("{stem}#{}", index + 1),
+            _ => stem.to_owned(),
+        };
         let (trajectory, cutoff) = derive(&mut channels, rows.clone(), name, options).map_err(RecordingError::from)?;
         trajectories.push(trajectory);
         cutoffs.push(cutoff);

@@ -17,6 +17,7 @@ mod mat;
 mod mcap;
 mod messages;
 mod npz;
+mod pickle;
 mod sniff;
 mod table;
 
@@ -39,6 +40,7 @@ pub use json::JsonError;
 pub use mat::MatError;
 pub use mcap::McapError;
 pub use npz::NpzError;
+pub use pickle::PickleError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
 
 use self::arrays::{Gathered, Source};
@@ -230,6 +232,14 @@ pub enum ReadError {
         file: String,
         /// What is wrong.
         problem: JsonError,
+    },
+    /// The pickle can't be read.
+    #[error("{file}: {problem}")]
+    Pickle {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: Box<PickleError>,
     },
     /// The packed file can't be unpacked.
     #[error("{file}: {problem}")]
@@ -639,6 +649,8 @@ fn content(
             .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) })?,
         Format::Hdf5 => hdf5::read(bytes, budget, monitor).map_err(|problem| ReadError::Hdf5 { file, problem })?,
         Format::Json => json::read(bytes, budget, monitor).map_err(|problem| ReadError::Json { file, problem })?,
+        Format::Pickle => pickle::read(bytes, budget, monitor)
+            .map_err(|problem| ReadError::Pickle { file, problem: Box::new(problem) })?,
         Format::Npz => {
             let wrong = |problem| ReadError::Npz { file, problem: Box::new(problem) };
             return npz::read(bytes, budget, monitor).map_err(wrong);
