@@ -8,6 +8,7 @@
 mod controls;
 pub mod desk;
 mod dock;
+mod facts;
 mod filed;
 mod fonts;
 mod formula;

@@ -74,7 +74,7 @@ fn only_shown(
 ) -> Result<(Vec<Named>, Fitted), ModelError> {
     loop {
         let mut model = fitted.model.clone();
-        if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), &recording.stated_arm) {
+        if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), &recording.arm_in_torque()) {
             model = model.pinned_to(arm);
         }
         for effect in &named {
@@ -141,7 +141,7 @@ fn climb(
         monitor.report(0.8 + 0.2 * number as f32 / named.len() as f32, "adding what was found, step by step")?;
         if effect.pins
             && !model.is_pinned()
-            && let Some(arm) = &recording.stated_arm
+            && let Some(arm) = &recording.arm_in_torque()
         {
             model = model.pinned_to(arm);
             last = Evaluation::of(&fit::fit_design(&model, design, monitor)?, recording, split)?;

@@ -19,6 +19,8 @@ pub struct Motion<'a> {
     pub kinds: &'a [JointKind],
     /// Where q = 0 points and which way q grows.
     pub posture: Posture,
+    /// Acceleration of free fall that the torque shows \[m/s²\].
+    pub gravity: f64,
     /// The arm's geometry, where it is known.
     pub arm: Option<&'a Arm>,
     /// What the rigid body needs, where it is known.

@@ -12,6 +12,7 @@ use torquescope::progress::Monitor;
 use torquescope::recording::check::FindingKind;
 use torquescope::recording::read::{Import, ReadError, ReadOptions, preview, read};
 use torquescope::recording::seal::Seal;
+use torquescope::recording::torque::TorqueFacts;
 use torquescope::recording::write::{to_csv_bytes, to_npz_bytes};
 use torquescope::recording::{Channels, Joint, JointKind, Origin, Provenance, Recording, Trajectory};
 use torquescope::signals::Signals;
@@ -431,6 +432,7 @@ fn sample_recording() -> Recording {
         posture: Some(Posture::DOWN),
         stated_arm: Some(Arm::uniform(2)),
         chain: None,
+        torque: TorqueFacts::default(),
         seal: Some(Seal::from_bytes(vec![1, 2, 3])),
     }
 }
@@ -539,6 +541,7 @@ fn any_recording() -> impl Strategy<Value = Recording> {
                     posture: flags[2].then_some(Posture { zero_angle: 0.1 + 0.2, ..Posture::UP }),
                     stated_arm: flags[3].then(|| Arm::uniform(3)),
                     chain: None,
+                    torque: TorqueFacts::default(),
                     seal: flags[0].then_some(Seal::from_bytes(sealed)),
                 }
             })
