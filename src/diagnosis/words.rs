@@ -38,7 +38,7 @@ impl Report {
     }
 
     /// Whether something is stated that keeps a part of what the joints felt from the torque.
-    fn is_of_a_part(&self) -> bool {
+    pub fn is_of_a_part(&self) -> bool {
         let is_partial = |fact: TorqueFact| fact.hides().is_some() && fact != TorqueFact::Commanded;
         self.not_known.iter().any(|it| matches!(it, NotKnown::NotInTorque { fact } if is_partial(*fact)))
     }

@@ -30,6 +30,7 @@ use crate::model::Preset;
 use crate::recording::check::Severity;
 use crate::recording::correction::Correction;
 use crate::recording::read::{READABLE, ReadOptions};
+use crate::recording::torque::TorqueFact;
 use crate::recording::{JointKind, Origin, Recording};
 use crate::session::{Command, Session};
 use crate::simulation::Level;
@@ -171,9 +172,12 @@ fn findings(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             Origin::Derived(how) => format!("derived ({how})"),
         };
         let provenance = &recording.provenance;
+        let torque = match recording.torque.has(TorqueFact::Commanded) {
+            true => format!("Position q is measured, {} τ commanded", recording.effort()),
+            false => format!("Position q and {} τ are measured", recording.effort()),
+        };
         let text = format!(
-            "Position q and {} τ are measured; velocity q̇ is {}, acceleration q̈ is {}.",
-            recording.effort(),
+            "{torque}; velocity q̇ is {}, acceleration q̈ is {}.",
             origin(&provenance.velocity),
             origin(&provenance.acceleration)
         );
