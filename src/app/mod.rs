@@ -8,6 +8,7 @@
 mod controls;
 pub mod desk;
 mod dock;
+mod facts;
 mod filed;
 mod fonts;
 mod formula;
@@ -49,7 +50,7 @@ use crate::session::{Command, History, Session, SessionError, View, runs};
 use crate::training::Ending;
 use crate::training::fit::Plan;
 use crate::work::{Job, Outcome};
-use desk::{Busy, Desk, Drawing, Focus, Messages, Overlaid, Panels, Question, Recent, Recents, Tone};
+use desk::{Busy, Desk, Drawing, Focus, Messages, Overlaid, Panels, Question, Recent, Recents, Templates, Tone};
 use filed::Filed;
 use keeper::Keeper;
 use leaving::Leaving;
@@ -82,6 +83,7 @@ pub struct TorquescopeApp {
     keeper: Keeper,
     filed: Filed,
     recent: Recents,
+    templates: Templates,
     /// Whether nobody wants to hear of what other windows left behind.
     copies_hidden: bool,
     /// How the window is being closed, once that was decided.
@@ -209,6 +211,7 @@ impl TorquescopeApp {
             keeper: Keeper::default(),
             filed: Filed::default(),
             recent: Recents::default(),
+            templates: Templates::default(),
             copies_hidden: false,
             leaving: None,
             title: String::new(),
@@ -231,7 +234,7 @@ impl TorquescopeApp {
 
     /// How the window looks, where its panels are and what was opened of late, to be remembered.
     pub fn settings(&self, ctx: &egui::Context) -> Settings {
-        Settings::of(ctx, self.panels.layouts(), self.recent.clone())
+        Settings::of(ctx, self.panels.layouts(), self.recent.clone(), self.templates.clone())
     }
 
     /// Lets the window look as it was remembered.
@@ -239,6 +242,7 @@ impl TorquescopeApp {
         settings.apply(ctx);
         self.panels.restore(settings.layouts);
         self.recent = settings.recent;
+        self.templates = settings.templates;
     }
 
     /// The document as it is.
@@ -330,6 +334,7 @@ impl TorquescopeApp {
             busy: None,
             copies: self.keeper.left_behind(),
             recent: self.recent.all(),
+            templates: &self.templates,
         };
         let panels = self.screens.figures(&mut desk);
         self.focus.views.seen(panels)
@@ -358,6 +363,7 @@ impl TorquescopeApp {
             busy: busy.as_ref(),
             copies: self.keeper.left_behind(),
             recent: self.recent.all(),
+            templates: &self.templates,
         };
         let mut shell = Shell {
             desk,
@@ -451,7 +457,10 @@ impl TorquescopeApp {
             Order::Draw(drawing) => self.write_figure(*drawing, ctx),
             Order::Report => self.write_report(ctx),
             Order::Import(path, options) => self.overlays.import(path, *options, ctx),
-            Order::WriteText(path, text) => self.write_text(path, text, ctx),
+            Order::SaveTemplate { path, text, columns } => {
+                self.templates.add(columns, &path);
+                self.write_text(path, text, ctx);
+            }
             Order::Tell(notice) => self.messages.notices.push(notice),
             Order::Dismiss(notice) => self.messages.dismiss(notice),
         }

@@ -1,9 +1,9 @@
-//! What the window remembers from one start to the next: how it looks, where its panels are, and what was opened of late.
+//! What the window remembers from one start to the next: how it looks, where its panels are, what was opened of late, and how logs were mapped.
 
 use egui::{Context, ThemePreference};
 use serde::{Deserialize, Serialize};
 
-use super::desk::{Layouts, Recents};
+use super::desk::{Layouts, Recents, Templates};
 use super::theme;
 
 /// The user's choices.
@@ -15,6 +15,7 @@ pub struct Settings {
     text_scale: f32,
     pub(super) layouts: Layouts,
     pub(super) recent: Recents,
+    pub(super) templates: Templates,
 }
 
 impl Default for Settings {
@@ -25,19 +26,21 @@ impl Default for Settings {
             text_scale: 1.0,
             layouts: Layouts::default(),
             recent: Recents::default(),
+            templates: Templates::default(),
         }
     }
 }
 
 impl Settings {
     /// As the window looks now.
-    pub(super) fn of(ctx: &Context, layouts: Layouts, recent: Recents) -> Self {
+    pub(super) fn of(ctx: &Context, layouts: Layouts, recent: Recents, templates: Templates) -> Self {
         Settings {
             theme: ctx.options(|options| options.theme_preference),
             high_contrast: theme::is_high_contrast(ctx),
             text_scale: ctx.zoom_factor(),
             layouts,
             recent,
+            templates,
         }
     }
 

@@ -23,6 +23,7 @@ use crate::progress::Monitor;
 use crate::recording::correction::Correction;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions, endings, parts};
+use crate::recording::torque::{TorqueFact, TorqueFacts};
 use crate::recording::{JointKind, Recording, catalogue};
 use crate::session::{self, Command, Document, Session, default_name, runs};
 use crate::simulation::Scenario;
@@ -60,6 +61,9 @@ pub struct Reading {
     /// whose masses are identified.
     #[arg(long, value_name = "ARM.json|URDF")]
     arm: Option<PathBuf>,
+    /// What the torque is, as nothing in the numbers tells it, such as `commanded,without-friction`.
+    #[arg(long, value_name = "FACT,…", value_delimiter = ',', value_parser = one_of(facts()))]
+    torque: Vec<TorqueFact>,
     /// Sampling rate [Hz] of files without a time column.
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
@@ -99,8 +103,8 @@ impl OwnEffects {
 impl Reading {
     /// Whether nothing was given that says how files are read.
     fn is_empty(&self) -> bool {
-        let Reading { held_out, map, zero, arm, rate, low_pass, gaussian, set_right, own: _ } = self;
-        let is_numberless = rate.is_none() && low_pass.is_none() && gaussian.is_none();
+        let Reading { held_out, map, zero, arm, torque, rate, low_pass, gaussian, set_right, own: _ } = self;
+        let is_numberless = rate.is_none() && low_pass.is_none() && gaussian.is_none() && torque.is_empty();
         held_out.is_empty() && map.is_none() && zero.is_none() && arm.is_none() && is_numberless && set_right.is_empty()
     }
 }
@@ -304,6 +308,10 @@ const FEATURES: [Choice<Features>; 3] = [
 
 const PRECISIONS: [Choice<Precision>; 2] =
     [("f32", "single precision", Precision::F32), ("f64", "double precision", Precision::F64)];
+
+fn facts() -> [Choice<TorqueFact>; 6] {
+    TorqueFact::ALL.map(|fact| (fact.name(), fact.about(), fact))
+}
 
 /// A mapping as text, from a file, or by the name under which it comes with the program.
 fn parse_mapping(text: &str) -> Result<MappingSpec, String> {
@@ -629,10 +637,12 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         Some(path) => Some(with_axes_of(reading.map.clone().unwrap_or_default(), path)?),
         None => reading.map.clone(),
     };
+    let torque = TorqueFacts::new(reading.torque.iter().copied()).context("--torque").or_usage()?;
     let options = ReadOptions {
         mapping,
         zero,
         arm,
+        torque: (!torque.is_empty()).then_some(torque),
         rate_hz: reading.rate,
         low_pass_hz: reading.low_pass,
         gaussian_samples: reading.gaussian,

@@ -5,6 +5,7 @@ use super::data::Files;
 use super::table::{number, table};
 use crate::recording::check::Finding;
 use crate::recording::mapping::Mapping;
+use crate::recording::torque::TorqueFacts;
 use crate::recording::{Joint, Provenance, Recording};
 use crate::signals::Signals;
 use crate::statistics::ends;
@@ -32,6 +33,7 @@ struct Answer<'a> {
     provenance: &'a Provenance,
     posture: &'a Option<crate::arm::Posture>,
     stated_arm: &'a Option<crate::arm::Arm>,
+    torque: &'a TorqueFacts,
     sealed: bool,
     mapping: Option<&'a Mapping>,
     findings: &'a [Finding],
@@ -73,6 +75,7 @@ impl Inspect {
                 provenance: &recording.provenance,
                 posture: &recording.posture,
                 stated_arm: &recording.stated_arm,
+                torque: &recording.torque,
                 sealed: recording.seal.is_some(),
                 mapping: session.mapping.as_deref(),
                 findings: &session.findings,
@@ -103,6 +106,7 @@ impl Inspect {
         println!("{}\n", ranges(recording));
         println!("q = 0: {}", posture_text(recording));
         println!("stated arm: {}", recording.stated_arm.as_ref().map_or("none", |_| "in the file"));
+        println!("{}: {}", recording.effort(), recording.torque.text());
         println!("sealed truth: {}", if recording.seal.is_some() { "yes" } else { "no" });
         println!("velocity: {}", recording.provenance.velocity);
         println!("acceleration: {}", recording.provenance.acceleration);

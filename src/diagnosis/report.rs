@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::effect::{Axis, Effect, Family, Group, Lack};
 use crate::model::Parameter;
 use crate::model::fit::joint_number;
+use crate::recording::torque::TorqueFact;
 
 /// The answer to "what is missing?".
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -328,7 +329,7 @@ pub enum Note {
     StatedArmDiffers,
 }
 
-/// An effect that these data can't show or rule out.
+/// What these data can't show or rule out.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum NotKnown {
@@ -346,6 +347,11 @@ pub enum NotKnown {
         /// The joint, counted from 0; written counted from 1; none for an effect of the whole arm.
         #[serde(with = "joint_number")]
         joint: Option<usize>,
+    },
+    /// It is not in the torque, as it is stated.
+    NotInTorque {
+        /// What is stated.
+        fact: TorqueFact,
     },
 }
 

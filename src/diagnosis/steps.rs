@@ -76,7 +76,7 @@ fn only_shown(
 ) -> Result<(Vec<Named>, Fitted), ModelError> {
     loop {
         let mut model = fitted.model.clone();
-        if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), &recording.stated_arm) {
+        if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), &recording.arm_in_torque()) {
             model = model.pinned_to(arm);
         }
         for effect in &named {
@@ -129,8 +129,9 @@ struct Rung {
 
 fn rungs(named: &[Named], model: &Model, recording: &Recording) -> Result<Vec<Rung>, ModelError> {
     let mut model = model.clone();
+    let stated = recording.arm_in_torque();
     let rung = |effect: &Named| {
-        let arm = recording.stated_arm.as_ref().filter(|_| effect.pins && !model.is_pinned());
+        let arm = stated.as_ref().filter(|_| effect.pins && !model.is_pinned());
         let pinned = arm.map(|arm| model.clone().pinned_to(arm));
         model = pinned.as_ref().unwrap_or(&model).with_effect(effect.effect, &effect.joints)?;
         Ok(Rung { pinned, with: model.clone() })

@@ -11,6 +11,7 @@ use super::report::{
 use crate::effect::NotApplicable;
 use crate::model::Preset;
 use crate::recording::joints_text;
+use crate::recording::torque::TorqueFact;
 
 /// Above so many times the evidence the number says nothing more: it grows with the noise's smallness.
 const MOST_TIMES: f64 = 1000.0;
@@ -28,9 +29,18 @@ impl Report {
             Verdict::Ambiguous => {
                 "Something is missing; these effects explain a part of it, others nearly as well, and more is left than noise:"
             }
+            Verdict::NothingMissing if self.is_of_a_part() => {
+                "Nothing is missing in the torque as it was logged, which is not all that the joints felt."
+            }
             Verdict::NothingMissing => "Nothing is missing.",
             Verdict::UnknownEffect => "Something is missing that is not in the catalogue.",
         }
+    }
+
+    /// Whether something is stated that keeps a part of what the joints felt from the torque.
+    pub fn is_of_a_part(&self) -> bool {
+        let is_partial = |fact: TorqueFact| fact.hides().is_some() && fact != TorqueFact::Commanded;
+        self.not_known.iter().any(|it| matches!(it, NotKnown::NotInTorque { fact } if is_partial(*fact)))
     }
 
     /// What to do next and what can't be known, in sentences.
@@ -56,6 +66,7 @@ impl NotKnown {
             NotKnown::AbsorbedByBody { effect, joint } => {
                 format!("{} can't be told from the base parameters: state the arm", effect.placed(joint))
             }
+            NotKnown::NotInTorque { fact } => fact.hides().unwrap_or_else(|| fact.about()).to_owned(),
         }
     }
 }

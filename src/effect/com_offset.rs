@@ -1,5 +1,5 @@
 use super::*;
-use crate::arm::{GRAVITY, regressor};
+use crate::arm::regressor;
 
 /// A link whose centre of mass lies beside the line between its joints.
 pub static EFFECT: Effect = Effect {
@@ -30,8 +30,8 @@ impl AddsTorque for ComOffset {
             return Err(Lack::SecondJoint);
         }
         let lumped = motion.load()?.lumped.as_ref().ok_or(Lack::PlanarArm)?;
-        let gravity = motion.arm.map_or(GRAVITY, |arm| arm.gravity);
-        let mut column = Column::on_all(regressor::leaning_along(motion.posture, gravity, lumped, joint, q, qd, qdd));
+        let (posture, gravity) = (motion.posture, motion.gravity);
+        let mut column = Column::on_all(regressor::leaning_along(posture, gravity, lumped, joint, q, qd, qdd));
         column.parts.truncate(joint + 1);
         Ok(vec![column])
     }

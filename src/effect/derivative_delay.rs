@@ -122,6 +122,7 @@ mod tests {
             trajectory: &reading,
             kinds: &kinds,
             posture: arm.posture,
+            gravity: arm.gravity,
             arm: None,
             load: Some(&load),
             reversal_widths: &[],

@@ -19,6 +19,8 @@ pub struct Motion<'a> {
     pub kinds: &'a [JointKind],
     /// Where q = 0 points and which way q grows.
     pub posture: Posture,
+    /// Acceleration of free fall that the torque shows \[m/s²\].
+    pub gravity: f64,
     /// The arm's geometry, where it is known.
     pub arm: Option<&'a Arm>,
     /// What the rigid body needs, where it is known.
@@ -88,13 +90,15 @@ impl Load {
     /// What the state of a joint does to the body's torque along the trajectory that this load is of.
     pub(super) fn slopes(&self, trajectory: &Trajectory, joint: usize) -> &Slopes {
         self.slopes[joint].get_or_init(|| {
+            // Not the load's own torque: what is read late may be set right here and not there.
+            let here = (self.body)(trajectory);
             let slope = |part: usize, step: f64| {
                 let mut moved = trajectory.clone();
                 let channels = moved.channels_mut();
                 let mut signals = [channels.q, channels.qd, channels.qdd];
                 signals[part].iter_mut().nth(joint).into_iter().flatten().for_each(|value| *value += step);
                 let mut change = (self.body)(&moved);
-                change.add(&self.torque, -1.0);
+                change.add(&here, -1.0);
                 change.map(|value| value / step)
             };
             // Torque is linear in accelerations.

@@ -47,6 +47,7 @@ impl Sample {
             trajectory: &self.trajectory,
             kinds: &self.kinds,
             posture: self.arm.posture,
+            gravity: self.arm.gravity,
             arm: Some(&self.arm),
             load: Some(&self.load),
             reversal_widths: &[],

@@ -470,6 +470,7 @@ fn noise_correlation(recording: &Recording, preparations: &[Preparation]) -> f64
 mod tests {
     use super::*;
     use crate::effect::sign;
+    use crate::recording::torque::TorqueFacts;
     use crate::recording::{Channels, Joint, JointKind, Origin, Provenance};
 
     /// A sliding mass with dry friction that rests between its strokes. At rest dry friction has no direction: a column that
@@ -497,6 +498,7 @@ mod tests {
             posture: None,
             stated_arm: None,
             chain: None,
+            torque: TorqueFacts::default(),
             seal: None,
         };
         let segment = Segment { trajectory: 0, samples: 0..4000 };

@@ -194,7 +194,7 @@ impl Preset {
         let terms = match self {
             Preset::RigidBody => vec![Term::RigidBody(RigidBody::Identified)],
             Preset::StatedArm => {
-                let arm = recording.stated_arm.clone().ok_or(ModelError::NoStatedArm)?;
+                let arm = recording.arm_in_torque().ok_or(ModelError::NoStatedArm)?;
                 vec![Term::RigidBody(RigidBody::Stated(arm))]
             }
             Preset::Learned(preset) => {

@@ -24,6 +24,9 @@ pub struct Setting {
     /// Where the axes of an arm are that is not planar.
     #[serde(default)]
     pub chain: Option<Chain>,
+    /// Whether gravity was taken out of the torque; arm and chain are without weight then.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub weightless: bool,
     /// Factors of the identified rigid body, roughly: from them comes the load of effects that depend on it.
     #[serde(default)]
     pub body: Option<Vec<f64>>,
@@ -121,19 +124,28 @@ impl Setting {
             return Err(ModelError::OtherArm { arm: arm.joint_count(), recording: joints });
         }
         let posture = recording.assumed_posture();
-        let (arm, chain) = (recording.stated_arm.clone(), recording.chain.clone());
-        Ok(Setting { kinds, posture, arm, chain, body: None, alterations: Vec::new(), reversal_widths: Vec::new() })
+        Ok(Setting {
+            kinds,
+            posture,
+            arm: recording.arm_in_torque(),
+            chain: recording.chain_in_torque(),
+            weightless: recording.is_weightless(),
+            body: None,
+            alterations: Vec::new(),
+            reversal_widths: Vec::new(),
+        })
     }
 
-    /// Gravity \[m/s²\]: of the stated arm, or the standard.
+    /// Gravity in the torque \[m/s²\]: of the stated arm, or the standard, unless it was taken out.
     pub fn gravity(&self) -> f64 {
-        self.arm.as_ref().map_or(GRAVITY, |arm| arm.gravity)
+        let standard = if self.weightless { 0.0 } else { GRAVITY };
+        self.arm.as_ref().map_or(standard, |arm| arm.gravity)
     }
 
     /// What an effect is told.
     pub fn motion<'a>(&'a self, trajectory: &'a Trajectory) -> Motion<'a> {
         let (posture, arm, reversal_widths) = (self.posture, self.arm.as_ref(), self.reversal_widths.as_slice());
-        Motion { trajectory, kinds: &self.kinds, posture, arm, load: None, reversal_widths }
+        Motion { trajectory, kinds: &self.kinds, posture, gravity: self.gravity(), arm, load: None, reversal_widths }
     }
 
     /// What the rigid body needs along a trajectory that is read: by its rough factors, or by the stated arm if there are none.

@@ -97,6 +97,10 @@ pub enum FindingKind {
     Commanded,
     /// The torque is that of a motor's current, in amperes.
     Amperes,
+    /// The torque is that of the motors, and nothing says the ratio of the gears.
+    MotorSide,
+    /// The torque follows from a command by the law of the drive.
+    Drive,
     /// Other columns could have been taken.
     Alternatives,
     /// Parts of the file were not read.

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::torque::TorqueFacts;
 use super::{Joint, Provenance};
 use crate::arm::chain::Chain;
 use crate::arm::{Arm, Posture};
@@ -43,6 +44,9 @@ pub struct Manifest {
     /// Where its axes are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chain: Option<Chain>,
+    /// What its torque is, as it is stated.
+    #[serde(default, skip_serializing_if = "TorqueFacts::is_empty")]
+    pub torque: TorqueFacts,
 }
 
 /// Only the version, which is read first: the rest may differ in other versions.

@@ -10,6 +10,7 @@ pub mod catalogue;
 pub mod check;
 pub mod correction;
 pub mod differentiate;
+pub mod drive;
 pub mod fault;
 pub mod gallery;
 mod glitch;
@@ -22,6 +23,7 @@ mod segment;
 pub mod spectrum;
 pub mod split;
 pub mod table;
+pub mod torque;
 mod trajectory;
 pub mod transform;
 pub mod write;
@@ -32,6 +34,7 @@ use crate::arm::chain::{Chain, ChainError};
 use crate::arm::{Arm, ArmError, Posture};
 use crate::signals::ShapeError;
 use seal::Seal;
+use torque::{TorqueFact, TorqueFacts};
 
 pub use trajectory::{Channels, ChannelsMut, Trajectory};
 
@@ -52,6 +55,8 @@ pub struct Recording {
     pub stated_arm: Option<Arm>,
     /// Where the axes of an arm are that is not planar, where it is known; the masses are not.
     pub chain: Option<Chain>,
+    /// What the torque is, as it is stated.
+    pub torque: TorqueFacts,
     /// The hidden truth of a simulated recording, closed until the user opens it.
     pub seal: Option<Seal>,
 }
@@ -223,6 +228,7 @@ impl Recording {
             posture: None,
             stated_arm: None,
             chain: None,
+            torque: TorqueFacts::default(),
             seal: None,
         }
     }
@@ -237,6 +243,23 @@ impl Recording {
         self.posture.or(self.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default()
     }
 
+    /// Whether gravity was taken out of its torque.
+    pub fn is_weightless(&self) -> bool {
+        self.torque.has(TorqueFact::WithoutGravity)
+    }
+
+    /// The stated arm as the torque shows it: without weight where gravity was taken out.
+    pub fn arm_in_torque(&self) -> Option<Arm> {
+        let arm = self.stated_arm.clone()?;
+        Some(if self.is_weightless() { Arm { gravity: 0.0, ..arm } } else { arm })
+    }
+
+    /// The stated axes as the torque shows them: without weight where gravity was taken out.
+    pub fn chain_in_torque(&self) -> Option<Chain> {
+        let chain = self.chain.clone()?;
+        Some(if self.is_weightless() { Chain { gravity: [0.0; 3], ..chain } } else { chain })
+    }
+
     /// The same arm in other runs. What was sealed is of the runs that it was sealed with, so it is left out.
     pub fn with_trajectories(&self, trajectories: Vec<Trajectory>) -> Recording {
         Recording {
@@ -247,6 +270,7 @@ impl Recording {
             posture: self.posture,
             stated_arm: self.stated_arm.clone(),
             chain: self.chain.clone(),
+            torque: self.torque.clone(),
             seal: None,
         }
     }

@@ -26,6 +26,7 @@ pub enum NpyError {
 }
 
 /// How the elements of an array are stored, and how many there are.
+#[derive(Clone)]
 pub struct Header {
     element: Element,
     fortran_order: bool,
@@ -88,12 +89,20 @@ impl Header {
         let sizes = shape.split(',').map(|size| size.trim().trim_end_matches('L')).filter(|size| !size.is_empty());
         let shape =
             sizes.map(str::parse).collect::<Result<Vec<usize>, _>>().map_err(|_| damaged("its shape is no shape"))?;
+        let length = start + u64::from(length);
+        Ok(Header { length, ..Header::of(element, order.starts_with("True"), shape)? })
+    }
+
+    /// That of elements of this type (such as `<f8`) which stand alone, without a header before them.
+    ///
+    /// # Errors
+    /// As [`Header::read`].
+    pub fn of(element: &str, fortran_order: bool, shape: Vec<usize>) -> Result<Header, NpyError> {
         let element = Element::parse(element)?;
         let count = shape.iter().try_fold(1usize, |product, size| product.checked_mul(*size));
         let count = count.filter(|count| count.checked_mul(element.size).is_some());
         let count = count.ok_or_else(|| NpyError::Damaged(format!("its header claims the shape {shape:?}")))?;
-        let length = start + u64::from(length);
-        Ok(Header { element, fortran_order: order.starts_with("True"), shape, count, length })
+        Ok(Header { element, fortran_order, shape, count, length: 0 })
     }
 
     /// Its sizes, the slowest first.
@@ -153,6 +162,7 @@ fn field<'a>(header: &'a str, key: &str) -> Option<&'a str> {
 }
 
 /// The type of the elements.
+#[derive(Clone, Copy)]
 struct Element {
     kind: Kind,
     size: usize,

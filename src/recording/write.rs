@@ -71,6 +71,7 @@ pub fn to_npz_bytes(recording: &Recording) -> Result<Vec<u8>, WriteError> {
         posture: recording.posture,
         stated_arm: recording.stated_arm.clone(),
         chain: recording.chain.clone(),
+        torque: recording.torque.clone(),
     };
     entry(MANIFEST, &serde_json::to_vec_pretty(&manifest)?)?;
     if let Some(seal) = &recording.seal {

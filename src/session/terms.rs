@@ -163,7 +163,8 @@ pub(super) fn add(session: &Session, id: &str, joints: &[usize], monitor: &Monit
     }
     // Beside free base parameters the effect can't be seen, so the rigid body is held at the stated arm first, as a step of
     // its own: what the effect gains is then the difference between the last two steps.
-    let arm = match &recording.stated_arm {
+    let stated = recording.arm_in_torque();
+    let arm = match &stated {
         Some(arm) if !old.is_pinned() => arm,
         _ => return Err(SessionError::Absorbed(effect_text(effect, joints))),
     };

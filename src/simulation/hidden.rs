@@ -68,6 +68,7 @@ impl<'a> Hidden<'a> {
             trajectory,
             kinds: &kinds,
             posture: arm.posture,
+            gravity: arm.gravity,
             arm: Some(arm),
             load: load.as_ref(),
             reversal_widths: &[],

@@ -32,6 +32,7 @@ use crate::effect::registry::UnknownEffect;
 use crate::effect::{NotApplicable, ParameterError};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::seal::{HiddenEffect, Seal, Truth};
+use crate::recording::torque::TorqueFacts;
 use crate::recording::{Channels, Joint, Provenance, Recording, Trajectory};
 use crate::signals::{ShapeError, Signals};
 use hidden::Hidden;
@@ -315,6 +316,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
         posture: Some(scenario.arm.posture),
         stated_arm: scenario.stated.then(|| scenario.arm.clone()),
         chain: None,
+        torque: TorqueFacts::default(),
         seal: Some(Seal::close(&Truth {
             arm: scenario.arm.clone(),
             effects: scenario.effects.clone(),

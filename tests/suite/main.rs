@@ -21,4 +21,5 @@ mod recordings;
 mod runner;
 mod selftest;
 mod set_up;
+mod torque;
 mod training;

@@ -12,6 +12,7 @@ use torquescope::progress::Monitor;
 use torquescope::recording::check::FindingKind;
 use torquescope::recording::read::{Import, ReadError, ReadOptions, preview, read};
 use torquescope::recording::seal::Seal;
+use torquescope::recording::torque::TorqueFacts;
 use torquescope::recording::write::{to_csv_bytes, to_npz_bytes};
 use torquescope::recording::{Channels, Joint, JointKind, Origin, Provenance, Recording, Trajectory};
 use torquescope::signals::Signals;
@@ -113,6 +114,35 @@ fn a_real_double_pendulum_reads_at_once_and_without_alarm() {
     assert_eq!(read(&paths[..1], &filtered, &Monitor::new()).unwrap().mapping.q, ["pos_filt1", "pos_filt2"]);
 }
 
+#[test]
+fn the_characters_of_delan_open_as_they_are() {
+    let Some(folder) = real_logs("delan-characters") else { return };
+    let path = folder.join("character_data.pickle");
+    let Import { recording, mapping, .. } = read(&[path], &ReadOptions::default(), &Monitor::new()).unwrap();
+    assert_eq!((recording.joint_count(), recording.trajectories.len(), recording.sample_count()), (2, 20, 2913));
+    assert_eq!((mapping.time.as_deref(), &mapping.q[..]), (Some("t"), &["qp[0]".to_owned(), "qp[1]".to_owned()][..]));
+    assert_eq!(mapping.tau, ["tau[0]", "tau[1]"]);
+    assert!(recording.trajectories.iter().any(|run| run.name == "character_data#e"), "runs have the names of the file");
+    assert_eq!(recording.provenance, Provenance::MEASURED);
+    assert!(recording.trajectories.iter().all(|run| (run.time_step() - 0.04).abs() < 0.01));
+}
+
+#[test]
+fn pickles_are_told_from_text_and_their_names() {
+    let four = include_bytes!("../data/log4.pickle");
+    let import = read_bytes("log.pkl", four, &ReadOptions::default()).unwrap();
+    assert_eq!((import.mapping.q.len(), import.recording.sample_count() > 30), (2, true));
+    let zero = include_bytes!("../data/log0.pickle");
+    assert_eq!(
+        read_bytes("log", zero, &ReadOptions::default()).unwrap().recording.trajectories,
+        import.recording.trajectories
+    );
+    assert!(problem("log.csv", four).contains("holds a Python pickle"));
+    let other = problem("log.pickle", b"\x80\x03cos\nsystem\nX\x04\0\0\0true\x85R.");
+    assert!(other.contains("`os.system`") && other.contains("numpy.savez"), "{other}");
+    assert!(problem("log.pickle", b"time,q1\n0,1\n").contains(".pickle, but it holds text"));
+}
+
 fn options_with_posture(mapping: &str) -> ReadOptions {
     ReadOptions { zero: Some(Posture::DOWN), ..options(mapping) }
 }
@@ -121,7 +151,6 @@ fn options_with_posture(mapping: &str) -> ReadOptions {
 fn real_files_that_lack_something_say_what_they_have() {
     for (path, words) in [
         ("emps/DATA_EMPS.mat", "may take as factor: `gtau`, `kp`, `kv`"),
-        ("delan-characters/character_data.pickle", "pickle"),
         ("ur10-rosbag/validation_trajectory.db3", "trajectory_msgs/msg/JointTrajectory"),
         ("tx40/curr_data.csv", "`Joint_1`"),
         ("tx40/LICENSE", "license"),
@@ -403,6 +432,7 @@ fn sample_recording() -> Recording {
         posture: Some(Posture::DOWN),
         stated_arm: Some(Arm::uniform(2)),
         chain: None,
+        torque: TorqueFacts::default(),
         seal: Some(Seal::from_bytes(vec![1, 2, 3])),
     }
 }
@@ -511,6 +541,7 @@ fn any_recording() -> impl Strategy<Value = Recording> {
                     posture: flags[2].then_some(Posture { zero_angle: 0.1 + 0.2, ..Posture::UP }),
                     stated_arm: flags[3].then(|| Arm::uniform(3)),
                     chain: None,
+                    torque: TorqueFacts::default(),
                     seal: flags[0].then_some(Seal::from_bytes(sealed)),
                 }
             })

@@ -1,6 +1,7 @@
 //! The import assistant: a log whose columns nobody can guess is opened all the same, and its template is what the command line takes.
 
 use torquescope::recording::mapping::MappingSpec;
+use torquescope::recording::torque::TorqueFact;
 
 use super::*;
 
@@ -57,4 +58,38 @@ fn a_log_without_names_is_opened_by_saying_what_its_columns_are() {
         assert!((tau - 3.0 * q).abs() < 1e-9, "in rad, and turned: {q}, {tau}");
     }
     assert!(window.query_by_label("What is in this log?").is_none());
+}
+
+/// A template that was saved is offered for the next log with the same columns, and only for such a one.
+#[test]
+fn a_template_is_offered_again_for_logs_of_the_same_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, next, other, template] =
+        ["swing.csv", "next.csv", "other.csv", "swing.toml"].map(|name| folder.path().join(name));
+    std::fs::write(&log, nameless()).unwrap();
+    std::fs::write(&next, nameless()).unwrap();
+    std::fs::write(&other, nameless().replacen("when", "then", 1)).unwrap();
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    let import = |window: &mut Window, path: &std::path::Path| {
+        window.state_mut().order(Order::Import(path.to_owned(), Box::default()));
+        settle(window);
+    };
+    import(&mut window, &log);
+    choose(&mut window, "quantity of when", "time");
+    choose(&mut window, "quantity of a", "position");
+    choose(&mut window, "quantity of b", "torque");
+    click(&mut window, "Without friction");
+    click(&mut window, "Save as template");
+    settle(&mut window);
+    let saved = MappingSpec::from_toml(&std::fs::read_to_string(&template).unwrap()).unwrap();
+    assert!(saved.torque.has(TorqueFact::WithoutFriction));
+    click(&mut window, "Cancel");
+    import(&mut window, &other);
+    assert!(window.query_by_label_contains("Open it as in").is_none());
+    click(&mut window, "Cancel");
+    import(&mut window, &next);
+    click(&mut window, "Open it as in swing.toml");
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    assert_eq!((recording.name.as_str(), recording.torque.has(TorqueFact::WithoutFriction)), ("next", true));
 }

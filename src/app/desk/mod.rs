@@ -10,6 +10,7 @@ mod panels;
 mod question;
 mod recent;
 mod shown;
+mod templates;
 mod time;
 
 use std::sync::Arc;
@@ -23,6 +24,7 @@ pub use panels::{Change, Layouts, Panels, Side};
 pub use question::Question;
 pub use recent::{Recent, Recents};
 pub use shown::Shown;
+pub use templates::Templates;
 pub use time::{held_out_times, is_held_out, time_extent};
 
 use super::keeper::Copy;
@@ -68,6 +70,8 @@ pub struct Desk<'a> {
     pub copies: &'a [Copy],
     /// What was opened and saved of late, the newest first.
     pub recent: &'a [Recent],
+    /// Mapping files for logs that are like those which were seen.
+    pub templates: &'a Templates,
 }
 
 impl Desk<'_> {

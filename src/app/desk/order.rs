@@ -56,8 +56,15 @@ pub enum Order {
     Ask(Box<Question>),
     /// Look into a log, and let the user say what its columns are.
     Import(PathBuf, Box<ReadOptions>),
-    /// Write a text into a file; what it was stays beside it.
-    WriteText(PathBuf, String),
+    /// Write a mapping file, and remember it for logs of these columns; what it was stays beside it.
+    SaveTemplate {
+        /// The file.
+        path: PathBuf,
+        /// What it says.
+        text: String,
+        /// Names of the columns that it was made for.
+        columns: Vec<String>,
+    },
     /// Let the user choose files.
     OpenDialog,
     /// More contrast, or as usual.

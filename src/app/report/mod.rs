@@ -134,6 +134,7 @@ fn data(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
         row(["duration [s]", &number(duration)]),
         row(["velocity", &origin(&recording.provenance.velocity)]),
         row(["acceleration", &origin(&recording.provenance.acceleration)]),
+        row([recording.effort(), &recording.torque.text()]),
         row(["samples to train on", &samples(&session.split.train).to_string()]),
         row(["samples held out", &samples(&session.split.held_out).to_string()]),
     ];

@@ -9,14 +9,17 @@ use egui::{
 use super::frame::Shell;
 use super::primary::primary;
 use crate::app::desk::Order;
+use crate::app::facts;
 use crate::app::plot::PanelView;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 use crate::figure::mark::Line;
 use crate::figure::{Axis, Ink, Panel};
+use crate::file;
 use crate::progress::Monitor;
 use crate::recording::mapping::{Channel, Draft, MappingError, MappingSpec, Role};
 use crate::recording::read::{Preview, ReadOptions, preview};
+use crate::recording::torque::TorqueFacts;
 use crate::session::Command;
 use crate::work::{Job, Outcome};
 
@@ -35,10 +38,14 @@ pub struct Importing {
     path: PathBuf,
     /// How the log was to be read; what it says of columns is made anew.
     options: ReadOptions,
+    /// What the torque is.
+    torque: TorqueFacts,
     job: Option<Job<Preview>>,
     log: Option<Result<Log, String>>,
     /// The file for the template, as it is typed.
     template: String,
+    /// What is wrong with the template that was offered.
+    problem: Option<String>,
 }
 
 /// The log as it is, and what is made of it.
@@ -76,12 +83,28 @@ impl Importing {
             PathBuf::from(shown(&path)).with_extension("toml")
         };
         let template = beside.display().to_string();
-        Importing { job: Some(Job::spawn("look into the log", wake, look)), path, options, log: None, template }
+        let mapped = || options.mapping.as_ref().map(|mapping| mapping.torque.clone());
+        let torque = options.torque.clone().or_else(mapped).unwrap_or_default();
+        Importing {
+            torque,
+            job: Some(Job::spawn("look into the log", wake, look)),
+            path,
+            options,
+            log: None,
+            template,
+            problem: None,
+        }
     }
 
     /// Whether the file is being read.
     pub fn is_busy(&self) -> bool {
         self.job.is_some()
+    }
+
+    /// The names of all columns, once they are known.
+    fn columns(&self) -> impl Iterator<Item = &str> + Clone {
+        let draft = self.log.iter().flatten().map(|log| &log.draft);
+        draft.flat_map(|draft| draft.columns.iter().map(|role| role.name.as_str()))
     }
 
     /// Receives what was read.
@@ -110,18 +133,22 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
         ui.heading("What is in this log?");
         widgets::weak(ui, open.path.display().to_string());
         ui.add_space(GAP);
-        let height = (room.height() - AROUND).max(80.0);
+        let top = ui.cursor().top();
+        is_over = offer(ui, shell, &mut open);
+        let height = (room.height() - AROUND - (ui.cursor().top() - top)).max(80.0);
         ScrollArea::vertical().max_height(height).min_scrolled_height(80.0).show(ui, |ui| match &mut open.log {
             None => drop(widgets::weak(ui, "It is being read…")),
             Some(Err(reason)) => drop(ui.label(RichText::new(&*reason).color(Palette::in_ui(ui).error))),
             Some(Ok(log)) => {
                 table(ui, log);
                 rate(ui, log);
+                ui.label("What is the torque?");
+                facts::choose(ui, &mut open.torque);
                 plot(ui, shell, log);
             }
         });
         ui.add_space(GAP);
-        is_over = choose(ui, shell, &mut open);
+        is_over |= choose(ui, shell, &mut open);
     });
     if !is_over && !modal.should_close() {
         *place = Some(open);
@@ -286,10 +313,41 @@ fn plot(ui: &mut Ui, shell: &mut Shell, log: &Log) {
     PanelView::new(panel).height(150.0).show(ui, &mut shell.desk.focus.views, &mut shell.desk.memo.decimator);
 }
 
+/// The template that was saved for a log like this one; whether the log is opened by it.
+fn offer(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
+    let Some(template) = shell.desk.templates.of(open.columns()).map(Path::to_owned) else { return false };
+    let mut is_over = false;
+    ui.horizontal_wrapped(|ui| {
+        widgets::weak(ui, "A template was saved for logs with these columns.");
+        let button =
+            ui.add_enabled(shell.desk.busy.is_none(), Button::new(format!("Open it as in {}", shown(&template))));
+        if button.on_hover_text(template.display().to_string()).clicked() {
+            let text = file::read_text(&template).map_err(|error| error.to_string());
+            match text.and_then(|text| MappingSpec::from_toml(&text).map_err(|error| error.to_string())) {
+                Ok(spec) => {
+                    open_as(shell, open, spec);
+                    is_over = true;
+                }
+                Err(problem) => open.problem = Some(format!("{} can't be used: {problem}", template.display())),
+            }
+        }
+        if let Some(problem) = &open.problem {
+            ui.label(RichText::new(problem).color(Palette::in_ui(ui).error));
+        }
+    });
+    is_over
+}
+
+/// Opens the log by a mapping that says what the torque is, too.
+fn open_as(shell: &mut Shell, open: &Importing, spec: MappingSpec) {
+    let options = ReadOptions { mapping: Some(spec), torque: None, ..open.options.clone() };
+    shell.desk.run(Command::open(vec![open.path.clone()], options, Vec::new()));
+}
+
 /// What is to be done with it; whether the assistant is done.
 fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
     let spec = match &mut open.log {
-        Some(Ok(log)) => Some(log.spec().clone().map(|spec| completed(spec, &open.options))),
+        Some(Ok(log)) => Some(log.spec().clone().map(|spec| completed(spec, &open.options, &open.torque))),
         _ => None,
     };
     match &spec {
@@ -310,9 +368,9 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
     ui.add_space(GAP);
     let mut is_over = false;
     ui.horizontal_wrapped(|ui| {
-        if primary(ui, spec.is_some() && shell.desk.busy.is_none(), "Open it so").clicked() {
-            let options = ReadOptions { mapping: spec.clone(), ..open.options.clone() };
-            shell.desk.run(Command::open(vec![open.path.clone()], options, Vec::new()));
+        let can_open = spec.is_some() && shell.desk.busy.is_none();
+        if let (true, Some(spec)) = (primary(ui, can_open, "Open it so").clicked(), &spec) {
+            open_as(shell, open, spec.clone());
             is_over = true;
         }
         let path = PathBuf::from(open.template.trim());
@@ -320,20 +378,21 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
         let save = ui.add_enabled(text.is_some() && !open.template.trim().is_empty(), Button::new("Save as template"));
         let what = format!("The command line takes it: torquescope {} --map {}", shown(&open.path), shown(&path));
         if let Some(text) = text.filter(|_| save.on_hover_text(what).clicked()) {
-            shell.desk.orders.push(Order::WriteText(path, text));
+            let columns = open.columns().map(str::to_owned).collect();
+            shell.desk.orders.push(Order::SaveTemplate { path, text, columns });
         }
         is_over |= ui.button("Cancel").clicked();
     });
     is_over
 }
 
-/// With what was said before of the arm and the like.
-fn completed(spec: MappingSpec, options: &ReadOptions) -> MappingSpec {
+/// With what is said of the torque, and what was said before of the arm and the like.
+fn completed(spec: MappingSpec, options: &ReadOptions, torque: &TorqueFacts) -> MappingSpec {
     let before = options.mapping.clone().unwrap_or_default();
     let (low_pass_hz, gaussian_samples) = (before.low_pass_hz, before.gaussian_samples);
     let kind = before.kind.or(spec.kind);
-    let (chain, topic) = (before.chain, before.topic);
-    MappingSpec { low_pass_hz, gaussian_samples, kind, chain, topic, ..spec }
+    let (chain, topic, drive) = (before.chain, before.topic, before.drive);
+    MappingSpec { low_pass_hz, gaussian_samples, kind, chain, topic, drive, torque: torque.clone(), ..spec }
 }
 
 /// What is wrong, without the list of all columns, which stand above.

@@ -293,6 +293,7 @@ mod tests {
             trajectory: &run,
             kinds: &kinds,
             posture: Posture::RIGHT,
+            gravity: arm.gravity,
             reversal_widths: &[],
             arm: Some(&arm),
             load: Some(&load),

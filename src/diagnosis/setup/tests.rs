@@ -6,6 +6,7 @@ use super::*;
 use crate::arm::chain::{Axis, Chain, Convention};
 use crate::arm::{Arm, Link, Posture};
 use crate::effect::{Effect, Scope, registry};
+use crate::recording::torque::TorqueFacts;
 use crate::recording::{Channels, Joint, Provenance, Trajectory, check};
 use crate::signals::Signals;
 use crate::simulation::{Excitation, Scenario, simulate};
@@ -159,6 +160,7 @@ fn in_space() -> Recording {
         posture: None,
         stated_arm: None,
         chain: Some(chain),
+        torque: TorqueFacts::default(),
         seal: None,
     }
 }

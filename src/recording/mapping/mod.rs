@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 pub use draft::{Draft, Role};
 pub use spec::MappingSpec;
-pub(super) use units::{split_unit, unit_named};
+pub(super) use units::{Unit, split_unit, unit_named};
 pub(super) use words::is_current;
 
 /// One of the five things that a recording holds.

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::{Channel, Mapping, MappingError};
 use crate::arm::chain::Chain;
 use crate::recording::JointKind;
+use crate::recording::drive::Drive;
+use crate::recording::torque::TorqueFacts;
 use crate::recording::transform::Transform;
 
 /// What leaves a channel out.
@@ -50,6 +52,10 @@ pub struct MappingSpec {
     pub chain: Option<Chain>,
     /// Which topic of a log of messages is read.
     pub topic: Option<String>,
+    /// What the torque is; empty where nothing is said.
+    pub torque: TorqueFacts,
+    /// The law by which the torque follows from the columns that `tau` names, where these hold the command of a drive.
+    pub drive: Option<Drive>,
 }
 
 impl MappingSpec {
@@ -90,10 +96,14 @@ struct MappingFile {
     gaussian_samples: Option<f64>,
     kind: Option<JointKind>,
     topic: Option<String>,
+    #[serde(default, skip_serializing_if = "TorqueFacts::is_empty")]
+    torque: TorqueFacts,
     q: Option<ChannelEntry>,
     qd: Option<ChannelEntry>,
     qdd: Option<ChannelEntry>,
     tau: Option<ChannelEntry>,
+    command: Option<ChannelEntry>,
+    drive: Option<Drive>,
     arm: Option<Chain>,
 }
 
@@ -121,8 +131,10 @@ impl From<Names> for Vec<String> {
 }
 
 impl MappingSpec {
-    /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz` or `gaussian-samples`, `kind` (`revolute`, `prismatic`), `topic`, a table for each of `q`, `qd`, `qdd`,
-    /// `tau` with `columns` and, where the numbers are not in SI units, a [`Transform`], and a table `arm`, a [`Chain`].
+    /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz` or `gaussian-samples`, `kind` (`revolute`, `prismatic`), `topic`,
+    /// `torque` (a list of what it is, [`TorqueFact`](crate::recording::torque::TorqueFact)), a table for each of `q`, `qd`, `qdd`,
+    /// `tau` with `columns` and, where the numbers are not in SI units, a [`Transform`], and a table `arm`, a [`Chain`]. Where there is no
+    /// torque, a table `command` like those in place of `tau`, and a table `drive`, a [`Drive`].
     ///
     /// # Errors
     /// [`MappingError::File`] with the line and what is wrong there.
@@ -136,8 +148,11 @@ impl MappingSpec {
             kind: file.kind,
             chain: file.arm,
             topic: file.topic,
+            torque: file.torque,
+            drive: file.drive,
             ..MappingSpec::default()
         };
+        let tau = torque_or_command(file.tau, file.command, spec.drive.is_some())?;
         if let Some(chain) = &spec.chain {
             chain.check().map_err(|error| MappingError::File(error.to_string()))?;
         }
@@ -145,7 +160,7 @@ impl MappingSpec {
             (Channel::Position, file.q),
             (Channel::Velocity, file.qd),
             (Channel::Acceleration, file.qdd),
-            (Channel::Torque, file.tau),
+            (Channel::Torque, tau),
         ];
         for (channel, entry) in entries {
             let Some(ChannelEntry { columns, transform }) = entry else { continue };
@@ -155,6 +170,26 @@ impl MappingSpec {
             }
         }
         Ok(spec)
+    }
+}
+
+/// The columns that hold the torque, or the command that it follows from.
+fn torque_or_command(
+    tau: Option<ChannelEntry>,
+    command: Option<ChannelEntry>,
+    has_law: bool,
+) -> Result<Option<ChannelEntry>, MappingError> {
+    let wrong = |problem: &str| Err(MappingError::File(problem.to_owned()));
+    match (tau, command) {
+        (Some(_), Some(_)) => wrong("it has both `tau` and `command`; a torque that is logged needs no command"),
+        (_, Some(_)) if !has_law => wrong(
+            "`command` lacks the law by which the torque follows from it: a table `drive` with `law` (position, velocity, voltage) \
+             and its constants",
+        ),
+        (_, None) if has_law => {
+            wrong("`drive` states a law, but no table `command` says which columns hold the command")
+        }
+        (tau, command) => Ok(tau.or(command)),
     }
 }
 
@@ -176,10 +211,13 @@ impl MappingSpec {
             gaussian_samples: self.gaussian_samples,
             kind: self.kind,
             topic: self.topic.clone(),
+            torque: self.torque.clone(),
             q: entry(Channel::Position),
             qd: entry(Channel::Velocity),
             qdd: entry(Channel::Acceleration),
-            tau: entry(Channel::Torque),
+            tau: entry(Channel::Torque).filter(|_| self.drive.is_none()),
+            command: entry(Channel::Torque).filter(|_| self.drive.is_some()),
+            drive: self.drive.clone(),
             arm: self.chain.clone(),
         };
         toml::to_string(&file).map_err(|error| MappingError::File(error.to_string()))

@@ -12,7 +12,7 @@ use crate::recording::check::{Finding, FindingKind, GAP_STEPS, Place, Severity};
 use crate::recording::differentiate::{
     Smoothing, default_cutoff, default_cutoff_of_positions, median_step, trusted_range,
 };
-use crate::recording::mapping::{Channel, Mapping, MappingSpec, split_unit};
+use crate::recording::mapping::{Channel, Mapping, MappingSpec, Unit, split_unit};
 use crate::recording::transform::Factor;
 use crate::recording::{Channels, JointKind, RecordingError, Trajectory};
 use crate::signals::{ShapeError, Signals};
@@ -37,6 +37,7 @@ struct Converted {
     q: Signals,
     qd: Option<Signals>,
     qdd: Option<Signals>,
+    /// Or the command of the drive that it follows from.
     tau: Signals,
 }
 
@@ -84,7 +85,11 @@ pub(super) fn assemble(
     let several = stretches.len() > 1;
     for (index, rows) in stretches.iter().enumerate() {
         monitor.check()?;
-        let name = if several { format!("{stem}#{}", index + 1) } else { stem.to_owned() };
+        let name = match table.run_name(rows.start) {
+            Some(run) if stretches.len() == table.runs.len() => format!("{stem}#{run}"),
+            _ if several => format!("{stem}#{}", index + 1),
+            _ => stem.to_owned(),
+        };
         let (trajectory, cutoff) = derive(&mut channels, rows.clone(), name, options).map_err(RecordingError::from)?;
         trajectories.push(trajectory);
         cutoffs.push(cutoff);
@@ -159,6 +164,12 @@ fn convert(
             column.values = Vec::new();
         }
     }
+    // A number of a channel is in the units of that channel, but a command is in those of what it commands.
+    let drive = spec.drive.as_ref();
+    let units_of = |channel| match (channel, drive) {
+        (Channel::Torque, Some(drive)) => drive.command(),
+        _ => Some(channel),
+    };
     let mut column = |table: &mut Table, channel: Channel, name: &String| -> Result<Vec<f64>, ReadError> {
         let file = || file.to_owned();
         let found =
@@ -172,7 +183,8 @@ fn convert(
         }
         let is_used_once = used.iter().filter(|other| **other == name).count() == 1;
         let mut values = if is_used_once { std::mem::take(&mut found.values) } else { found.values.clone() };
-        if let Some(unit) = split_unit(name).1.filter(|unit| unit.factor != 1.0 && unit.channels.contains(&channel)) {
+        let is_of = |channel| move |unit: &Unit| unit.factor != 1.0 && unit.channels.contains(&channel);
+        if let Some(unit) = units_of(channel).and_then(|channel| split_unit(name).1.filter(is_of(channel))) {
             converted.push(format!("`{name}` from {}", unit.text));
             values.iter_mut().for_each(|value| *value *= unit.factor);
         }
@@ -212,11 +224,15 @@ fn convert(
             set_right: Vec::new(),
         });
     }
+    let titled = |channel: Channel| match (channel, drive) {
+        (Channel::Torque, Some(_)) => "the command",
+        _ => channel.title(),
+    };
     for (channel, transform) in &spec.transforms {
         findings.push(Finding {
             severity: Severity::Info,
             kind: FindingKind::Converted,
-            what: format!("{} is {}, as the mapping says.", channel.title(), transform.describe()),
+            what: format!("{} is {}, as the mapping says.", titled(*channel), transform.describe()),
             place: Place::file(file),
             remedy: String::new(),
             set_right: Vec::new(),
@@ -384,7 +400,10 @@ fn derive(
         Some(qdd) => cut(qdd),
         None => slope(&qd),
     };
-    let tau = cut(&mut channels.tau);
+    let mut tau = cut(&mut channels.tau);
+    if let Some(drive) = options.mapping.as_ref().and_then(|mapping| mapping.drive.as_ref()) {
+        tau = drive.torque(&tau, &q, &qd);
+    }
     let trusted = if is_derived { trusted_range(time.len(), median_step(&time), cutoff) } else { 0..time.len() };
     // One after the other, so that no more than one of them is there twice.
     let trim = |signal: Signals| if trusted.len() == time.len() { signal } else { signal.cut(trusted.clone()) };

@@ -17,6 +17,7 @@ mod mat;
 mod mcap;
 mod messages;
 mod npz;
+mod pickle;
 mod sniff;
 mod table;
 
@@ -39,6 +40,7 @@ pub use json::JsonError;
 pub use mat::MatError;
 pub use mcap::McapError;
 pub use npz::NpzError;
+pub use pickle::PickleError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
 
 use self::arrays::{Gathered, Source};
@@ -48,8 +50,10 @@ use self::table::{Table, listed};
 use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::correction::{Correction, CorrectionError};
 use super::differentiate::{Smoothing, description, gaussian_description};
+use super::drive::DriveError;
 use super::gallery::{self, Sample, UnknownSample};
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec, is_current};
+use super::torque::{TorqueFact, TorqueFacts};
 use super::transform::TransformError;
 use super::{Joint, Origin, Provenance, Recording, RecordingError};
 use crate::arm::{Arm, Posture};
@@ -66,6 +70,9 @@ pub struct ReadOptions {
     pub zero: Option<Posture>,
     /// The arm's stated masses and lengths, where the file does not say them (or says them wrongly).
     pub arm: Option<Arm>,
+    /// What the torque is, where the user says it; as the mapping says otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub torque: Option<TorqueFacts>,
     /// Sampling rate \[Hz\] of files without a time column.
     pub rate_hz: Option<f64>,
     /// Cut-off of the filter for derived channels \[Hz\]; by default [`super::differentiate::default_cutoff`].
@@ -85,6 +92,7 @@ impl Default for ReadOptions {
             mapping: None,
             zero: None,
             arm: None,
+            torque: None,
             rate_hz: None,
             low_pass_hz: None,
             gaussian_samples: None,
@@ -95,6 +103,12 @@ impl Default for ReadOptions {
 }
 
 impl ReadOptions {
+    /// What is said of the torque, here or in the mapping; `None` where nothing is.
+    fn stated_torque(&self) -> Option<&TorqueFacts> {
+        let mapped = || self.mapping.as_ref().map(|mapping| &mapping.torque).filter(|facts| !facts.is_empty());
+        self.torque.as_ref().or_else(mapped)
+    }
+
     /// Whether its numbers can be.
     ///
     /// # Errors
@@ -249,6 +263,14 @@ pub enum ReadError {
         /// What is wrong.
         problem: JsonError,
     },
+    /// The pickle can't be read.
+    #[error("{file}: {problem}")]
+    Pickle {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: Box<PickleError>,
+    },
     /// The packed file can't be unpacked.
     #[error("{file}: {problem}")]
     Gzip {
@@ -274,6 +296,14 @@ pub enum ReadError {
         channel: Channel,
         /// What is wrong.
         problem: TransformError,
+    },
+    /// What the mapping says of the drive does not fit the file.
+    #[error("{file}: {problem}; change the mapping")]
+    Drive {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: DriveError,
     },
     /// The columns can't be mapped.
     #[error("{file}: {problem}{}{}", and_constants(.constants), and_passed_over(.passed_over))]
@@ -657,6 +687,8 @@ fn content(
             .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) })?,
         Format::Hdf5 => hdf5::read(bytes, budget, monitor).map_err(|problem| ReadError::Hdf5 { file, problem })?,
         Format::Json => json::read(bytes, budget, monitor).map_err(|problem| ReadError::Json { file, problem })?,
+        Format::Pickle => pickle::read(bytes, budget, monitor)
+            .map_err(|problem| ReadError::Pickle { file, problem: Box::new(problem) })?,
         Format::Npz => {
             let wrong = |problem| ReadError::Npz { file, problem: Box::new(problem) };
             return npz::read(bytes, budget, monitor).map_err(wrong);
@@ -684,6 +716,7 @@ fn own(mut recording: Recording, options: &ReadOptions) -> Result<Import, ReadEr
     recording.posture = options.zero.or(recording.posture);
     recording.stated_arm = options.arm.clone().or(recording.stated_arm);
     recording.chain = options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()).or(recording.chain);
+    recording.torque = options.stated_torque().cloned().unwrap_or(recording.torque);
     let names = |array: &str| (0..recording.joint_count()).map(|joint| format!("{array}[{joint}]")).collect();
     let mapping = Mapping {
         time: Some("time".to_owned()),
@@ -732,6 +765,7 @@ pub fn set_right(recording: &mut Recording, corrections: &[Correction]) -> Resul
 /// Files on their way to become one recording.
 struct Merge {
     mapping: Mapping,
+    torque: TorqueFacts,
     joints: Vec<Joint>,
     trajectories: Vec<super::Trajectory>,
     findings: Vec<Finding>,
@@ -750,8 +784,17 @@ impl Merge {
         if let Some(joints) = table.joints.as_ref().filter(|joints| joints.len() == mapping.joints.len()) {
             mapping.joints = joints.clone();
         }
-        let findings = about_mapping(&mapping, &spec, file);
-        Ok(Merge { mapping, joints: Vec::new(), trajectories: Vec::new(), findings, cutoffs: Vec::new() })
+        let mut torque = options.stated_torque().cloned().unwrap_or_default();
+        if let Some(drive) = &spec.drive {
+            let wrong = |problem| ReadError::Drive { file: file.to_owned(), problem };
+            drive.check_for(mapping.joints.len()).map_err(wrong)?;
+            torque.state(TorqueFact::Commanded);
+        }
+        if mapping.commanded.contains(&Channel::Torque) && !torque.has(TorqueFact::Measured) {
+            torque.state(TorqueFact::Commanded);
+        }
+        let findings = about_mapping(&mapping, &spec, &torque, file);
+        Ok(Merge { mapping, torque, joints: Vec::new(), trajectories: Vec::new(), findings, cutoffs: Vec::new() })
     }
 
     fn add(
@@ -816,6 +859,7 @@ impl Merge {
             posture: options.zero,
             stated_arm: options.arm.clone(),
             chain: options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()),
+            torque: self.torque,
             seal: None,
         };
         recording.verify()?;
@@ -825,8 +869,32 @@ impl Merge {
     }
 }
 
-fn about_mapping(mapping: &Mapping, spec: &MappingSpec, file: &str) -> Vec<Finding> {
+fn about_mapping(mapping: &Mapping, spec: &MappingSpec, torque: &TorqueFacts, file: &str) -> Vec<Finding> {
     let mut findings = Vec::new();
+    if let Some(drive) = &spec.drive {
+        let [what, remedy] = drive.absorbs(mapping.joints.len());
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::Drive,
+            what,
+            place: Place::file(file),
+            remedy,
+            set_right: Vec::new(),
+        });
+    }
+    let says_ratio = spec.drive.is_some() || spec.transforms.contains_key(&Channel::Torque);
+    if torque.has(TorqueFact::Motor) && !says_ratio {
+        findings.push(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::MotorSide,
+            what: "the torque is said to be that of the motors, and no gear ratio is stated.".to_owned(),
+            place: Place::file(file),
+            remedy: "Unless the gears are 1:1 all torques and parameters are as the motors feel them. State the ratios as factor of \
+                     tau in a mapping file."
+                .to_owned(),
+            set_right: Vec::new(),
+        });
+    }
     let currents = mapping.tau.iter().find(|name| is_current(name));
     if let Some(name) = currents.filter(|_| !spec.transforms.contains_key(&Channel::Torque)) {
         findings.push(Finding {
@@ -840,11 +908,15 @@ fn about_mapping(mapping: &Mapping, spec: &MappingSpec, file: &str) -> Vec<Findi
             set_right: Vec::new(),
         });
     }
-    for channel in &mapping.commanded {
+    let mut commanded = mapping.commanded.clone();
+    commanded.retain(|channel| *channel != Channel::Torque);
+    let is_told = torque.has(TorqueFact::Commanded) && spec.drive.is_none();
+    commanded.extend(is_told.then_some(Channel::Torque));
+    for channel in &commanded {
         findings.push(Finding {
             severity: Severity::Warning,
             kind: FindingKind::Commanded,
-            what: format!("{} is taken from commanded values; no measured ones were found.", channel.title()),
+            what: format!("{} is taken from commanded values, not from measured ones.", channel.title()),
             place: Place::file(file),
             remedy: match channel {
                 Channel::Torque => {

@@ -21,15 +21,26 @@ pub enum Format {
     Hdf5,
     /// A log of messages, as rosbag2 writes it now.
     Mcap,
+    /// What Python's `pickle` writes, as far as it is plain data.
+    Pickle,
 }
 
 /// All formats in the words of a sentence, such as `Recordings (…)`.
-pub const READABLE: &str = "CSV, NPZ, NPY, JSON, MATLAB, HDF5, MCAP or ROS 2 bag";
+pub const READABLE: &str = "CSV, NPZ, NPY, JSON, MATLAB, HDF5, MCAP, Python pickle or ROS 2 bag";
 
 impl Format {
     /// All of them, the commonest first.
-    pub const ALL: [Format; 8] =
-        [Format::Csv, Format::Npz, Format::Npy, Format::Json, Format::Mat, Format::Hdf5, Format::Mcap, Format::Bag];
+    pub const ALL: [Format; 9] = [
+        Format::Csv,
+        Format::Npz,
+        Format::Npy,
+        Format::Json,
+        Format::Mat,
+        Format::Hdf5,
+        Format::Mcap,
+        Format::Pickle,
+        Format::Bag,
+    ];
 
     /// Its name for people.
     pub fn name(self) -> &'static str {
@@ -42,6 +53,7 @@ impl Format {
             Format::Json => "JSON",
             Format::Hdf5 => "HDF5",
             Format::Mcap => "MCAP",
+            Format::Pickle => "Python pickle",
         }
     }
 
@@ -56,6 +68,7 @@ impl Format {
             Format::Json => &["json", "jsonl", "ndjson"],
             Format::Hdf5 => &["h5", "hdf5", "mat"],
             Format::Mcap => &["mcap"],
+            Format::Pickle => &["pickle", "pkl"],
         }
     }
 
@@ -70,6 +83,7 @@ impl Format {
             Format::Json => "JSON",
             Format::Hdf5 => "an HDF5 file",
             Format::Mcap => "an MCAP log",
+            Format::Pickle => "a Python pickle",
         }
     }
 }
@@ -113,9 +127,6 @@ pub enum FormatError {
 
 const TO_CSV: &str = "export the log as CSV or NPZ";
 const UNPACK: &str = "unpack it and read the file inside";
-const PICKLE: &str = "reading a pickle runs the code that stands in it. Convert it where you trust it, in Python: \
-    d = pickle.load(open('log.pickle', 'rb')); numpy.savez('log.npz', time=d['t'], q=d['q'], qd=d['qd'], tau=d['tau'])";
-
 /// First bytes, what they tell, and what to do.
 const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"#ROSBAG", "a ROS bag", TO_CSV),
@@ -131,13 +142,10 @@ const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"\xff\xfe", "text in UTF-16", "save it as UTF-8 (in a terminal: iconv -f UTF-16 -t UTF-8 log.csv > log8.csv)"),
     (b"\xfe\xff", "text in UTF-16", "save it as UTF-8 (in a terminal: iconv -f UTF-16 -t UTF-8 log.csv > log8.csv)"),
     (b"version https://git-lfs", "a Git LFS pointer, not the data", "fetch the data with `git lfs pull`"),
-    (b"ccopy_reg", "a Python pickle", PICKLE),
-    (b"(dp", "a Python pickle", PICKLE),
-    (b"(lp", "a Python pickle", PICKLE),
 ];
 
 /// Endings that promise something that is not read.
-const UNREAD: [&str; 6] = ["pickle", "pkl", "parquet", "bag", "xlsx", "png"];
+const UNREAD: [&str; 4] = ["parquet", "bag", "xlsx", "png"];
 
 /// Tells the format from the bytes, and compares it with the ending of the name (without dot, any case, may be empty).
 ///
@@ -185,8 +193,8 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return Ok(Format::Npz);
     }
-    if let [0x80, 2..=5, ..] = bytes {
-        return unsupported("a Python pickle", PICKLE);
+    if is_pickle(bytes) {
+        return Ok(Format::Pickle);
     }
     if head.iter().any(|byte| byte.is_ascii_control() && !byte.is_ascii_whitespace()) {
         return Err(FormatError::Unknown);
@@ -196,6 +204,14 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
         b'<' => unsupported("XML or a web page", "download the file itself, as CSV or NPZ"),
         _ => Ok(Format::Csv),
     }
+}
+
+/// A pickle tells its protocol, or begins as dicts, lists and arrays do without one; and it ends with a point.
+fn is_pickle(bytes: &[u8]) -> bool {
+    /// How those without a protocol begin.
+    const BEGINNINGS: [&[u8]; 8] = [b"(d", b"(l", b"}q", b"]q", b"ccopy_reg", b"cnumpy", b"c_codecs", b"ccollections"];
+    let is_told = matches!(bytes, [0x80, 2..=5, ..]);
+    is_told || (bytes.ends_with(b".") && BEGINNINGS.iter().any(|beginning| bytes.starts_with(beginning)))
 }
 
 #[cfg(test)]
@@ -210,8 +226,8 @@ mod tests {
         for (bytes, word) in [
             (&b""[..], "empty"),
             (b" \n\t\r\n", "empty"),
-            (b"\x80\x03}q\x00.", "pickle"),
-            (b"(dp0\n.", "pickle"),
+            (b"\x80\x03}q\x00.", "a Python pickle; rename"),
+            (b"(dp0\n.", "a Python pickle; rename"),
             (b"MATLAB 7.3 MAT-file, Platform", "an HDF5 file; rename"),
             (b"MATLAB 5.0 MAT-file, Platform", "a MATLAB file; rename"),
             (b"\x89HDF\r\n\x1a\n", "an HDF5 file; rename"),

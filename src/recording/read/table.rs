@@ -14,6 +14,8 @@ pub(super) struct Table {
     pub columns: Vec<Column>,
     /// Rows of each run; most files hold one.
     pub runs: Vec<Range<usize>>,
+    /// Names of the runs, where the file states them.
+    pub run_names: Option<Vec<String>>,
     /// Line of the file that each row stands on, for text files.
     pub lines: Option<Lines>,
     /// Where the last row stands, in words, if the text ends without ending that line; one for each file.
@@ -83,6 +85,12 @@ pub(super) fn listed(parts: &[String]) -> String {
 }
 
 impl Table {
+    /// What the run of a row is called.
+    pub fn run_name(&self, row: usize) -> Option<&str> {
+        let run = self.runs.iter().position(|run| run.contains(&row))?;
+        self.run_names.as_ref()?.get(run).map(String::as_str)
+    }
+
     pub fn names(&self) -> Vec<String> {
         self.columns.iter().map(|column| column.name.clone()).collect()
     }

@@ -4,6 +4,7 @@ pub mod bag;
 pub mod mat;
 pub mod mcap;
 mod message;
+mod pickle;
 
 use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
@@ -78,6 +79,7 @@ pub fn files(recording: &Recording, number: usize) -> Result<Vec<Seed>, Selftest
         ("states.db3", bag::joint_states(run)?),
         ("plain.mcap", mcap::joint_states(run, None)?),
         ("packed.mcap", mcap::joint_states(run, Some(Compression::Zstd))?),
+        ("arrays.pickle", pickle::arrays(run)),
     ];
     Ok(files.into_iter().map(|(name, bytes)| Seed { name: format!("{number}-{name}"), bytes }).collect())
 }

@@ -40,6 +40,7 @@ use crate::arm::Arm;
 use crate::effect::registry;
 use crate::progress::Monitor;
 use crate::recording::seal::{Cause, HiddenEffect, Seal, Truth};
+use crate::recording::torque::TorqueFacts;
 use crate::recording::{Joint, Recording, Trajectory};
 use plan::{Name, Plan};
 use run::{Clock, Tally};
@@ -187,6 +188,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
         posture: Some(scenario.arm.posture),
         stated_arm: scenario.stated.then(|| scenario.arm.clone()),
         chain: None,
+        torque: TorqueFacts::default(),
         seal: Some(Seal::close(&Truth {
             arm: scenario.arm.clone(),
             effects: causes.iter().filter_map(in_the_catalogue).collect(),

@@ -23,13 +23,14 @@ use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::Screen;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets::thousands;
-use crate::app::{controls, formula, glossary, widgets};
+use crate::app::{controls, facts, formula, glossary, widgets};
 use crate::arm::Posture;
 use crate::figure::Panel;
 use crate::model::Preset;
 use crate::recording::check::Severity;
 use crate::recording::correction::Correction;
 use crate::recording::read::{READABLE, ReadOptions};
+use crate::recording::torque::TorqueFact;
 use crate::recording::{JointKind, Origin, Recording};
 use crate::session::{Command, Session};
 use crate::simulation::Level;
@@ -134,6 +135,7 @@ fn measured(ui: &mut Ui, desk: &mut Desk) {
     gallery::story(ui, &recording);
     findings(ui, desk, &recording);
     posture(ui, desk, &recording);
+    torque(ui, desk, &recording);
     signals(ui, desk, &recording);
     trajectories(ui, desk, &recording);
 }
@@ -170,9 +172,12 @@ fn findings(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             Origin::Derived(how) => format!("derived ({how})"),
         };
         let provenance = &recording.provenance;
+        let torque = match recording.torque.has(TorqueFact::Commanded) {
+            true => format!("Position q is measured, {} τ commanded", recording.effort()),
+            false => format!("Position q and {} τ are measured", recording.effort()),
+        };
         let text = format!(
-            "Position q and {} τ are measured; velocity q̇ is {}, acceleration q̈ is {}.",
-            recording.effort(),
+            "{torque}; velocity q̇ is {}, acceleration q̈ is {}.",
             origin(&provenance.velocity),
             origin(&provenance.acceleration)
         );
@@ -209,6 +214,22 @@ fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 );
             }
         });
+    });
+}
+
+/// Nothing in the numbers tells what had been taken out of the torque; what can be found depends on it.
+fn torque(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let Some((paths, options, held_out)) = opening(desk.session) else { return };
+    let title = format!("What is the {}?", recording.effort());
+    widgets::card(ui, &title, |ui| {
+        let mut stated = recording.torque.clone();
+        if facts::choose(ui, &mut stated) {
+            let options = ReadOptions { torque: Some(stated), ..options.clone() };
+            desk.run(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() });
+        }
+        if recording.torque.is_empty() {
+            widgets::weak(ui, "Nothing is stated: it is taken for all that the joints feel.");
+        }
     });
 }
 

@@ -20,7 +20,7 @@ use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{glossary, math, widgets};
 use crate::diagnosis::presence::LIKELY;
-use crate::diagnosis::{Alternative, Candidate, MissingEffect, Report, Verdict};
+use crate::diagnosis::{Alternative, Candidate, MissingEffect, NotKnown, Report, Verdict};
 use crate::effect::Scope;
 use crate::figure::Panel;
 use crate::recording::check::Severity;
@@ -164,15 +164,21 @@ impl Diagnose {
     }
 }
 
-/// The advice, a line for each sentence; what can't be judged at all is told to those who ask.
+/// The advice, a line for each sentence. What follows from what is stated of the torque is told to all, what else can't be judged to
+/// those who ask.
 fn advice(ui: &mut Ui, report: &Report) {
     for note in &report.notes {
         ui.label(note.sentence());
     }
-    if !report.not_known.is_empty() {
-        let title = format!("What these data can't answer ({})", report.not_known.len());
+    let is_stated = |unknown: &&NotKnown| matches!(unknown, NotKnown::NotInTorque { .. });
+    let (stated, others): (Vec<&NotKnown>, Vec<&NotKnown>) = report.not_known.iter().partition(is_stated);
+    for unknown in stated {
+        ui.label(format!("Not known: {}.", unknown.text()));
+    }
+    if !others.is_empty() {
+        let title = format!("What these data can't answer ({})", others.len());
         CollapsingHeader::new(title).id_salt("not known").show(ui, |ui| {
-            for unknown in &report.not_known {
+            for unknown in others {
                 widgets::weak(ui, widgets::sentence_case(&format!("{}.", unknown.text())));
             }
         });
@@ -239,6 +245,9 @@ fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
         Verdict::Missing => ("missing", palette.accent, format!("The model lacks {}.", named.join(" and "))),
         Verdict::Ambiguous => {
             ("ambiguous", palette.warning, format!("The model lacks {}, or something like it.", named.join(" and ")))
+        }
+        Verdict::NothingMissing if report.is_of_a_part() => {
+            ("nothing missing", palette.good, report.headline().to_owned())
         }
         Verdict::NothingMissing => {
             ("nothing missing", palette.good, "Nothing is missing that these data could show.".to_owned())
