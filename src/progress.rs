@@ -92,6 +92,8 @@ struct Line {
     reason: Mutex<String>,
     wake: Option<Box<dyn Fn() + Send + Sync>>,
     pass_on: Option<Box<PassOn>>,
+    /// What this is the line of a part of: a stop or a pause there counts here.
+    whole: Option<Monitor>,
 }
 
 /// What was told.
@@ -133,10 +135,10 @@ impl Monitor {
     }
 
     /// The line of a part of this work that goes from one share of the whole (0 to 1) to another. Of what the part tells only its
-    /// progress is passed on; a stop of the whole reaches it at its next report.
+    /// progress is passed on.
     pub fn part(&self, share: Range<f32>) -> Self {
         let whole = self.clone();
-        Monitor::relaying(move |event| match event {
+        self.of_part(move |event| match event {
             Event::Progress(Progress { fraction, activity }) => {
                 whole.report(share.start + (share.end - share.start) * fraction, activity)
             }
@@ -144,11 +146,14 @@ impl Monitor {
         })
     }
 
-    /// The line of parts that run side by side: nothing that they tell is passed on, and a stop of the whole reaches them at their
-    /// next report.
+    /// The line of parts that run side by side: nothing that they tell is passed on.
     pub fn quiet(&self) -> Self {
-        let whole = self.clone();
-        Monitor::relaying(move |_| whole.check())
+        self.of_part(|_| Ok(()))
+    }
+
+    /// The line of a part, which a stop of the whole ends.
+    fn of_part(&self, pass_on: impl Fn(&Event) -> Result<(), Stopped> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(Line { pass_on: Some(Box::new(pass_on)), whole: Some(self.clone()), ..Line::default() }))
     }
 
     /// Says what is being done and how far it is (0 to 1).
@@ -192,6 +197,9 @@ impl Monitor {
     /// # Errors
     /// [`Stopped`] once a stop was asked for.
     pub fn check(&self) -> Result<(), Stopped> {
+        if let Some(whole) = &self.0.whole {
+            whole.check()?;
+        }
         if self.0.pause_asked.load(Ordering::Relaxed) {
             let paused = self.0.paused.lock().unwrap_or_else(PoisonError::into_inner);
             drop(self.0.changed.wait_while(paused, |paused| *paused));
@@ -307,7 +315,13 @@ mod tests {
         part.tell(Event::Found(vec!["friction".into()]));
         assert_eq!(whole.progress(), Progress { fraction: 0.625, activity: "third quarter".into() });
         assert_eq!(whole.take_events().len(), 1);
+        let quiet = part.quiet();
+        quiet.report(0.1, "beside another").unwrap();
+        assert_eq!(whole.progress().activity, "third quarter");
         whole.stop("enough");
-        assert_eq!(part.report(1.0, "third quarter"), Err(Stopped { reason: "enough".into() }));
+        let stopped = Err(Stopped { reason: "enough".into() });
+        assert_eq!(part.report(1.0, "third quarter"), stopped);
+        // In the middle of inner loops, too, and in parts of parts.
+        assert_eq!([part.check(), quiet.check()], [stopped.clone(), stopped]);
     }
 }

@@ -165,9 +165,7 @@ impl Foreign {
             if let (Some(lag), Some(COMMAND_READ)) = (planted.parameters.get_mut("lag"), side.as_deref()) {
                 *lag = -*lag;
             }
-            if planted.effect == "joint-elasticity" || planted.effect == "backlash" {
-                kin::tell_the_side(planted, side.as_deref() == Some(MOTOR));
-            }
+            kin::tell_the_side(planted, side.as_deref() == Some(MOTOR));
         }
         Ok(Foreign { zero: standing.zero.posture(), truth, path })
     }

@@ -99,8 +99,11 @@ impl Place<'_> {
 }
 
 /// Takes account of the side of the encoder, which a truth states beside the name of what is soft or loose: the catalogue has a
-/// name for each side.
+/// name for each side. Of all else it changes nothing.
 pub fn tell_the_side(planted: &mut Planted, on_motor: bool) {
+    if !ELASTIC.contains(&planted.effect.as_str()) {
+        return;
+    }
     if on_motor {
         planted.effect = format!("motor-side-{}", planted.effect.trim_start_matches("joint-"));
         // What it is called after is of the other side.
@@ -127,6 +130,24 @@ mod tests {
                 assert!(registry::find(&name).is_ok(), "{}: {name}", effect.id);
             }
         }
+    }
+
+    #[test]
+    fn what_is_loose_has_a_name_for_each_side() {
+        let planted = |on_motor| {
+            let mut planted = Place { effect: "backlash", joint: Some(2), joints: 3 }.planted(0.1, BTreeMap::new());
+            planted.equal.clear();
+            tell_the_side(&mut planted, on_motor);
+            planted
+        };
+        let verdicts =
+            |on_motor: bool| ["backlash", "motor-side-backlash"].map(|name| planted(on_motor).judge(name, Some(2)));
+        use crate::trial::verdict::Verdict::{Form, Right};
+        assert_eq!((verdicts(false), verdicts(true)), ([Right, Form], [Form, Right]));
+        let friction = Place { effect: "coulomb-friction", joint: Some(1), joints: 3 }.planted(0.1, BTreeMap::new());
+        let mut same = friction.clone();
+        tell_the_side(&mut same, true);
+        assert_eq!(same, friction);
     }
 
     /// Friction of one joint is no form of that of another, and what is not in the catalogue has no kin.
