@@ -182,8 +182,10 @@ fn panels_are_moved_by_keys() {
     assert!(tab(&window, "At the cursor").left() < tab(&window, "Torques").left());
     focus(&mut window, "Errors by trajectory");
     window.key_press(Key::Enter);
-    window.run_steps(4);
-    assert!(window.query_by_role_and_label(Role::Button, "sort by the error of joint 2").is_some());
+    // Its table is computed beside the window.
+    let is_there =
+        |window: &Window| window.query_by_role_and_label(Role::Button, "sort by the error of joint 2").is_some();
+    step_until(&mut window, "the table is there", is_there);
     focus(&mut window, "At the cursor");
     window.key_press(Key::Delete);
     window.run_steps(4);
