@@ -2,7 +2,7 @@
 //! by which they are tested.
 //!
 //! `docs/networks.md` tells the layout. Effects that were trained beside the network are a function of their own, written as for a
-//! [`controller`](super::controller).
+//! [`controller`].
 
 use std::collections::HashMap;
 use std::io::{Cursor, Write};
