@@ -248,6 +248,15 @@ fn check_parameters(fitted: &Fitted, hidden: &HiddenEffect) {
     }
 }
 
+/// What a rigid body lacks of an arm that another engine moved.
+fn missing_in(world: &world::Scenario) -> Report {
+    let monitor = Monitor::new();
+    let recording = world::simulate(world, &monitor).unwrap();
+    let split = Split::automatic(&recording);
+    let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &monitor).unwrap();
+    diagnose(&body, &recording, &split, &monitor).unwrap()
+}
+
 /// Moved by another engine: a motor of many poles repeats so often that only a periodogram says where a search may begin.
 #[test]
 fn a_wave_of_many_periods_is_named_with_its_wave_number() {
@@ -274,11 +283,7 @@ fn a_wave_of_many_periods_is_named_with_its_wave_number() {
         seed: 5,
         stated: false,
     };
-    let monitor = Monitor::new();
-    let recording = world::simulate(&world, &monitor).unwrap();
-    let split = Split::automatic(&recording);
-    let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &monitor).unwrap();
-    let found = diagnose(&body, &recording, &split, &monitor).unwrap();
+    let found = missing_in(&world);
     let wave = found.effects.iter().find(|effect| effect.effect.id == "cogging").expect("it is named");
     assert_eq!(wave.joints, [1], "{}", found.advice());
     let number = wave.parameters.iter().find(|parameter| parameter.name.contains("wave_number")).unwrap();
@@ -293,16 +298,7 @@ fn a_soft_gear_behind_its_encoder_is_named_with_its_compliance() {
     let world = world::Scenario {
         name: "motor-side encoders".into(),
         arm: Arm::uniform(2),
-        motion: Excitation::MultiSine {
-            trajectories: 12,
-            duration: 8.0,
-            rate: 100.0,
-            harmonics: 5,
-            lowest_frequency: 0.1,
-            highest_frequency: 1.0,
-            max_position: 2.0,
-            max_velocity: 3.5,
-        },
+        motion: Scenario::embedded().motion,
         servo: Servo::default(),
         sensors: Sensors { side: Side::Motor, torque_noise: 0.02, ..Sensors::default() },
         parts: vec![Part::ElasticGear(gear)],
@@ -310,11 +306,7 @@ fn a_soft_gear_behind_its_encoder_is_named_with_its_compliance() {
         seed: 5,
         stated: false,
     };
-    let monitor = Monitor::new();
-    let recording = world::simulate(&world, &monitor).unwrap();
-    let split = Split::automatic(&recording);
-    let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &monitor).unwrap();
-    let found = diagnose(&body, &recording, &split, &monitor).unwrap();
+    let found = missing_in(&world);
     let soft = found.effects.iter().find(|effect| effect.effect.id == "motor-side-elasticity");
     let soft = soft.unwrap_or_else(|| panic!("{}", found.advice()));
     assert_eq!(soft.joints, [1], "{}", found.advice());
