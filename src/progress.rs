@@ -142,7 +142,7 @@ impl Monitor {
             Event::Progress(Progress { fraction, activity }) => {
                 whole.report(share.start + (share.end - share.start) * fraction, activity)
             }
-            _ => whole.check(),
+            _ => Ok(()),
         })
     }
 
@@ -151,8 +151,9 @@ impl Monitor {
         self.of_part(|_| Ok(()))
     }
 
-    /// The line of a part, which a stop of the whole ends.
-    fn of_part(&self, pass_on: impl Fn(&Event) -> Result<(), Stopped> + Send + Sync + 'static) -> Self {
+    /// The line of a part of this work: what it tells is passed on instead of being kept, and a stop or a pause of the whole counts
+    /// there at once.
+    pub fn of_part(&self, pass_on: impl Fn(&Event) -> Result<(), Stopped> + Send + Sync + 'static) -> Self {
         Self(Arc::new(Line { pass_on: Some(Box::new(pass_on)), whole: Some(self.clone()), ..Line::default() }))
     }
 

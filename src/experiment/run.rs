@@ -242,7 +242,7 @@ fn part(
     title: String,
 ) -> Monitor {
     let whole = monitor.clone();
-    Monitor::relaying(move |event| {
+    monitor.of_part(move |event| {
         claim.beat();
         // Epochs and findings of a cell concern nobody.
         let Event::Progress(progress) = event else { return Ok(()) };
@@ -325,13 +325,7 @@ fn train_members(
             let mut plan = plan.clone();
             plan.options.seed += SEEDS_OF_A_MEMBER * number;
             let count = cell.inputs.members as f32;
-            let whole = monitor.clone();
-            let part = Monitor::relaying(move |event| match event {
-                Event::Progress(progress) => {
-                    whole.report((number as f32 + progress.fraction) / count, &progress.activity)
-                }
-                Event::Epoch(_) | Event::Found(_) | Event::Done(_) | Event::Warning(_) => Ok(()),
-            });
+            let part = monitor.part(number as f32 / count..(number + 1) as f32 / count);
             let trained = training::fit::fit(&model, &recording, &split, &plan, None, &part, &mut |_| {})?;
             match trained.ending {
                 Ending::Finished | Ending::GoalReached => trained.fitted,

@@ -44,6 +44,7 @@ pub use panel::{Figure, Panel};
 pub use place::{Area, Place};
 pub use script::script;
 pub use shared::Shared;
+pub use svg::escaped as svg_escaped;
 
 /// What a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -96,14 +96,14 @@ fn deciding(step: &Step) -> f64 {
 /// The line of one of several trainings: all that it tells is passed on, its progress as a share of the whole.
 fn share(monitor: &Monitor, number: u64, of: u64) -> Monitor {
     let whole = monitor.clone();
-    Monitor::relaying(move |event| match event {
+    monitor.of_part(move |event| match event {
         Event::Progress(Progress { fraction, activity }) => {
             let activity = format!("seed {} of {of}, {activity}", number + 1);
             whole.report((number as f32 + fraction) / of as f32, &activity)
         }
         other => {
             whole.tell(other.clone());
-            whole.check()
+            Ok(())
         }
     })
 }

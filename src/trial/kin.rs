@@ -104,9 +104,14 @@ pub fn tell_the_side(planted: &mut Planted, on_motor: bool) {
     if !ELASTIC.contains(&planted.effect.as_str()) {
         return;
     }
-    if on_motor {
-        planted.effect = format!("motor-side-{}", planted.effect.trim_start_matches("joint-"));
-        // What it is called after is of the other side.
+    let from_motor = match planted.effect.as_str() {
+        "joint-elasticity" => Some("motor-side-elasticity"),
+        "backlash" => Some("motor-side-backlash"),
+        _ => None,
+    };
+    if let Some(from_motor) = from_motor.filter(|_| on_motor) {
+        from_motor.clone_into(&mut planted.effect);
+        // They are those of the other side.
         planted.parameters.clear();
     }
     planted.equal.extend(ELASTIC.map(|name| (name.to_owned(), planted.joint)));
@@ -143,6 +148,9 @@ mod tests {
         let verdicts =
             |on_motor: bool| ["backlash", "motor-side-backlash"].map(|name| planted(on_motor).judge(name, Some(2)));
         use crate::trial::verdict::Verdict::{Form, Right};
+        let mut told = planted(true);
+        tell_the_side(&mut told, true);
+        assert_eq!(told.effect, "motor-side-backlash", "a truth may use the name of the side itself");
         assert_eq!((verdicts(false), verdicts(true)), ([Right, Form], [Form, Right]));
         let friction = Place { effect: "coulomb-friction", joint: Some(1), joints: 3 }.planted(0.1, BTreeMap::new());
         let mut same = friction.clone();

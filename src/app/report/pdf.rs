@@ -4,9 +4,8 @@
 use std::fmt::Write as _;
 
 use super::document::{Block, Document, Table};
-use super::html::escaped;
 use crate::figure::font::Ruler;
-use crate::figure::{self, Family, FigureError};
+use crate::figure::{self, Family, FigureError, svg_escaped};
 
 /// A4 \[points\].
 const PAGE: [f64; 2] = [595.0, 842.0];
@@ -102,7 +101,7 @@ impl Paper {
     /// Words side by side at the height of the next line.
     fn words(&mut self, x: f64, text: &str, size: f64, color: &str) {
         let y = self.y + size;
-        let text = escaped(text);
+        let text = svg_escaped(text);
         self.put(format_args!("<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size}\" fill=\"{color}\">{text}</text>\n"));
     }
 
@@ -173,7 +172,7 @@ impl Paper {
                  font-family=\"{}\">\n{content}<text x=\"{MARGIN}\" y=\"{foot}\" font-size=\"{SMALL}\" fill=\"{WEAK}\">{}</text>\n\
                  <text x=\"{right}\" y=\"{foot}\" font-size=\"{SMALL}\" fill=\"{WEAK}\" text-anchor=\"end\">{} / {count}</text>\n</svg>\n",
                 Family::Sans.name(),
-                escaped(&name),
+                svg_escaped(&name),
                 number + 1,
                 foot = height - 0.5 * MARGIN,
                 right = width - MARGIN,
@@ -240,6 +239,14 @@ fn size_of(svg: &str) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A log may have any letter in its names, and SVG not.
+    #[test]
+    fn signs_below_the_space_are_printed_as_spaces() {
+        let document =
+            Document { title: "arm \u{1b}[31m <1>".to_owned(), blocks: vec![Block::Code("a\tb\u{1}".into())] };
+        assert!(pages(&document).is_ok_and(|pdf| pdf.starts_with(b"%PDF")));
+    }
 
     #[test]
     fn text_and_tables_fit_the_page() {

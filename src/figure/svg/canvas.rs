@@ -143,7 +143,8 @@ fn opacity(of: &str, opacity: f64) -> String {
     if opacity < 1.0 { format!(" {of}-opacity=\"{opacity:.2}\"") } else { String::new() }
 }
 
-fn escaped(text: &str) -> String {
+/// A text as SVG reads it.
+pub fn escaped(text: &str) -> String {
     // XML has no letters below the space but line breaks and tabs.
     let text: String = text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

@@ -9,6 +9,7 @@ use base64::Engine as _;
 use super::canvas::{Canvas, Fill, Hold, Stroke};
 use super::mark::{Edges, Entry, Key};
 use super::{Area, Figure, Legend, Panel, Place, Scale, Size, Style};
+pub use canvas::escaped;
 use canvas::{COLUMNS_PER_POINT, Paper, hex, put, rectangle};
 
 /// Height of a slide \[points\].

@@ -11,6 +11,9 @@ use super::table::{Column, MOST_COLUMNS, Table, listed};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::npy::{Header, NpyError};
 
+/// Groups of arrays may lie in each other this deep.
+pub(super) const DEEPEST: usize = 16;
+
 /// The arrays make no table.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ArraysError {

@@ -8,7 +8,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions};
 use ndarray::{ArrayD, Axis};
 
-use super::arrays::{self, ArraysError, BYTES};
+use super::arrays::{self, ArraysError, BYTES, DEEPEST};
 use super::budget::{Budget, TooMuch};
 use super::table::{MOST_COLUMNS, Table};
 use crate::progress::{Monitor, Stopped};
@@ -41,8 +41,6 @@ pub enum Hdf5Error {
     Stopped(#[from] Stopped),
 }
 
-/// Groups may lie in each other this deep.
-const DEEPEST: usize = 16;
 /// What a packed part may unpack to \[bytes\].
 const LARGEST_CHUNK: usize = 64 << 20;
 /// How much of it may be kept unpacked \[bytes\].

@@ -9,7 +9,7 @@ mod machine;
 use log::Log;
 use machine::Machine;
 
-use super::arrays::ArraysError;
+use super::arrays::{ArraysError, DEEPEST};
 use super::budget::{Budget, TooMuch};
 use super::table::Table;
 use crate::progress::{Monitor, Stopped};
@@ -70,8 +70,6 @@ pub enum PickleError {
     Stopped(#[from] Stopped),
 }
 
-/// Dicts and lists may lie in each other this deep.
-const DEEPEST: usize = 16;
 /// Reads a file.
 pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, PickleError> {
     let mut machine = Machine::new(bytes, budget);
