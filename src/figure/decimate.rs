@@ -1,8 +1,8 @@
 //! Half a million samples on a thousand pixels: per pixel column only the first, smallest, largest and last are drawn.
 //!
 //! The picture is the same as with all samples (M4; Jugel and others, VLDB 7 (2014) 797). Values that are not finite and
-//! jumps of the clock split the line, so that gaps are seen as gaps. Of every `BLOCK` samples it is remembered where the
-//! smallest and the largest is, so that a zoomed or moved view asks only the blocks and not the samples.
+//! jumps of the clock split the line, so that gaps are seen as gaps. Of every `BLOCK` samples these four points are remembered, one
+//! block after the other, so that a zoomed or moved view reads a little memory in its order and not all samples.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -12,8 +12,8 @@ use super::shared::{Identity, Shared};
 
 /// A time step longer than this many median steps is a gap.
 const GAP_STEPS: f64 = 5.0;
-/// How many decimated signals are kept.
-const MOST_KEPT: usize = 256;
+/// How many decimated signals are kept, before those that nobody asked for in the meantime are forgotten.
+const MOST_KEPT: usize = 128;
 
 /// Samples of a block.
 const BLOCK: usize = 64;
@@ -40,6 +40,8 @@ pub struct Sight {
 #[derive(Default)]
 pub struct Decimator {
     kept: HashMap<Key, Kept<Pieces>>,
+    /// What was kept until there was too much of it: who asks for it keeps it anew.
+    older: HashMap<Key, Kept<Pieces>>,
     blocks: HashMap<[Identity; 2], Kept<Arc<Blocks>>>,
 }
 
@@ -66,42 +68,43 @@ impl Decimator {
         if let Some(kept) = self.kept.get(&key) {
             return Arc::clone(&kept.what);
         }
-        self.forget();
+        let kept = self.older.remove(&key).unwrap_or_else(|| self.thinned(x, y, sight));
+        let pieces = Arc::clone(&kept.what);
+        self.make_room();
+        self.kept.insert(key, kept);
+        pieces
+    }
+
+    fn thinned(&mut self, x: &Shared<f64>, y: &Shared<f64>, sight: Sight) -> Kept<Pieces> {
         let of = || [x.owner(), y.owner()];
         let blocks = (x.len().min(y.len()) >= SHORTEST_WITH_BLOCKS).then(|| {
             let compute = || Kept { of: of(), what: Arc::new(Blocks::of(x, y)) };
-            Arc::clone(&self.blocks.entry(signals).or_insert_with(compute).what)
+            Arc::clone(&self.blocks.entry([x.identity(), y.identity()]).or_insert_with(compute).what)
         });
-        let pieces = Arc::new(decimate(x, y, sight, blocks.as_deref()));
-        self.kept.insert(key, Kept { of: of(), what: Arc::clone(&pieces) });
-        pieces
+        Kept { of: of(), what: Arc::new(decimate(x, y, sight, blocks.as_deref())) }
     }
 
     /// How many views of lines are remembered.
     pub fn kept(&self) -> usize {
-        self.kept.len()
+        self.kept.len() + self.older.len()
     }
 
-    /// Makes room: first by what nobody can ask for any more.
-    fn forget(&mut self) {
-        if self.kept.len() < MOST_KEPT {
-            return;
-        }
-        self.blocks.retain(|_, kept| kept.is_alive());
-        self.kept.retain(|_, kept| kept.is_alive());
+    fn make_room(&mut self) {
         if self.kept.len() >= MOST_KEPT {
-            self.kept.clear();
+            self.blocks.retain(|_, kept| kept.is_alive());
+            self.older = std::mem::take(&mut self.kept);
         }
     }
 }
 
-/// Where each block of a signal has its smallest and largest value.
+/// What is drawn of each block of a signal, if it falls into one pixel column.
 struct Blocks(Vec<Block>);
 
 #[derive(Clone, Copy)]
 struct Block {
-    least: u32,
-    most: u32,
+    /// First, the smallest and largest in their order, last.
+    points: [[f64; 2]; 4],
+    least: f64,
     /// Whether all values are numbers.
     finite: bool,
     /// Whether the clock does not jump inside, nor before it.
@@ -112,29 +115,28 @@ impl Blocks {
     fn of(x: &[f64], y: &[f64]) -> Self {
         let len = x.len().min(y.len());
         let longest = longest_step(x, len);
-        let block = |number: usize| {
-            let samples = number * BLOCK..(number + 1) * BLOCK;
-            let (mut least, mut most) = (samples.start, samples.start);
-            let (mut finite, mut unbroken) = (true, true);
-            for sample in samples {
-                finite &= y[sample].is_finite();
-                unbroken &= sample == 0 || x[sample] - x[sample - 1] <= longest;
-                if y[sample] < y[least] {
+        let block = |(number, (time, values)): (usize, (&[f64], &[f64]))| {
+            let (mut least, mut most) = (0, 0);
+            for (sample, value) in values.iter().enumerate() {
+                if *value < values[least] {
                     least = sample;
                 }
-                if y[sample] > y[most] {
+                if *value > values[most] {
                     most = sample;
                 }
             }
-            Block { least: least as u32, most: most as u32, finite, unbroken }
+            let before = (number * BLOCK).checked_sub(1).map_or(time[0], |sample| x[sample]);
+            let unbroken = time[0] - before <= longest && time.windows(2).all(|pair| pair[1] - pair[0] <= longest);
+            let points = [0, least.min(most), least.max(most), BLOCK - 1].map(|sample| [time[sample], values[sample]]);
+            Block { points, least: values[least], finite: values.iter().all(|value| value.is_finite()), unbroken }
         };
-        Blocks((0..len / BLOCK).map(block).collect())
+        Blocks(x[..len].chunks_exact(BLOCK).zip(y[..len].chunks_exact(BLOCK)).enumerate().map(block).collect())
     }
 
-    /// The block that begins at `sample` of `y`, if it may stand for its samples.
-    fn at(&self, sample: usize, y: &[f64], sight: &Sight) -> Option<&Block> {
+    /// The block that begins at `sample`, if it may stand for its samples.
+    fn at(&self, sample: usize, sight: &Sight) -> Option<&Block> {
         let block = self.0.get(sample / BLOCK).filter(|_| sample.is_multiple_of(BLOCK))?;
-        let shown = !sight.positive || y[block.least as usize] > 0.0;
+        let shown = !sight.positive || block.least > 0.0;
         (block.finite && shown && (block.unbroken || !sight.gaps)).then_some(block)
     }
 }
@@ -158,23 +160,18 @@ fn decimate(x: &[f64], y: &[f64], sight: Sight, blocks: Option<&Blocks>) -> Vec<
     let to = (x[..len].partition_point(|x| *x <= range[1]) + 1).min(len);
     let longest = longest_step(x, len);
     let per_column = columns as f64 / (range[1] - range[0]);
-    let number = |sample: usize| ((x[sample] - range[0]) * per_column) as i64;
-    let point = |sample: usize| [x[sample], y[sample]];
+    let number = |x: f64| ((x - range[0]) * per_column) as i64;
     let mut pieces = vec![Vec::new()];
     let mut column = Column::default();
     let mut sample = from;
     while sample < to {
-        let last = sample + BLOCK - 1;
-        if let Some(block) = blocks.and_then(|blocks| blocks.at(sample, y, &sight))
+        if let Some(Block { points, .. }) = blocks.and_then(|blocks| blocks.at(sample, &sight))
             && sample > from
-            && last < to
-            && number(sample) == number(last)
+            && sample + BLOCK <= to
+            && number(points[0][0]) == number(points[3][0])
         {
-            let at = number(sample);
-            let (early, late) = (block.least.min(block.most) as usize, block.least.max(block.most) as usize);
-            for kept in [sample, early, late, last] {
-                column.add(at, point(kept), &mut pieces);
-            }
+            let at = number(points[0][0]);
+            points.iter().for_each(|point| column.add(at, *point, &mut pieces));
             sample += BLOCK;
             continue;
         }
@@ -184,7 +181,7 @@ fn decimate(x: &[f64], y: &[f64], sight: Sight, blocks: Option<&Blocks>) -> Vec<
             pieces.push(Vec::new());
         }
         if !is_hole(y[sample]) {
-            column.add(number(sample), point(sample), &mut pieces);
+            column.add(number(x[sample]), [x[sample], y[sample]], &mut pieces);
         }
         sample += 1;
     }
@@ -297,8 +294,10 @@ mod tests {
             let other = vec![value as f64; 10_000].into();
             let pieces = decimator.line(&x, &other, sight([0.0, 1e4], 100));
             assert_eq!(pieces[0][0][1], value as f64);
+            let asked_again = decimator.line(&x, &y, sight([0.0, 1e4], 100));
+            assert!(Arc::ptr_eq(&first, &asked_again), "what is asked for is not forgotten");
         }
-        assert!(decimator.kept() <= MOST_KEPT);
+        assert!(decimator.kept() <= 2 * MOST_KEPT);
         assert!(decimator.blocks.len() <= MOST_KEPT + 2, "signals that are gone are forgotten");
     }
 }
