@@ -1,8 +1,9 @@
-//! What the torque of a log is, to be stated: the same words on the Data screen and in the import assistant.
+//! What the torque of a log is and where its encoders are, to be stated: the same words on the Data screen and in the import assistant.
 
 use egui::Ui;
 
 use super::widgets;
+use crate::recording::encoders::Side;
 use crate::recording::torque::{TorqueFact, TorqueFacts};
 
 /// A button for each fact; whether one was changed.
@@ -19,6 +20,26 @@ pub fn choose(ui: &mut Ui, facts: &mut TorqueFacts) -> bool {
         }
     });
     changed
+}
+
+/// The same for the side of the gears where the encoders are; who is not sure leaves it open.
+pub fn choose_encoders(ui: &mut Ui, encoders: &mut Option<Side>) -> bool {
+    let before = *encoders;
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Encoders");
+        for side in Side::ALL {
+            let (title, hidden) = match side {
+                Side::Link => ("On the links", "see what the gears twist"),
+                Side::Motor => ("On the motors", "see nothing of what the gears twist, and all joints feel it"),
+            };
+            let button = ui.selectable_label(*encoders == Some(side), title);
+            let hint = format!("The encoders are {}: they {hidden}.", side.about());
+            if button.on_hover_text(hint).clicked() {
+                *encoders = Some(side);
+            }
+        }
+    });
+    *encoders != before
 }
 
 /// As it stands on a button.

@@ -21,6 +21,7 @@ use crate::model::{Fitted, Model, Preset};
 use crate::network::Activation;
 use crate::progress::Monitor;
 use crate::recording::correction::Correction;
+use crate::recording::encoders::Side;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions, endings, parts};
 use crate::recording::torque::{TorqueFact, TorqueFacts};
@@ -64,6 +65,9 @@ pub struct Reading {
     /// What the torque is, as nothing in the numbers tells it, such as `commanded,without-friction`.
     #[arg(long, value_name = "FACT,…", value_delimiter = ',', value_parser = one_of(facts()))]
     torque: Vec<TorqueFact>,
+    /// On which side of the gears the encoders are, as nothing in the numbers tells it for certain.
+    #[arg(long, value_name = "SIDE", value_parser = one_of(sides()))]
+    encoders: Option<Side>,
     /// Sampling rate [Hz] of files without a time column.
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
@@ -103,9 +107,10 @@ impl OwnEffects {
 impl Reading {
     /// Whether nothing was given that says how files are read.
     fn is_empty(&self) -> bool {
-        let Reading { held_out, map, zero, arm, torque, rate, low_pass, gaussian, set_right, own: _ } = self;
+        let Reading { held_out, map, zero, arm, torque, encoders, rate, low_pass, gaussian, set_right, own: _ } = self;
         let is_numberless = rate.is_none() && low_pass.is_none() && gaussian.is_none() && torque.is_empty();
-        held_out.is_empty() && map.is_none() && zero.is_none() && arm.is_none() && is_numberless && set_right.is_empty()
+        let is_shapeless = zero.is_none() && arm.is_none() && encoders.is_none() && set_right.is_empty();
+        held_out.is_empty() && map.is_none() && is_numberless && is_shapeless
     }
 }
 
@@ -308,6 +313,10 @@ const FEATURES: [Choice<Features>; 3] = [
 
 const PRECISIONS: [Choice<Precision>; 2] =
     [("f32", "single precision", Precision::F32), ("f64", "double precision", Precision::F64)];
+
+fn sides() -> [Choice<Side>; 2] {
+    Side::ALL.map(|side| (side.name(), side.about(), side))
+}
 
 fn facts() -> [Choice<TorqueFact>; 6] {
     TorqueFact::ALL.map(|fact| (fact.name(), fact.about(), fact))
@@ -643,6 +652,7 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         zero,
         arm,
         torque: (!torque.is_empty()).then_some(torque),
+        encoders: reading.encoders,
         rate_hz: reading.rate,
         low_pass_hz: reading.low_pass,
         gaussian_samples: reading.gaussian,

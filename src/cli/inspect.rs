@@ -4,6 +4,7 @@ use serde::Serialize;
 use super::data::Files;
 use super::table::{number, table};
 use crate::recording::check::Finding;
+use crate::recording::encoders::Side;
 use crate::recording::mapping::Mapping;
 use crate::recording::torque::TorqueFacts;
 use crate::recording::{Joint, Provenance, Recording};
@@ -34,6 +35,7 @@ struct Answer<'a> {
     posture: &'a Option<crate::arm::Posture>,
     stated_arm: &'a Option<crate::arm::Arm>,
     torque: &'a TorqueFacts,
+    encoders: Option<Side>,
     sealed: bool,
     mapping: Option<&'a Mapping>,
     findings: &'a [Finding],
@@ -76,6 +78,7 @@ impl Inspect {
                 posture: &recording.posture,
                 stated_arm: &recording.stated_arm,
                 torque: &recording.torque,
+                encoders: recording.encoders,
                 sealed: recording.seal.is_some(),
                 mapping: session.mapping.as_deref(),
                 findings: &session.findings,
@@ -107,6 +110,7 @@ impl Inspect {
         println!("q = 0: {}", posture_text(recording));
         println!("stated arm: {}", recording.stated_arm.as_ref().map_or("none", |_| "in the file"));
         println!("{}: {}", recording.effort(), recording.torque.text());
+        println!("encoders: {}", recording.encoders.map_or("not stated on which side of the gears", Side::about));
         println!("sealed truth: {}", if recording.seal.is_some() { "yes" } else { "no" });
         println!("velocity: {}", recording.provenance.velocity);
         println!("acceleration: {}", recording.provenance.acceleration);

@@ -6,12 +6,13 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::report::NotKnown;
-use crate::effect::{Effect, EncoderSide, NotApplicable, Scope, Way};
+use crate::effect::{Effect, Lack, NotApplicable, Scope, Way};
 use crate::model::design::Design;
 use crate::model::equations::{Equations, PreparedColumn};
 use crate::model::terms::{Alteration, Found, OperatingPoint};
 use crate::model::{EffectTerm, Fitted, Model, ModelError, reversal};
 use crate::progress::Monitor;
+use crate::recording::encoders::Side;
 use crate::signals::Signals;
 
 /// Share of a column's squared length that prices its factor where all candidates explain at once.
@@ -78,13 +79,13 @@ impl Group {
 
     /// Whether one takes the encoders of the arm to be on the links and the other on the motors.
     fn contradicts(&self, other: &Group) -> bool {
-        use EncoderSide::{Link, Motor};
-        matches!((self.effect.facts.encoder, other.effect.facts.encoder), (Link, Motor) | (Motor, Link))
+        let sides = self.effect.facts.encoder.zip(other.effect.facts.encoder);
+        sides.is_some_and(|(one, other)| one != other)
     }
 
     /// Whether it is about what is soft or loose in another joint, which all joints feel a little.
     fn is_seen_from_elsewhere(&self, joint: usize) -> bool {
-        self.effect.facts.encoder == EncoderSide::Motor && self.joint != Some(joint)
+        self.effect.facts.encoder == Some(Side::Motor) && self.joint != Some(joint)
     }
 
     /// The joints on which it makes torque; `None` for all.
@@ -127,7 +128,7 @@ impl<'a> Library<'a> {
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;
         let mut places: Vec<Group> = Vec::new();
-        let mut effects = effects.to_vec();
+        let (mut effects, mut impossible) = among(effects, design.recording().encoders);
         effects.sort_by_key(|effect| effect.id);
         for effect in effects {
             for joint in effect.places(0..design.joint_count()) {
@@ -148,7 +149,6 @@ impl<'a> Library<'a> {
         };
         let prepared: Vec<Result<Vec<PreparedColumn>, ModelError>> = places.par_iter().map(prepare).collect();
         let mut groups = Vec::new();
-        let mut impossible = Vec::new();
         for (group, prepared) in places.into_iter().zip(prepared) {
             match prepared {
                 Ok(prepared) => {
@@ -283,6 +283,15 @@ impl<'a> Library<'a> {
         self.groups[group].shape = shape;
         Ok(())
     }
+}
+
+/// Those of these effects whose formula may hold with encoders on this side of the gears, and why the others may not.
+fn among(effects: &[&'static Effect], encoders: Option<Side>) -> (Vec<&'static Effect>, Vec<NotKnown>) {
+    let speaks_of_other = |effect: &&&Effect| effect.facts.encoder.zip(encoders).is_some_and(|(own, side)| own != side);
+    let (others, kept): (Vec<&Effect>, Vec<&Effect>) = effects.iter().partition(speaks_of_other);
+    let lack = |effect: &Effect| effect.facts.encoder.map(|side| Lack::Encoders { side });
+    let not_known = |effect| Some(NotKnown::NotComputed { effect, lack: lack(effect)? });
+    (kept, others.into_iter().filter_map(not_known).collect())
 }
 
 /// Whether the model has the effect there, by itself or inside another one.

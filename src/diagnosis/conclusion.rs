@@ -4,7 +4,7 @@ use super::presence::SURE;
 use super::report::{MissingEffect, Note, Verdict};
 use super::search::FEWEST_BLOCKS;
 use super::stated_arm::Comparison;
-use crate::effect::EncoderSide;
+use crate::recording::encoders::Side;
 
 /// Below this probability a form is one of several.
 const SURE_FORM: f64 = 0.8;
@@ -27,13 +27,15 @@ pub fn verdict(effects: &[MissingEffect], unexplained: &[usize], comparison: &Co
     Verdict::Missing
 }
 
-/// What to do next, and what to doubt; the search had so many `blocks` to leave out.
+/// What to do next, and what to doubt; the search had so many `blocks` to leave out, and the encoders are on a stated side of the
+/// gears, if any.
 pub fn notes(
     verdict: Verdict,
     effects: &[MissingEffect],
     unexplained: &[usize],
     comparison: &Comparison,
     blocks: usize,
+    encoders: Option<Side>,
 ) -> Vec<Note> {
     let mut notes = Vec::new();
     match (verdict, effects.first()) {
@@ -42,7 +44,7 @@ pub fn notes(
             if verdict == Verdict::Ambiguous {
                 notes.extend(effects.iter().filter_map(hardly_told));
             }
-            notes.extend(effects.iter().filter_map(needs_encoder));
+            notes.extend(effects.iter().filter(|_| encoders.is_none()).filter_map(needs_encoder));
             if !unexplained.is_empty() {
                 notes.push(Note::MoreThanNoise { joints: unexplained.to_vec() });
             }
@@ -71,9 +73,9 @@ pub fn notes(
 /// On which side of the gear an effect takes the angle to be measured, if that matters.
 fn needs_encoder(named: &MissingEffect) -> Option<Note> {
     match named.effect.facts.encoder {
-        EncoderSide::Either => None,
-        EncoderSide::Link => Some(Note::NeedsLinkEncoder { effect: named.effect }),
-        EncoderSide::Motor => Some(Note::NeedsMotorEncoder { effect: named.effect }),
+        None => None,
+        Some(Side::Link) => Some(Note::NeedsLinkEncoder { effect: named.effect }),
+        Some(Side::Motor) => Some(Note::NeedsMotorEncoder { effect: named.effect }),
     }
 }
 
@@ -112,7 +114,8 @@ mod tests {
     /// With one block or two nothing can be left out, so nothing is confirmed; the gates let pass what they can't judge.
     #[test]
     fn too_few_blocks_are_noted() {
-        let notes = |blocks| notes(Verdict::Missing, &[named("coulomb-friction")], &[], &Comparison::Agrees, blocks);
+        let notes =
+            |blocks| notes(Verdict::Missing, &[named("coulomb-friction")], &[], &Comparison::Agrees, blocks, None);
         for blocks in [1, 2] {
             assert!(notes(blocks).contains(&Note::NotConfirmable { blocks }), "{blocks}");
         }
@@ -121,7 +124,8 @@ mod tests {
 
     #[test]
     fn an_effect_between_motor_and_link_says_where_its_encoder_is() {
-        let notes = notes(Verdict::Missing, &[named("joint-elasticity")], &[], &Comparison::Agrees, 16);
-        assert_eq!(notes[1], Note::NeedsLinkEncoder { effect: named("joint-elasticity").effect });
+        let notes = |side| notes(Verdict::Missing, &[named("joint-elasticity")], &[], &Comparison::Agrees, 16, side);
+        assert_eq!(notes(None)[1], Note::NeedsLinkEncoder { effect: named("joint-elasticity").effect });
+        assert_eq!(notes(Some(Side::Link)).len(), 1, "it is stated");
     }
 }

@@ -72,6 +72,7 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::recording::differentiate::central_difference;
+use crate::recording::encoders::Side;
 use crate::recording::fault::FaultKind;
 use crate::recording::{Channels, JointKind, Trajectory};
 
@@ -131,8 +132,8 @@ pub struct Facts {
     pub absorbed_by_body: bool,
     /// Whether the friction that a network learns stands for it, among others.
     pub learned_friction: bool,
-    /// The side of the gear on which its formula takes the encoder to be.
-    pub encoder: EncoderSide,
+    /// The side of the gear on which its formula takes the encoder to be, if that matters.
+    pub encoder: Option<Side>,
     /// Ids of effects whose columns this one contains, so that it replaces them.
     pub includes: &'static [&'static str],
     /// What usual data can hardly tell from it, so that whoever names it must name these too.
@@ -161,17 +162,6 @@ pub struct LeftBy {
     pub effect: &'static str,
     /// Whether these linear parameters of the other one, beside those of this one, are no more than what it leaves.
     pub is_left: fn(&[f64], &[f64]) -> bool,
-}
-
-/// The side of a gear on which the angle is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EncoderSide {
-    /// It makes no difference.
-    Either,
-    /// On the link.
-    Link,
-    /// On the motor.
-    Motor,
 }
 
 /// What an effect acts on.
@@ -207,7 +197,7 @@ impl Facts {
         is_offset: false,
         absorbed_by_body: false,
         learned_friction: false,
-        encoder: EncoderSide::Either,
+        encoder: None,
         includes: &[],
         look_alikes: &[],
         left_by: None,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::sign;
 use crate::arm::{Arm, Posture};
+use crate::recording::encoders::Side;
 use crate::recording::{JointKind, Trajectory};
 use crate::signals::Signals;
 
@@ -169,6 +170,14 @@ pub enum Lack {
     /// A second joint.
     #[error("with one joint it is the same as a base tilt")]
     SecondJoint,
+    /// Encoders on the side of the gears that its formula speaks of.
+    #[error(
+        "its formula takes the encoders to be on the {side}s, and they are stated to be on the other side of the gears"
+    )]
+    Encoders {
+        /// The side that it speaks of.
+        side: Side,
+    },
     /// An arm in a plane.
     #[error("it is about planar arms")]
     PlanarArm,

@@ -499,6 +499,7 @@ mod tests {
             stated_arm: None,
             chain: None,
             torque: TorqueFacts::default(),
+            encoders: None,
             seal: None,
         };
         let segment = Segment { trajectory: 0, samples: 0..4000 };

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::encoders::Side;
 use super::torque::TorqueFacts;
 use super::{Joint, Provenance};
 use crate::arm::chain::Chain;
@@ -47,6 +48,9 @@ pub struct Manifest {
     /// What its torque is, as it is stated.
     #[serde(default, skip_serializing_if = "TorqueFacts::is_empty")]
     pub torque: TorqueFacts,
+    /// On which side of the gears its encoders are, where it is stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub encoders: Option<Side>,
 }
 
 /// Only the version, which is read first: the rest may differ in other versions.

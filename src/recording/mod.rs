@@ -11,6 +11,7 @@ pub mod check;
 pub mod correction;
 pub mod differentiate;
 pub mod drive;
+pub mod encoders;
 pub mod fault;
 pub mod gallery;
 mod glitch;
@@ -33,6 +34,7 @@ use serde::{Deserialize, Serialize};
 use crate::arm::chain::{Chain, ChainError};
 use crate::arm::{Arm, ArmError, Posture};
 use crate::signals::ShapeError;
+use encoders::Side;
 use seal::Seal;
 use torque::{TorqueFact, TorqueFacts};
 
@@ -57,6 +59,8 @@ pub struct Recording {
     pub chain: Option<Chain>,
     /// What the torque is, as it is stated.
     pub torque: TorqueFacts,
+    /// On which side of the gears the encoders are, where it is stated.
+    pub encoders: Option<Side>,
     /// The hidden truth of a simulated recording, closed until the user opens it.
     pub seal: Option<Seal>,
 }
@@ -229,6 +233,7 @@ impl Recording {
             stated_arm: None,
             chain: None,
             torque: TorqueFacts::default(),
+            encoders: None,
             seal: None,
         }
     }
@@ -271,6 +276,7 @@ impl Recording {
             stated_arm: self.stated_arm.clone(),
             chain: self.chain.clone(),
             torque: self.torque.clone(),
+            encoders: self.encoders,
             seal: None,
         }
     }

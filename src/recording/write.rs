@@ -72,6 +72,7 @@ pub fn to_npz_bytes(recording: &Recording) -> Result<Vec<u8>, WriteError> {
         stated_arm: recording.stated_arm.clone(),
         chain: recording.chain.clone(),
         torque: recording.torque.clone(),
+        encoders: recording.encoders,
     };
     entry(MANIFEST, &serde_json::to_vec_pretty(&manifest)?)?;
     if let Some(seal) = &recording.seal {

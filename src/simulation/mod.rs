@@ -317,6 +317,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
         stated_arm: scenario.stated.then(|| scenario.arm.clone()),
         chain: None,
         torque: TorqueFacts::default(),
+        encoders: None,
         seal: Some(Seal::close(&Truth {
             arm: scenario.arm.clone(),
             effects: scenario.effects.clone(),

@@ -9,12 +9,13 @@ use torquescope::effect::{Effect, Scope, registry};
 use torquescope::model::{self, Fitted, Preset};
 use torquescope::progress::Monitor;
 use torquescope::recording::check::check;
+use torquescope::recording::encoders::Side;
 use torquescope::recording::seal::HiddenEffect;
 use torquescope::recording::split::Split;
 use torquescope::recording::{Trajectory, fault};
 use torquescope::session::{Command, Session};
 use torquescope::simulation::world::part::{Cogging, DryFriction, ElasticGear};
-use torquescope::simulation::world::{self, Part, Sensors, Servo, Side};
+use torquescope::simulation::world::{self, Part, Sensors, Servo};
 use torquescope::simulation::{Excitation, Scenario};
 
 /// One test for each effect, so that they run in parallel.

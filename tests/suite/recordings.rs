@@ -10,6 +10,7 @@ use tempfile::TempDir;
 use torquescope::arm::{Arm, Posture};
 use torquescope::progress::Monitor;
 use torquescope::recording::check::FindingKind;
+use torquescope::recording::encoders::Side;
 use torquescope::recording::read::{Import, ReadError, ReadOptions, preview, read};
 use torquescope::recording::seal::Seal;
 use torquescope::recording::torque::TorqueFacts;
@@ -433,6 +434,7 @@ fn sample_recording() -> Recording {
         stated_arm: Some(Arm::uniform(2)),
         chain: None,
         torque: TorqueFacts::default(),
+        encoders: None,
         seal: Some(Seal::from_bytes(vec![1, 2, 3])),
     }
 }
@@ -542,6 +544,7 @@ fn any_recording() -> impl Strategy<Value = Recording> {
                     stated_arm: flags[3].then(|| Arm::uniform(3)),
                     chain: None,
                     torque: TorqueFacts::default(),
+                    encoders: flags[1].then_some(Side::Motor),
                     seal: flags[0].then_some(Seal::from_bytes(sealed)),
                 }
             })

@@ -5,6 +5,7 @@ use torquescope::diagnosis::{NotKnown, Report, Verdict};
 use torquescope::model::Preset;
 use torquescope::prelude::*;
 use torquescope::recording::check::FindingKind;
+use torquescope::recording::encoders::Side;
 use torquescope::recording::mapping::MappingSpec;
 use torquescope::recording::read::{Import, read};
 use torquescope::recording::torque::{TorqueFact, TorqueFacts};
@@ -108,6 +109,25 @@ fn silence_about_friction_is_no_absence_where_friction_was_compensated() {
     }
 }
 
+/// A formula that takes the encoders to be where they are not is not tried, and that is said.
+#[test]
+fn where_the_encoders_are_rules_out_what_takes_them_to_be_elsewhere() {
+    let (_, recording) = simulated(true);
+    let left_out = |encoders| -> Vec<String> {
+        let report = diagnosed(&Recording { encoders, ..recording.clone() });
+        let is_elsewhere = |unknown: &&NotKnown| unknown.text().contains("the other side of the gears");
+        let tried = |id: &str| report.ranking.iter().any(|candidate| candidate.effect.id == id);
+        assert_eq!(tried("joint-elasticity"), encoders != Some(Side::Motor));
+        assert_eq!(tried("motor-side-elasticity"), encoders != Some(Side::Link));
+        report.not_known.iter().filter(is_elsewhere).map(NotKnown::text).collect()
+    };
+    assert_eq!(left_out(None).len(), 0);
+    for (side, other) in [(Side::Motor, "links"), (Side::Link, "motors")] {
+        let told = left_out(Some(side));
+        assert!(told.len() == 2 && told.iter().all(|text| text.contains(other)), "{told:?}");
+    }
+}
+
 fn read_csv(recording: &Recording, options: &ReadOptions) -> Import {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
@@ -118,24 +138,28 @@ fn read_csv(recording: &Recording, options: &ReadOptions) -> Import {
 #[test]
 fn what_is_stated_is_read_kept_and_told() {
     let (_, recording) = simulated(false);
-    let spec = MappingSpec::from_toml("torque = [\"motor\", \"commanded\", \"without-friction\"]\n").unwrap();
+    let spec =
+        MappingSpec::from_toml("torque = [\"motor\", \"commanded\", \"without-friction\"]\nencoders = \"motor\"\n")
+            .unwrap();
     assert_eq!(MappingSpec::from_toml(&spec.to_toml().unwrap()).unwrap(), spec);
     let options = ReadOptions { mapping: Some(spec), ..ReadOptions::default() };
     let import = read_csv(&recording, &options);
     assert!(import.recording.torque.has(TorqueFact::Motor) && import.recording.torque.has(TorqueFact::WithoutFriction));
+    assert_eq!(import.recording.encoders, Some(Side::Motor));
     let kinds: Vec<FindingKind> = import.findings.iter().map(|finding| finding.kind).collect();
     assert!(kinds.contains(&FindingKind::MotorSide) && kinds.contains(&FindingKind::Commanded), "{kinds:?}");
     // What is said beside the mapping counts more.
     let link = TorqueFacts::new([TorqueFact::Link]).unwrap();
-    let options = ReadOptions { torque: Some(link.clone()), ..options };
-    assert_eq!(read_csv(&recording, &options).recording.torque, link);
+    let options = ReadOptions { torque: Some(link.clone()), encoders: Some(Side::Link), ..options };
+    let said_anew = read_csv(&recording, &options).recording;
+    assert_eq!((said_anew.torque, said_anew.encoders), (link.clone(), Some(Side::Link)));
     // Our own file keeps it, and it may be said anew.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.npz");
     std::fs::write(&path, to_npz_bytes(&import.recording).unwrap()).unwrap();
     let again = |options: &ReadOptions| read(std::slice::from_ref(&path), options, &Monitor::new()).unwrap().recording;
     assert_eq!(again(&ReadOptions::default()), import.recording);
-    assert_eq!(again(&options).torque, link);
+    assert_eq!((again(&options).torque, again(&options).encoders), (link, Some(Side::Link)));
     let both = MappingSpec::from_toml("torque = [\"link\", \"motor\"]\n").unwrap_err().to_string();
     assert!(both.contains("both `link` and `motor`"), "{both}");
 }

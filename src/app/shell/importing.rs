@@ -17,6 +17,7 @@ use crate::figure::mark::Line;
 use crate::figure::{Axis, Ink, Panel};
 use crate::file;
 use crate::progress::Monitor;
+use crate::recording::encoders::Side;
 use crate::recording::mapping::{Channel, Draft, MappingError, MappingSpec, Role};
 use crate::recording::read::{Preview, ReadOptions, preview};
 use crate::recording::torque::TorqueFacts;
@@ -40,6 +41,7 @@ pub struct Importing {
     options: ReadOptions,
     /// What the torque is.
     torque: TorqueFacts,
+    encoders: Option<Side>,
     job: Option<Job<Preview>>,
     log: Option<Result<Log, String>>,
     /// The file for the template, as it is typed.
@@ -85,8 +87,10 @@ impl Importing {
         let template = beside.display().to_string();
         let mapped = || options.mapping.as_ref().map(|mapping| mapping.torque.clone());
         let torque = options.torque.clone().or_else(mapped).unwrap_or_default();
+        let encoders = options.encoders.or_else(|| options.mapping.as_ref()?.encoders);
         Importing {
             torque,
+            encoders,
             job: Some(Job::spawn("look into the log", wake, look)),
             path,
             options,
@@ -144,6 +148,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
                 rate(ui, log);
                 ui.label("What is the torque?");
                 facts::choose(ui, &mut open.torque);
+                facts::choose_encoders(ui, &mut open.encoders);
                 plot(ui, shell, log);
             }
         });
@@ -340,14 +345,14 @@ fn offer(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
 
 /// Opens the log by a mapping that says what the torque is, too.
 fn open_as(shell: &mut Shell, open: &Importing, spec: MappingSpec) {
-    let options = ReadOptions { mapping: Some(spec), torque: None, ..open.options.clone() };
+    let options = ReadOptions { mapping: Some(spec), torque: None, encoders: None, ..open.options.clone() };
     shell.desk.run(Command::open(vec![open.path.clone()], options, Vec::new()));
 }
 
 /// What is to be done with it; whether the assistant is done.
 fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
     let spec = match &mut open.log {
-        Some(Ok(log)) => Some(log.spec().clone().map(|spec| completed(spec, &open.options, &open.torque))),
+        Some(Ok(log)) => Some(log.spec().clone().map(|spec| completed(spec, open))),
         _ => None,
     };
     match &spec {
@@ -386,13 +391,14 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
     is_over
 }
 
-/// With what is said of the torque, and what was said before of the arm and the like.
-fn completed(spec: MappingSpec, options: &ReadOptions, torque: &TorqueFacts) -> MappingSpec {
-    let before = options.mapping.clone().unwrap_or_default();
+/// With what is said of the torque and the encoders, and what was said before of the arm and the like.
+fn completed(spec: MappingSpec, open: &Importing) -> MappingSpec {
+    let before = open.options.mapping.clone().unwrap_or_default();
     let (low_pass_hz, gaussian_samples) = (before.low_pass_hz, before.gaussian_samples);
     let kind = before.kind.or(spec.kind);
     let (chain, topic, drive) = (before.chain, before.topic, before.drive);
-    MappingSpec { low_pass_hz, gaussian_samples, kind, chain, topic, drive, torque: torque.clone(), ..spec }
+    let (torque, encoders) = (open.torque.clone(), open.encoders);
+    MappingSpec { low_pass_hz, gaussian_samples, kind, chain, topic, drive, torque, encoders, ..spec }
 }
 
 /// What is wrong, without the list of all columns, which stand above.

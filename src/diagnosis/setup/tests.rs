@@ -161,6 +161,7 @@ fn in_space() -> Recording {
         stated_arm: None,
         chain: Some(chain),
         torque: TorqueFacts::default(),
+        encoders: None,
         seal: None,
     }
 }

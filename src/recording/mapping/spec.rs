@@ -10,6 +10,7 @@ use super::{Channel, Mapping, MappingError};
 use crate::arm::chain::Chain;
 use crate::recording::JointKind;
 use crate::recording::drive::Drive;
+use crate::recording::encoders::Side;
 use crate::recording::torque::TorqueFacts;
 use crate::recording::transform::Transform;
 
@@ -54,6 +55,8 @@ pub struct MappingSpec {
     pub topic: Option<String>,
     /// What the torque is; empty where nothing is said.
     pub torque: TorqueFacts,
+    /// On which side of the gears the encoders are; `None` where nothing is said.
+    pub encoders: Option<Side>,
     /// The law by which the torque follows from the columns that `tau` names, where these hold the command of a drive.
     pub drive: Option<Drive>,
 }
@@ -98,6 +101,7 @@ struct MappingFile {
     topic: Option<String>,
     #[serde(default, skip_serializing_if = "TorqueFacts::is_empty")]
     torque: TorqueFacts,
+    encoders: Option<Side>,
     q: Option<ChannelEntry>,
     qd: Option<ChannelEntry>,
     qdd: Option<ChannelEntry>,
@@ -132,7 +136,7 @@ impl From<Names> for Vec<String> {
 
 impl MappingSpec {
     /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz` or `gaussian-samples`, `kind` (`revolute`, `prismatic`), `topic`,
-    /// `torque` (a list of what it is, [`TorqueFact`](crate::recording::torque::TorqueFact)), a table for each of `q`, `qd`, `qdd`,
+    /// `torque` (a list of what it is, [`TorqueFact`](crate::recording::torque::TorqueFact)), `encoders` (`link`, `motor`), a table for each of `q`, `qd`, `qdd`,
     /// `tau` with `columns` and, where the numbers are not in SI units, a [`Transform`], and a table `arm`, a [`Chain`]. Where there is no
     /// torque, a table `command` like those in place of `tau`, and a table `drive`, a [`Drive`].
     ///
@@ -149,6 +153,7 @@ impl MappingSpec {
             chain: file.arm,
             topic: file.topic,
             torque: file.torque,
+            encoders: file.encoders,
             drive: file.drive,
             ..MappingSpec::default()
         };
@@ -212,6 +217,7 @@ impl MappingSpec {
             kind: self.kind,
             topic: self.topic.clone(),
             torque: self.torque.clone(),
+            encoders: self.encoders,
             q: entry(Channel::Position),
             qd: entry(Channel::Velocity),
             qdd: entry(Channel::Acceleration),

@@ -51,6 +51,7 @@ use super::check::{Finding, FindingKind, Place, Severity, check};
 use super::correction::{Correction, CorrectionError};
 use super::differentiate::{Smoothing, description, gaussian_description};
 use super::drive::DriveError;
+use super::encoders::Side;
 use super::gallery::{self, Sample, UnknownSample};
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec, is_current};
 use super::torque::{TorqueFact, TorqueFacts};
@@ -73,6 +74,9 @@ pub struct ReadOptions {
     /// What the torque is, where the user says it; as the mapping says otherwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub torque: Option<TorqueFacts>,
+    /// On which side of the gears the encoders are, where the user says it; as the mapping says otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub encoders: Option<Side>,
     /// Sampling rate \[Hz\] of files without a time column.
     pub rate_hz: Option<f64>,
     /// Cut-off of the filter for derived channels \[Hz\]; by default [`super::differentiate::default_cutoff`].
@@ -93,6 +97,7 @@ impl Default for ReadOptions {
             zero: None,
             arm: None,
             torque: None,
+            encoders: None,
             rate_hz: None,
             low_pass_hz: None,
             gaussian_samples: None,
@@ -107,6 +112,11 @@ impl ReadOptions {
     fn stated_torque(&self) -> Option<&TorqueFacts> {
         let mapped = || self.mapping.as_ref().map(|mapping| &mapping.torque).filter(|facts| !facts.is_empty());
         self.torque.as_ref().or_else(mapped)
+    }
+
+    /// Where the encoders are said to be, here or in the mapping.
+    fn stated_encoders(&self) -> Option<Side> {
+        self.encoders.or_else(|| self.mapping.as_ref()?.encoders)
     }
 
     /// Whether its numbers can be.
@@ -717,6 +727,7 @@ fn own(mut recording: Recording, options: &ReadOptions) -> Result<Import, ReadEr
     recording.stated_arm = options.arm.clone().or(recording.stated_arm);
     recording.chain = options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()).or(recording.chain);
     recording.torque = options.stated_torque().cloned().unwrap_or(recording.torque);
+    recording.encoders = options.stated_encoders().or(recording.encoders);
     let names = |array: &str| (0..recording.joint_count()).map(|joint| format!("{array}[{joint}]")).collect();
     let mapping = Mapping {
         time: Some("time".to_owned()),
@@ -860,6 +871,7 @@ impl Merge {
             stated_arm: options.arm.clone(),
             chain: options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()),
             torque: self.torque,
+            encoders: options.stated_encoders(),
             seal: None,
         };
         recording.verify()?;

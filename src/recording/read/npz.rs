@@ -181,9 +181,10 @@ fn recording(
     if start != time.len() {
         return wrong(format!("`{TRAJECTORY}` does not count 0, 1, … in order at sample {start}"));
     }
-    let Manifest { name, joints, provenance, posture, stated_arm, chain, torque, .. } = manifest;
+    let Manifest { name, joints, provenance, posture, stated_arm, chain, torque, encoders, .. } = manifest;
     let seal = truth.map(Seal::from_bytes);
-    let recording = Recording { name, joints, trajectories, provenance, posture, stated_arm, chain, torque, seal };
+    let recording =
+        Recording { name, joints, trajectories, provenance, posture, stated_arm, chain, torque, encoders, seal };
     recording.verify()?;
     Ok(recording)
 }

@@ -10,10 +10,11 @@ use super::part::{
     Floor, JointStop, LeaningLink, LoadFriction, Part, Pendulum, Rotor, SaturatedReading, Sloshing, SpeedFriction,
     Spring, TipLoad, TorqueConstant, TorqueFilter, UnevenFriction, WarmingFriction,
 };
-use super::{LoggedTorque, Scenario, Sensors, Servo, Side, longest_step};
+use super::{LoggedTorque, Scenario, Sensors, Servo, longest_step};
 use crate::arm::{Arm, GRAVITY, Link, Posture};
 use crate::progress::Monitor;
 use crate::recording::Trajectory;
+use crate::recording::encoders::Side;
 use crate::simulation::{self, Draw, Excitation, SimulationError};
 
 /// How many draws of a part are tried before another is drawn.

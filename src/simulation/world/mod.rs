@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 
 pub use draw::{Class, draw, mystery};
 pub use part::Part;
-pub use sensors::{LoggedTorque, Sensors, Side};
+pub use sensors::{LoggedTorque, Sensors};
 pub use servo::Servo;
 
 use super::{Draw, Excitation, SimulationError, demand, random, sensor};
@@ -189,6 +189,7 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
         stated_arm: scenario.stated.then(|| scenario.arm.clone()),
         chain: None,
         torque: TorqueFacts::default(),
+        encoders: None,
         seal: Some(Seal::close(&Truth {
             arm: scenario.arm.clone(),
             effects: causes.iter().filter_map(in_the_catalogue).collect(),

@@ -1,9 +1,9 @@
 //! The plan of a run: what is built, what acts, and under which name each hidden thing is counted.
 
 use super::moment::{Forces, Moment, Planar};
-use super::sensors::Side;
 use super::transmission::Transmission;
 use crate::arm::Arm;
+use crate::recording::encoders::Side;
 
 /// Radius of the ball around the tip that touches obstacles \[m\].
 pub(super) const TIP_RADIUS: f64 = 0.01;

@@ -5,6 +5,7 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 use crate::recording::Trajectory;
+use crate::recording::encoders::Side;
 use crate::simulation::{SimulationError, demand, sensible, sensor};
 
 /// The sensors of the arm.
@@ -23,17 +24,6 @@ pub struct Sensors {
     pub torque: LoggedTorque,
     /// Standard deviation of the noise of torque, as a share of each joint's RMS.
     pub torque_noise: f64,
-}
-
-/// A side of the gear.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Side {
-    /// After the gear.
-    #[default]
-    Link,
-    /// Before the gear, told in coordinates of the joint.
-    Motor,
 }
 
 /// A place on the way of the torque.

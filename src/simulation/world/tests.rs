@@ -4,6 +4,7 @@ use super::moment::Moment;
 use super::part::*;
 use super::*;
 use crate::arm::{GRAVITY, Link, Posture, Sense};
+use crate::recording::encoders::Side;
 use crate::simulation;
 
 /// Uneven links, in another posture for each number of joints.

@@ -223,8 +223,9 @@ fn torque(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let title = format!("What is the {}?", recording.effort());
     widgets::card(ui, &title, |ui| {
         let mut stated = recording.torque.clone();
-        if facts::choose(ui, &mut stated) {
-            let options = ReadOptions { torque: Some(stated), ..options.clone() };
+        let mut encoders = recording.encoders;
+        if facts::choose(ui, &mut stated) | facts::choose_encoders(ui, &mut encoders) {
+            let options = ReadOptions { torque: Some(stated), encoders, ..options.clone() };
             desk.run(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() });
         }
         if recording.torque.is_empty() {

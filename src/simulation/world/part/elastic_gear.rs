@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use super::{Install, from_one};
+use crate::recording::encoders::Side;
 use crate::simulation::world::course::{Course, Draws};
 use crate::simulation::world::moment::{Forces, Moment};
 use crate::simulation::world::plan::{Device, Plan};
-use crate::simulation::world::sensors::Side;
 use crate::simulation::world::transmission::{Gear, Transmission};
 use crate::simulation::{SimulationError, demand, sensible};
 
