@@ -9,7 +9,7 @@ use super::least_squares::{NormalEquations, dot};
 use crate::signals::Signals;
 
 /// Longest lag of the residual's autocorrelation, in prepared samples.
-pub const MOST_LAG: usize = 100;
+const MOST_LAG: usize = 100;
 
 /// A stretch of one trajectory, in prepared samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,25 +143,6 @@ impl Equations {
         1.0 + 2.0 * correlations.into_iter().take_while(|&rho| rho > 0.0).sum::<f64>()
     }
 
-    /// What these factors of all columns leave of a joint's torque, block by block \[N m or N\].
-    pub fn residuals<'a>(
-        &'a self,
-        columns: &'a [PreparedColumn],
-        factors: &'a DVector<f64>,
-        torque: &'a [Signals],
-        joint: usize,
-    ) -> impl Iterator<Item = Vec<f64>> + 'a {
-        self.blocks.iter().map(move |block| {
-            let mut residual = torque[block.trajectory][joint][block.samples.clone()].to_vec();
-            for (column, factor) in columns.iter().zip(factors).filter(|(_, factor)| **factor != 0.0) {
-                for (left, value) in residual.iter_mut().zip(column.cut(block, joint)) {
-                    *left -= factor * value;
-                }
-            }
-            residual
-        })
-    }
-
     /// The autocorrelations ρ₁, ρ₂ … of what these factors of all columns leave of a joint's torque; none if nothing is left.
     pub fn correlations(
         &self,
@@ -172,7 +153,13 @@ impl Equations {
         lags: usize,
     ) -> Vec<f64> {
         let mut products = vec![0.0; lags + 1];
-        for residual in self.residuals(columns, factors, torque, joint) {
+        for block in &self.blocks {
+            let mut residual = torque[block.trajectory][joint][block.samples.clone()].to_vec();
+            for (column, factor) in columns.iter().zip(factors).filter(|(_, factor)| **factor != 0.0) {
+                for (left, value) in residual.iter_mut().zip(column.cut(block, joint)) {
+                    *left -= factor * value;
+                }
+            }
             for (lag, product) in products.iter_mut().enumerate().take(residual.len()) {
                 *product += dot(&residual[lag..], &residual[..residual.len() - lag]);
             }

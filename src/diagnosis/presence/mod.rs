@@ -11,7 +11,6 @@
 
 pub mod calibration;
 mod judged;
-mod steadiness;
 
 pub(super) use judged::Judged;
 
@@ -94,8 +93,6 @@ pub struct Rest {
     pub before: Vec<f64>,
     /// 1 for noise that was white before it was filtered, near 0 for what moves as slowly as the arm, from ρ₁ of the residual, by joint.
     pub whiteness: Vec<f64>,
-    /// Share of the residual's energy that steady noise can be, by joint.
-    pub steadiness: Vec<f64>,
     /// Share of the residual that a flexible basis predicts on left-out blocks, by joint.
     pub predicted: Vec<f64>,
 }
@@ -110,7 +107,6 @@ impl Rest {
         Ok(Rest {
             share: joints.clone().map(|joint| left(joint, &factors)).collect(),
             before: joints.clone().map(|joint| left(joint, &before)).collect(),
-            steadiness: joints.clone().map(|joint| steadiness::of(search, joint, &factors)).collect(),
             whiteness: joints.map(|joint| 1.0 - search.structure(joint, &factors)).collect(),
             predicted: flexible::predicted(search)?,
         })

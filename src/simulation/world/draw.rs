@@ -73,6 +73,7 @@ const FINDABLE: &[Maker] = &[
     |joint, course, random| Part::UnevenFriction(UnevenFriction::drawn(joint, course, random)),
     |joint, course, random| Part::SpeedFriction(SpeedFriction::viscous(joint, course, random)),
     |joint, course, random| Part::SpeedFriction(SpeedFriction::quadratic(joint, course, random)),
+    |joint, course, random| Part::SpeedFriction(SpeedFriction::thinning(joint, course, random)),
     |joint, course, random| Part::Spring(Spring::linear(joint, course, random)),
     |joint, course, random| Part::Spring(Spring::hardening(joint, course, random)),
     |joint, course, random| Part::JointStop(JointStop::drawn(joint, course, random)),
@@ -115,7 +116,6 @@ const OUTSIDE: &[Maker] = &[
     |joint, course, random| Part::Sloshing(Sloshing::drawn(joint, course, random)),
     |joint, course, random| Part::TipLoad(TipLoad::picked_up(joint, course, random)),
     |joint, course, random| Part::Floor(Floor::drawn(joint, course, random)),
-    |joint, course, random| Part::SpeedFriction(SpeedFriction::thinning(joint, course, random)),
 ];
 
 /// A world that the seed draws. The same seed gives the same world.

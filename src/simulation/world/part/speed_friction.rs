@@ -45,7 +45,8 @@ impl SpeedFriction {
         match self.exponent {
             1.0 => ("viscous-friction", vec![self.coefficient]),
             2.0 => ("quadratic-drag", vec![self.coefficient]),
-            _ => ("thinning-grease", Vec::new()),
+            exponent if exponent < 1.0 => ("concave-friction", vec![self.coefficient, exponent]),
+            _ => ("thickening-grease", Vec::new()),
         }
     }
 }
