@@ -97,7 +97,7 @@ impl Equations {
 
     /// Computes anew the last rows and columns of the weighted `sum` over all blocks, those of the columns `new`, which
     /// come after the columns `kept`.
-    pub fn complete(
+    pub(super) fn complete(
         &self,
         sum: &mut NormalEquations,
         kept: &[&PreparedColumn],

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::design::{Design, inverse};
+use super::ending::Ending;
 use super::equations::{Equations, PreparedColumn};
 use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
@@ -258,10 +259,17 @@ impl<'a> ShapeSearch<'a> {
         let Term::Effect(placed) = &self.model.terms[term] else { return Ok(()) };
         let Some((parameter, starts)) = placed.effect.shapes().nth(number) else { return Ok(()) };
         let values = starts.values(self.design.way(placed.joint));
+        let factors = self.model.factors(self.design.setting())?;
+        let (own, mut order): (Vec<usize>, Vec<usize>) =
+            (0..factors.len()).partition(|&column| factors[column].term == term);
+        let kept = order.iter().map(|&column| &self.columns[column]).collect();
+        order.extend(own);
+        let sum = self.equations.total(weights, |_| true).select(&order);
+        let mut ending = Ending::new(&self.equations, kept, sum, self.torque, weights);
+        let mut shape = self.shapes[term].clone();
         let mut cost = |value: f64| -> Result<f64, ModelError> {
-            self.shapes[term][number] = value;
-            self.update_columns(term)?;
-            Ok(self.equations.total(weights, |_| true).solve().residual_energy)
+            shape[number] = value;
+            Ok(ending.residual_energy(&self.design.effect_columns(placed, &shape)?))
         };
         let mut best = values[0];
         let mut least = f64::INFINITY;
@@ -273,9 +281,8 @@ impl<'a> ShapeSearch<'a> {
         }
         let [low, high] = starts.around(&values, best).map(|end| starts.place(end.clamp(parameter.min, parameter.max)));
         let (refined, found) = minimum(low, high, FINE, |place| cost(starts.value(place)))?;
-        let value = if found < least { starts.value(refined) } else { best };
-        cost(value)?;
-        Ok(())
+        self.shapes[term][number] = if found < least { starts.value(refined) } else { best };
+        self.update_columns(term)
     }
 
     fn update_columns(&mut self, term: usize) -> Result<(), ModelError> {

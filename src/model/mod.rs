@@ -8,6 +8,7 @@
 //! predicts and measures the error.
 
 pub mod design;
+pub mod ending;
 pub mod equations;
 pub mod evaluate;
 pub mod file;

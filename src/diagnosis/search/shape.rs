@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::state::Search;
 use crate::diagnosis::candidates::Library;
 use crate::model::ModelError;
-use crate::model::equations::PreparedColumn;
+use crate::model::ending::Ending;
 use crate::model::line_search::{FINE, minimum};
 
 /// Steps of a search for a shape that is to be compared with others, not yet kept.
@@ -61,16 +61,11 @@ impl Search<'_> {
         groups.retain(|&other| other != group);
         let others = self.columns(&groups);
         groups.push(group);
-        let mut equations = self.equations_of(&groups);
-        let beside = self.whole_of(&others).eliminate();
-        let kept: Vec<&PreparedColumn> = others.iter().map(|&column| &self.library.columns[column]).collect();
-        let Library { design, torque, equations: of_library, .. } = &self.library;
+        let Library { design, torque, equations, columns, .. } = &self.library;
+        let kept = others.iter().map(|&column| &columns[column]).collect();
+        let mut ending = Ending::new(equations, kept, self.equations_of(&groups), torque, &self.weights);
         let mut cost = |shape: &[f64]| -> Result<f64, ModelError> {
-            let prepared = design.effect_columns(&candidate.term(), shape)?;
-            of_library.complete(&mut equations, &kept, &prepared, torque, &self.weights);
-            let mut elimination = beside.clone();
-            (others.len()..equations.moment.len()).for_each(|column| elimination.push_column(&equations, column));
-            Ok(elimination.residual_energy())
+            Ok(ending.residual_energy(&design.effect_columns(&candidate.term(), shape)?))
         };
         let least_shape = candidate.effect.least_shape(candidate.way);
         let mut shape = candidate.shape.clone();
