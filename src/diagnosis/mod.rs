@@ -192,7 +192,7 @@ impl<'a> Searched<'a> {
         let (library, not_known) =
             Library::new(counterpart.as_ref().unwrap_or(fitted), design.clone(), effects, monitor)?;
         let mut search = Search::new(library);
-        let absorbed = (0..search.library.groups.len()).filter(|&group| search.is_absorbed(group, &[])).collect();
+        let absorbed = search.absorbed();
         let drops = ranking::error_drops(&search, monitor)?;
         let refused = search.run(monitor)?;
         Ok(Searched { search, design, counterpart, refused, drops, absorbed, not_known })

@@ -150,8 +150,8 @@ fn judge_absorbed(search: &Search, arm: &Arm, found: &[usize], group: usize) -> 
     let groups = &search.library.groups;
     let mut judgement =
         Judgement { gain: 0.0, presence: SUREST_FORM, form: SUREST_FORM, alternatives: Vec::new(), rival: None };
-    for rival in (0..groups.len()).filter(|rival| !found.contains(rival)) {
-        if !search.is_absorbed(rival, &[]) || groups[rival].same_place_and_effect(&groups[group]) {
+    for rival in search.absorbed().into_iter().filter(|rival| !found.contains(rival)) {
+        if groups[rival].same_place_and_effect(&groups[group]) {
             continue;
         }
         let worse = stated_arm::rival_cost(search, arm, found, group, rival);

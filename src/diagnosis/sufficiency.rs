@@ -50,8 +50,9 @@ pub fn sufficiency(
     search.refine_other_forms()?;
     let truth = search.priced_cost(&groups);
     let mut least = f64::INFINITY;
+    let absorbed = search.absorbed();
     for &group in &groups {
-        if search.is_absorbed(group, &[]) {
+        if absorbed.contains(&group) {
             least = if recording.stated_arm.is_some() { least } else { 0.0 };
             continue;
         }

@@ -6,6 +6,8 @@
 
 use std::f64::consts::TAU;
 
+use rayon::prelude::*;
+
 use super::report::{Exciting, TellingMotion};
 use super::search::Search;
 use crate::effect::Scope;
@@ -47,10 +49,9 @@ pub fn best_motion(search: &Search, fitted: &Fitted, group: usize, rival: usize)
         Exciting::Sweeps,
     ];
     motions.extend(joint.filter(|_| fitted.setting().kinds.len() > 1).map(|joint| Exciting::Alone { joint }));
-    let best = motions
-        .into_iter()
-        .filter_map(|motion| Some((motion, evidence(motion)?)))
-        .max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let tried: Vec<(Exciting, f64)> =
+        motions.into_par_iter().filter_map(|motion| Some((motion, evidence(motion)?))).collect();
+    let best = tried.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let gain = best.1 / now.max(f64::MIN_POSITIVE);
     (gain > LEAST_GAIN && gain.is_finite()).then(|| TellingMotion {
         motion: best.0,

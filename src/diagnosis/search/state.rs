@@ -183,12 +183,10 @@ impl<'a> Search<'a> {
         of(test).residual_energy(&of(train).solve().factors)
     }
 
-    /// Whether the model's own columns leave nothing of this group to see, beside `others`.
-    pub fn is_absorbed(&self, group: usize, others: &[usize]) -> bool {
-        let mut groups = others.to_vec();
-        groups.push(group);
-        let count = self.library.groups[group].columns.len();
-        self.solve(&groups).identified.iter().rev().take(count).all(|identified| !identified)
+    /// The groups of which the model's own columns leave nothing to see.
+    pub fn absorbed(&self) -> Vec<usize> {
+        let own = Base::new(self, Vec::new());
+        (0..self.library.groups.len()).into_par_iter().filter(|&group| !own.with(self, group).shows).collect()
     }
 
     /// Whether a group may enter: nothing that covers it is in the set.

@@ -182,15 +182,16 @@ fn search(
     monitor: &Monitor,
     grid: impl Iterator<Item = f64>,
     step: f64,
-    correction: impl Fn(f64) -> Correction,
+    correction: impl Fn(f64) -> Correction + Sync,
 ) -> Result<f64, Stopped> {
     let error = |value: f64| {
         monitor.check()?;
         Ok::<f64, Stopped>(left(bench.corrected(&[correction(value)])))
     };
+    let values: Vec<f64> = grid.collect();
+    let errors = values.par_iter().map(|&value| error(value)).collect::<Result<Vec<f64>, Stopped>>()?;
     let mut best = (f64::INFINITY, 0.0);
-    for value in grid {
-        let found = error(value)?;
+    for (found, value) in errors.into_iter().zip(values) {
         if found < best.0 {
             best = (found, value);
         }
