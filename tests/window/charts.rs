@@ -196,6 +196,39 @@ fn a_marked_region_is_played_in_a_loop() {
     assert!(back >= 1 && most - least < 0.1 * whole, "{least} s to {most} s, {back} times back");
 }
 
+/// What is marked in state space is played alone, one stretch after the other over all trajectories, also where the arm is seen.
+#[test]
+fn a_region_of_state_space_is_played() {
+    let mut window = window(demonstration(), &residuals::ABOUT, Theme::Dark);
+    let chart = window.get_by_label("plot of residual against velocity [N m]").rect();
+    let at = |x: f32, y: f32| chart.center() + egui::vec2(x * chart.width(), y * chart.height());
+    // The fastest tenth.
+    drag(&mut window, at(0.3, -0.45), at(0.49, 0.45));
+    click(&mut window, "▶ Play what is marked");
+    assert!(window.query_by_role_and_label(Role::Button, "Pause").is_some());
+    click(&mut window, "See it in Compare");
+    let session = window.state().session().clone();
+    let recording = session.recording.clone().unwrap();
+    let mut seen = Vec::new();
+    for _ in 0..200 {
+        window.step();
+        // Of a trajectory that is shown for the first time, the arm is computed first.
+        let Some(slider) = window.query_by_role_and_label(Role::Slider, "time cursor") else { continue };
+        let time = slider.accesskit_node().numeric_value().unwrap();
+        let name = window.get_by_role_and_label(Role::ComboBox, "Trajectory").accesskit_node().value().unwrap();
+        let run = recording.trajectories.iter().position(|run| name == format!("{} (held out)", run.name)).unwrap();
+        let sample = ((time / 0.01).round() as usize).min(recording.trajectories[run].len() - 1);
+        seen.push((run, recording.trajectories[run].qd[0][sample]));
+    }
+    let most = session.split.held_out.iter().flat_map(|part| &recording.trajectories[part.trajectory].qd[0]);
+    let most = most.fold(0.0, |most: f64, speed| most.max(*speed));
+    assert!(seen.len() > 100 && seen.iter().all(|(_, speed)| *speed > 0.3 * most), "{most}: {seen:?}");
+    let runs: std::collections::BTreeSet<usize> = seen.iter().map(|(run, _)| *run).collect();
+    assert!(runs.len() > 1, "{runs:?}");
+    click(&mut window, "Unmark");
+    assert!(window.query_by_label_contains("Marked in “Where it fails”").is_none());
+}
+
 /// An export tells how far it is and can be stopped; then nothing of it is there.
 #[test]
 fn an_export_is_stopped() {
