@@ -573,6 +573,23 @@ fn output_that_nobody_reads_ends_it_quietly() {
     assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
+/// Parts are put into a world by their names, on joints that can have them.
+#[test]
+fn parts_of_a_world_have_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let world = ["simulate", "--world", "-o", "x.npz", "--joints", "2", "--trajectories", "1", "--duration", "2"];
+    let with = |part: &'static str| [&world[..], &["--part", part]].concat();
+    let parts = ["--part", "payload", "--strength", "0.05", "--save-scenario", "x.toml"];
+    succeeds(&[&with("backlash@2")[..], &parts].concat(), at);
+    let scenario = std::fs::read_to_string(at.join("x.toml")).unwrap();
+    assert!(scenario.contains("kind = \"elastic-gear\"") && scenario.contains("kind = \"tip-load\""), "{scenario}");
+    assert!(succeeds(&["seal", "open", "x.npz"], at).contains("payload picked up"));
+    assert!(fails(&with("rotor@1"), at, 2).contains("can't be on joint 1: choose a joint from 2 to 2"));
+    assert!(fails(&with("magic"), at, 2).contains("there is no part `magic`"));
+    assert!(fails(&with("cable@1"), at, 2).contains("it is of the whole arm"));
+}
+
 /// How far to trust the diagnosis on one's own log: what is planted there is found, and names stay where it is looked at otherwise.
 #[test]
 fn a_log_is_planted_into_and_looked_at_in_other_ways() {
