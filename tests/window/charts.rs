@@ -252,6 +252,52 @@ fn an_export_is_stopped() {
     assert!(!folder.path().join("paper").exists());
 }
 
+/// The report is where exports are, as a page and as paper, and two sessions stand side by side; it can be stopped.
+#[test]
+fn a_report_is_written_from_the_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let saved = folder.path().join("before.torquescope");
+    let mut before = window(demonstration(), &compare::ABOUT, Theme::Light);
+    before.state_mut().order(Order::Save(saved.clone()));
+    settle(&mut before);
+    let mut window = window(diagnosed(), &compare::ABOUT, Theme::Light);
+    // What was found is told, although a step that is added makes it out of date.
+    let add = Command::AddEffect { effect: "coulomb-friction".to_owned(), joints: vec![0] };
+    window.state_mut().order(Order::run(add));
+    settle(&mut window);
+    let report = |window: &mut Window, format: &str, beside: Option<&Path>, to: &Path| {
+        click(window, "Export");
+        settle(window);
+        click(window, "Report");
+        window.get_by_role_and_label(Role::RadioButton, format).click();
+        window.run_steps(2);
+        if let Some(other) = beside {
+            window.get_by_role_and_label(Role::CheckBox, "Beside another session that was saved").click();
+            window.run_steps(2);
+            write_into(window, "The other session", &other.display().to_string());
+        }
+        write_into(window, "File", &to.display().to_string());
+        window.get_by_role_and_label(Role::Button, "Write the file").click();
+        window.run_steps(3);
+    };
+    let [page, paper, both] = ["report.html", "report.pdf", "both.html"].map(|name| folder.path().join(name));
+    report(&mut window, "HTML: one page", None, &page);
+    window.get_by_role_and_label(Role::Button, "Stop").click();
+    settle(&mut window);
+    assert!(window.query_by_label_contains("Nothing was exported, because you pressed Stop").is_some());
+    assert!(!page.exists());
+    for (format, beside, to) in
+        [("HTML: one page", None, &page), ("PDF", None, &paper), ("HTML: one page", Some(&*saved), &both)]
+    {
+        report(&mut window, format, beside, to);
+        settle(&mut window);
+    }
+    let text = |path: &Path| String::from_utf8(std::fs::read(path).unwrap()).unwrap();
+    assert!(text(&page).contains("What was ruled out") && text(&page).contains("<svg"));
+    assert!(std::fs::read(&paper).unwrap().starts_with(b"%PDF"));
+    assert!(text(&both).contains("before") && text(&both).contains("beside"));
+}
+
 /// The dialog shows what the file will be, and how it is laid out can be chosen there.
 #[test]
 fn an_export_shows_a_preview() {

@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub use about::{About, Needs};
 pub use focus::{Focus, OwnSeries};
 pub use notice::{Messages, Notice, Toast, Tone};
-pub use order::{Drawing, Order, Parting};
+pub use order::{Drawing, Order, Parting, Reporting};
 pub use overlaid::Overlaid;
 pub use panels::{Change, Layouts, Panels, Side};
 pub use playing::Stretch;
