@@ -3,7 +3,7 @@
 //!
 //! From the ground up: [`theme`], [`plot`] and widgets are what screens are drawn with; `memo` keeps what is derived from the
 //! session; `desk` is what all screens share; [`screens`] has one file or folder per screen, each with its own memory; `shell`
-//! is what surrounds them. [`headless`] draws the same window without a display.
+//! is what surrounds them. [`headless`] draws the same window without a display, [`pace`] measures how quick it is.
 
 mod controls;
 pub mod desk;
@@ -19,6 +19,7 @@ mod keeper;
 mod leaving;
 mod math;
 mod memo;
+pub mod pace;
 pub mod plot;
 pub mod raster;
 mod report;
