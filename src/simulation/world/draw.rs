@@ -108,10 +108,11 @@ pub fn mystery(seed: u64) -> Result<Scenario, SimulationError> {
 
 impl Scenario {
     /// Puts parts of a kind into the world, one on each of these joints (from 0; a kind of the whole arm takes none), of about
-    /// this strength: RMS of what a part does over that of its joint's torque. What is random about it is drawn by the seed.
+    /// this strength: RMS of what a part does over that of its joint's torque. What is random about it is drawn by the seed; what
+    /// only the way of the world tells, such as how hard a floor is touched, is as it is drawn.
     ///
     /// # Errors
-    /// [`SimulationError`] if the kind can't be there, or does nothing that the log could show.
+    /// [`SimulationError`] if the kind can't be there, or the log can't show it.
     pub fn hide_by_strength(&mut self, kind: &Kind, joints: &[usize], strength: f64) -> Result<(), SimulationError> {
         demand("strength of the part", strength, strength > 0.0, "a finite number above 0")?;
         let places: Vec<usize> = match kind.first_joint {
@@ -125,7 +126,7 @@ impl Scenario {
         for joint in places {
             let mut part = kind.make(joint, &course, &mut Draws::new(self.seed, Draw::World as u64));
             resize(&mut part, strength, &course);
-            if course.strength(&part) == 0.0 || !self.sensors.log(&part) {
+            if !self.sensors.log(&part) {
                 let joint = kind.first_joint.map(|_| joint);
                 return Err(SimulationError::NoTorque { effect: kind.name, joint });
             }
