@@ -8,6 +8,9 @@ use crate::recording::Recording;
 /// How charts are used.
 pub const HINT: &str = "Drag: cursor. Ctrl+wheel, Ctrl+drag: zoom. Right click: limits, export. F1: all keys.";
 
+/// The most that time goes on in a frame \[s\].
+const LONGEST_STEP: f64 = 0.1;
+
 /// Lets the user choose a trajectory by name.
 pub fn trajectory(ui: &mut Ui, desk: &mut Desk) {
     let Some(recording) = desk.session.recording.as_deref() else { return };
@@ -54,6 +57,23 @@ pub fn joint(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     desk.focus.joint_of(recording);
     for (joint, info) in recording.joints.iter().enumerate() {
         ui.selectable_value(&mut desk.focus.joint, joint, &info.name);
+    }
+}
+
+/// Lets time go on, or stand: a button of this name while it stands.
+pub fn play(ui: &mut Ui, desk: &mut Desk, name: &str, what: &str) {
+    let name = if desk.focus.is_playing { "Pause" } else { name };
+    if ui.button(name).on_hover_text(what).clicked() {
+        desk.focus.is_playing = !desk.focus.is_playing;
+    }
+}
+
+/// While it plays, time goes on by what has passed since the last frame. Before anything is drawn, so that all of it shows the
+/// same moment.
+pub fn let_time_pass(ui: &Ui, desk: &mut Desk, recording: &Recording) {
+    desk.focus.play(recording, f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP));
+    if desk.focus.is_playing {
+        ui.ctx().request_repaint();
     }
 }
 

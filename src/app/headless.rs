@@ -1,10 +1,9 @@
-//! The same window without a display: frames until it is settled, then a picture; and how long its frames take.
+//! The same window without a display: frames until it is settled, then a picture.
 
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
-use cpu_time::ThreadTime;
 use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 
 use super::desk::Change;
@@ -17,7 +16,7 @@ use crate::session::{Command, Session, View};
 /// Frames that are drawn when nothing is at work any more, since egui measures in one what it uses in the next.
 const FEWEST_FRAMES: usize = 4;
 /// Longest wait for jobs: a guard against those that never end, out of reach of a machine that is merely busy.
-const PATIENCE: Duration = Duration::from_secs(1800);
+pub(super) const PATIENCE: Duration = Duration::from_secs(1800);
 /// Largest side of a picture \[pixels\].
 const LARGEST_SIDE: f32 = 16384.0;
 
@@ -80,6 +79,8 @@ pub struct ScreenshotOptions {
 pub enum Over {
     /// How plots are exported.
     Export,
+    /// How a report is written.
+    Report,
     /// All models of the session.
     Models,
     /// All lessons.
@@ -94,6 +95,7 @@ impl Over {
     fn order(self, session: &Session) -> anyhow::Result<Order> {
         Ok(match self {
             Over::Export => Order::Export(None),
+            Over::Report => Order::AskReport,
             Over::Models => Order::Models(true),
             Over::Lessons => Order::Lessons(true),
             Over::Commands => Order::Palette(true),
@@ -224,68 +226,4 @@ fn settle(
         }
     }
     bail!("no frame was drawn")
-}
-
-/// CPU time of frames \[ms\].
-pub struct FrameTimes {
-    /// Of the first frame, with fonts and everything that a start needs.
-    pub first_ms: f64,
-    /// By screen, in the order in which they were drawn.
-    pub screens: Vec<(&'static str, Vec<f64>)>,
-}
-
-/// Frames of each screen: at rest, zooming, moving.
-const FRAMES: [usize; 3] = [40, 100, 100];
-/// The part of the time that the deepest zoom of the measurement shows.
-const DEEPEST: f64 = 1e-3;
-
-/// Draws every screen over and over, as if someone zoomed and moved the view, while `background` is at work; the time is that
-/// of this thread alone, from input to triangles.
-///
-/// # Errors
-/// If the background work does not begin.
-pub fn frame_times(session: Session, background: Command) -> anyhow::Result<FrameTimes> {
-    let mut time = 0.0;
-    let mut frame = |ctx: &egui::Context, app: &mut TorquescopeApp| -> anyhow::Result<f64> {
-        time += 1.0 / 60.0;
-        let size = Rect::from_min_size(Pos2::ZERO, vec2(1600.0, 1000.0));
-        let input = RawInput { screen_rect: Some(size), time: Some(time), ..RawInput::default() };
-        let begin = ThreadTime::try_now().context("this system does not tell the CPU time of a thread")?;
-        let mut output = ctx.run_ui(input, |ui| {
-            app.receive(ui.ctx());
-            app.draw(ui);
-        });
-        output.textures_delta.clear();
-        std::hint::black_box(ctx.tessellate(output.shapes, output.pixels_per_point));
-        Ok(1e3 * begin.elapsed().as_secs_f64())
-    };
-    let begin = ThreadTime::try_now().context("this system does not tell the CPU time of a thread")?;
-    let ctx = egui::Context::default();
-    theme::install(&ctx);
-    let mut app = TorquescopeApp::new(session);
-    frame(&ctx, &mut app)?;
-    let first_ms = 1e3 * begin.elapsed().as_secs_f64();
-    app.order(Order::run(background));
-    frame(&ctx, &mut app)?;
-    if !app.is_busy() {
-        bail!("the background work did not begin");
-    }
-    let mut measured = Vec::new();
-    for screen in screens::all() {
-        app.show_screen(screen);
-        app.look_at(None, 0.0);
-        let mut times = Vec::new();
-        for number in 0..FRAMES.iter().sum() {
-            let (zoomed, moved) = (number.saturating_sub(FRAMES[0]), number.saturating_sub(FRAMES[0] + FRAMES[1]));
-            let width = DEEPEST.powf((zoomed.min(FRAMES[1]) as f64) / FRAMES[1] as f64);
-            let from = (1.0 - width) * (0.3 + 0.3 * moved as f64 / FRAMES[2] as f64);
-            let range = (zoomed > 0).then_some([from, from + width]);
-            app.look_at(range, from + 0.5 * width);
-            times.push(frame(&ctx, &mut app)?);
-        }
-        measured.push((screen.id, times));
-    }
-    app.order(Order::Stop);
-    frame(&ctx, &mut app)?;
-    Ok(FrameTimes { first_ms, screens: measured })
 }

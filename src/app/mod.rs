@@ -3,7 +3,7 @@
 //!
 //! From the ground up: [`theme`], [`plot`] and widgets are what screens are drawn with; `memo` keeps what is derived from the
 //! session; `desk` is what all screens share; [`screens`] has one file or folder per screen, each with its own memory; `shell`
-//! is what surrounds them. [`headless`] draws the same window without a display.
+//! is what surrounds them. [`headless`] draws the same window without a display, [`pace`] measures how quick it is.
 
 mod controls;
 pub mod desk;
@@ -19,6 +19,7 @@ mod keeper;
 mod leaving;
 mod math;
 mod memo;
+pub mod pace;
 pub mod plot;
 pub mod raster;
 mod report;
@@ -38,7 +39,7 @@ use egui::ViewportCommand;
 
 pub use desk::{About, Order, Parting, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
-pub use report::{ReportFormat, Side, comparison, report};
+pub use report::{ReportError, ReportFormat, Side, comparison, report};
 pub use settings::Settings;
 
 use crate::figure::{Figure, Format, Panel};
@@ -50,7 +51,9 @@ use crate::session::{Command, History, Session, SessionError, View, runs};
 use crate::training::Ending;
 use crate::training::fit::Plan;
 use crate::work::{Job, Outcome};
-use desk::{Busy, Desk, Drawing, Focus, Messages, Overlaid, Panels, Question, Recent, Recents, Templates, Tone};
+use desk::{
+    Busy, Desk, Drawing, Focus, Messages, Overlaid, Panels, Question, Recent, Recents, Reporting, Templates, Tone,
+};
 use filed::Filed;
 use keeper::Keeper;
 use leaving::Leaving;
@@ -108,6 +111,8 @@ enum Asks {
     Open,
     Save,
     Export,
+    /// Another saved session, to stand beside this one in a report.
+    Beside,
 }
 
 /// What a command gives.
@@ -453,9 +458,11 @@ impl TorquescopeApp {
             Order::SaveDialog => self.open_dialog(ctx, Asks::Save),
             Order::OpenDialog => self.open_dialog(ctx, Asks::Open),
             Order::ExportDialog => self.open_dialog(ctx, Asks::Export),
+            Order::BesideDialog => self.open_dialog(ctx, Asks::Beside),
             Order::Export(only) => self.overlays.export(self.history.current(), self.screens.shown(), only),
             Order::Draw(drawing) => self.write_figure(*drawing, ctx),
-            Order::Report => self.write_report(ctx),
+            Order::AskReport => self.overlays.report(self.history.current(), self.screens.shown()),
+            Order::Report(reporting) => self.write_report(*reporting, ctx),
             Order::Import(path, options) => self.overlays.import(path, *options, ctx),
             Order::SaveTemplate { path, text, columns } => {
                 self.templates.add(columns, &path);
@@ -773,19 +780,25 @@ impl TorquescopeApp {
             }));
     }
 
-    /// Writes the report of the session beside whatever is there already.
-    fn write_report(&mut self, ctx: &egui::Context) {
+    /// Writes the report of the session, or of it beside another one that was saved.
+    fn write_report(&mut self, reporting: Reporting, ctx: &egui::Context) {
         let context = ctx.clone();
         let wake = move || context.request_repaint();
-        let session = self.history.current().clone();
-        self.drawing = Some(Job::spawn("report", wake, move |_| {
-            let name = session.recording.as_ref().map_or("torquescope", |recording| &recording.name);
-            let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
-            let stem = format!("{}-report", name.chars().map(plain).collect::<String>());
-            let numbered = (2..).map(|number| format!("{stem}-{number}.html"));
-            let mut paths = std::iter::once(format!("{stem}.html")).chain(numbered).map(PathBuf::from);
-            let path = paths.find(|path| !path.exists()).unwrap_or_default();
-            let page = report(&session, &[], ReportFormat::Html).map_err(|error| error.to_string())?;
+        let session = self.history.reported();
+        let name = self.filed.name(&session);
+        self.drawing = Some(Job::spawn("report", wake, move |monitor| {
+            let Reporting { format, path, beside } = reporting;
+            let page = match beside {
+                None => report(&session, &[], format, monitor),
+                Some(file) => {
+                    let opened = file::open(&file, &monitor.part(0.0..0.2)).map_err(|error| error.to_string())?;
+                    let beside = opened.document.knowing(&session.own_effects).history.reported();
+                    let other = file.file_stem().unwrap_or_default().to_string_lossy();
+                    let sides = [(name.as_str(), &session), (&*other, &beside)];
+                    comparison(sides, &[], format, &monitor.part(0.2..1.0))
+                }
+            };
+            let page = page.map_err(|error| error.to_string())?;
             match crate::file::write(&path, &page) {
                 Ok(()) => Ok(crate::file::absolute(&path)),
                 Err(error) => Err(format!("{} can't be written ({error})", path.display())),
@@ -847,7 +860,7 @@ impl TorquescopeApp {
         let context = ctx.clone();
         let wake = move || context.request_repaint();
         let name = self.proposed_file();
-        let figure = self.overlays.exporting.as_ref().map_or(String::new(), |exporting| exporting.path.clone());
+        let exported = self.overlays.exporting.as_ref().map_or(String::new(), |exporting| exporting.path().to_owned());
         let job = Job::spawn("choose files", wake, move |_| {
             let dialog = rfd::FileDialog::new();
             Ok::<_, String>(match asks {
@@ -855,8 +868,10 @@ impl TorquescopeApp {
                     let dialog = dialog.set_title("Save the session").set_file_name(name);
                     dialog.add_filter("sessions", &[file::ENDING]).save_file().map(|path| vec![path])
                 }
-                Asks::Export => {
-                    dialog.set_title("Export plots").set_file_name(figure).save_file().map(|path| vec![path])
+                Asks::Export => dialog.set_title("Export").set_file_name(exported).save_file().map(|path| vec![path]),
+                Asks::Beside => {
+                    let dialog = dialog.set_title("Choose the other session");
+                    dialog.add_filter("sessions", &[file::ENDING]).pick_file().map(|path| vec![path])
                 }
                 Asks::Open => {
                     let endings: Vec<&str> = read::endings().chain([file::ENDING, "toml"]).collect();
@@ -882,18 +897,19 @@ impl TorquescopeApp {
                     let is_known = self.filed.knows(&path);
                     self.orders.push(if is_known { Order::Save(path) } else { Order::Overwrite(path) });
                 }
-                (Asks::Export, Some(exporting)) => exporting.path = paths[0].display().to_string(),
-                (Asks::Export, None) => (),
+                (Asks::Export, Some(exporting)) => exporting.set_path(&paths[0]),
+                (Asks::Beside, Some(exporting)) => exporting.set_beside(&paths[0]),
+                (Asks::Export | Asks::Beside, None) => (),
             },
             Outcome::Done(_) if !at_once => (),
             _ => {
                 let text = "This system shows no file dialog.";
                 let remedy = match asks {
-                    Asks::Export => "Type the path into the field.",
+                    Asks::Export | Asks::Beside => "Type the path into the field.",
                     _ => "Type the path into the field on the Data screen, or drop the file onto the window.",
                 };
                 self.messages.tell(Tone::Warning, text, remedy);
-                if asks != Asks::Export {
+                if !matches!(asks, Asks::Export | Asks::Beside) {
                     self.screens.show(&screens::data::ABOUT);
                 }
             }

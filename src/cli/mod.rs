@@ -28,6 +28,7 @@ mod open;
 mod predict;
 mod progress;
 mod propose;
+mod pupil;
 mod report;
 mod screenshot;
 mod seal;

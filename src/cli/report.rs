@@ -43,14 +43,19 @@ impl ReportCommand {
     /// Reads, diagnoses, writes.
     pub fn run(&self) -> anyhow::Result<()> {
         self.data.check_output(&self.output)?;
-        let again = [this_command()];
+        let (again, format) = ([this_command()], self.format());
         let page = match self.data.two_sessions()? {
             Some([(one, first), (two, second)]) => {
-                let [one, two] = [one, two].map(|path| path.file_stem().unwrap_or_default().to_string_lossy());
+                let names = [one, two].map(|path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned());
                 let [first, second] = [reported(&first)?, reported(&second)?];
-                comparison([(&one, &first), (&two, &second)], &again, self.format())
+                progress::watch("report", move |monitor| {
+                    comparison([(&names[0], &first), (&names[1], &second)], &again, format, monitor)
+                })
             }
-            None => report(&reported(&self.data.document_or_embedded()?)?, &again, self.format()),
+            None => {
+                let session = reported(&self.data.document_or_embedded()?)?;
+                progress::watch("report", move |monitor| report(&session, &again, format, monitor))
+            }
         }?;
         write_file(&self.output, &page)?;
         progress::told(format_args!("saved {}", self.output.display()));

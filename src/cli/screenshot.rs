@@ -5,7 +5,7 @@ use clap::Args;
 use super::choice::{Choice, one_of};
 use super::data::OptionalData;
 use super::failure::OrUsage;
-use super::{output_folder, progress, write_file};
+use super::{output_folder, progress, pupil, write_file};
 use crate::app::headless::{Look, Over};
 use crate::app::screens::{self, diagnose, extrapolation, ladder, model, train};
 use crate::app::{self, About, ScreenshotOptions, Shown};
@@ -27,6 +27,7 @@ use crate::training::fit::Plan;
   torquescope screenshot --screen data --panel Sources --contrast -o sources.png
   torquescope screenshot --screen compare --over export -o export.png
   torquescope screenshot --lesson 6 --screen compare -o lesson.png
+  torquescope screenshot --lesson 6 --step add --screen diagnose -o repair.png
   torquescope screenshot --empty --screen data --theme light -o start.png
   torquescope screenshot --screen experiment --experiment table-2 experiments -o table.png")]
 pub struct Screenshot {
@@ -65,6 +66,9 @@ pub struct Screenshot {
     /// Instead of recordings: the beginning of this lesson, by its number or name.
     #[arg(long, conflicts_with = "files")]
     lesson: Option<String>,
+    /// The lesson not at its beginning, but where this step begins (`done` for its end), with all before it done right.
+    #[arg(long, requires = "lesson", value_name = "STEP")]
+    step: Option<String>,
     /// Instead of recordings: nothing yet, as a first start shows it.
     #[arg(long, conflicts_with_all = ["files", "lesson"])]
     empty: bool,
@@ -80,7 +84,11 @@ impl Screenshot {
         let start = match &self.lesson {
             Some(name) => {
                 let lesson = begin(&catalogue::find(name).or_usage()?, 1, 0)?;
-                progress::run(lesson.command, &Session::default())?.into()
+                let begun = progress::run(lesson.command, &Session::default())?;
+                match &self.step {
+                    Some(step) => pupil::reach(begun, step)?.into(),
+                    None => begun.into(),
+                }
             }
             None if self.empty => Session::default().into(),
             None => self.data.document_or_embedded()?,
@@ -123,8 +131,9 @@ pub fn screen_choices() -> impl Iterator<Item = Choice<&'static About>> {
     screens::all().map(|about| (about.id, about.purpose, about))
 }
 
-const OVER: [Choice<Over>; 5] = [
+const OVER: [Choice<Over>; 6] = [
     ("export", "how plots are exported, with a preview", Over::Export),
+    ("report", "how a report is written", Over::Report),
     ("models", "the table of the session's models", Over::Models),
     ("lessons", "the list of all lessons", Over::Lessons),
     ("commands", "the command palette", Over::Commands),

@@ -26,6 +26,7 @@ use crate::simulation::{Excitation, Level, Making, Scenario, world};
   torquescope simulate --mystery=real --seed 5 -o real.npz
   torquescope simulate --joints 3 --motion paper --trajectories 200 --effect viscous-friction=0.5 -o paper.npz
   torquescope simulate --world --class realistic --seed 7 -o world.npz
+  torquescope simulate --world --part backlash@2 --part payload --strength 0.05 -o worn.npz
   torquescope simulate --world --motion pick-and-place --trajectories 1 --part 'kind = \"cogging\", joint = 2, torque = 0.5, wave_number = 20' -o cogging.npz")]
 pub struct Simulate {
     /// Where to save the recording (NPZ).
@@ -65,7 +66,7 @@ pub struct Simulate {
     /// `stribeck-friction@2=1.5,0.8,0.1`. May be repeated.
     #[arg(long, value_name = "EFFECT[@JOINTS][=VALUES]")]
     effect: Vec<Hiding>,
-    /// RMS of the torque of effects without values, as a fraction of the joint's torque.
+    /// RMS of the torque of effects and parts without values, as a fraction of the joint's torque.
     #[arg(long, default_value_t = 0.1)]
     strength: f64,
     /// Torque noise, as a fraction of each joint's torque RMS.
@@ -136,7 +137,8 @@ impl Simulate {
     /// Simulates and saves.
     pub fn run(&self) -> anyhow::Result<()> {
         let recording = if self.in_world.is_wanted() {
-            let scenario = self.in_world.scenario(self.scenario.as_deref(), self.seed, || self.build_scenario())?;
+            let scenario =
+                self.in_world.scenario(self.scenario.as_deref(), self.seed, self.strength, || self.build_scenario())?;
             progress::watch("simulate", move |monitor| world::simulate(&scenario, monitor))?
         } else {
             let making = self.making()?;

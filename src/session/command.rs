@@ -20,7 +20,7 @@ use crate::recording::correction::Correction;
 use crate::recording::read::{self, ReadOptions};
 use crate::recording::split::Split;
 use crate::simulation::extrapolation::{self, Stretch};
-use crate::simulation::{self, Level, Making, Scenario};
+use crate::simulation::{self, Level, Making, Scenario, world};
 use crate::training;
 use crate::training::fit::{Plan, SavedRun};
 
@@ -51,6 +51,8 @@ pub enum Command {
     },
     /// Simulates a recording and fits the preset.
     Simulate(Box<Scenario>),
+    /// Lets a world of rigid bodies happen, and fits the preset to what was logged there.
+    SimulateWorld(Box<world::Scenario>),
     /// Draws a mystery, simulates it and fits the preset.
     DrawMystery {
         /// How hard it is.
@@ -213,6 +215,7 @@ impl Command {
                 Ok(document.history.current().clone())
             }
             Command::Simulate(scenario) => simulated(session, simulation::simulate(scenario, monitor)?, monitor),
+            Command::SimulateWorld(scenario) => simulated(session, world::simulate(scenario, monitor)?, monitor),
             Command::DrawMystery { level, seed } => {
                 simulated(session, Making::mystery(*level, *seed)?.simulate(monitor)?, monitor)
             }
@@ -347,6 +350,7 @@ impl Command {
                 format!("open the session {}", path.file_name().unwrap_or_default().to_string_lossy())
             }
             Command::Simulate(_) => "simulate a recording".to_owned(),
+            Command::SimulateWorld(_) => "simulate a world of rigid bodies".to_owned(),
             Command::DrawMystery { .. } => "draw a mystery".to_owned(),
             Command::ChoosePreset(preset) => format!("start from {}", preset.title()),
             Command::TrainPreset { preset, .. } => format!("train {}", preset.title()),
@@ -386,7 +390,9 @@ impl Command {
     /// Whether what it gives is another document, which is in no file yet. A recording that is set right is still that recording.
     pub fn begins_anew(&self) -> bool {
         match self {
-            Command::Open { .. } | Command::Simulate(_) | Command::DrawMystery { .. } => true,
+            Command::Open { .. } | Command::Simulate(_) | Command::SimulateWorld(_) | Command::DrawMystery { .. } => {
+                true
+            }
             Command::SetUp(wanted) => wanted.begins.is_some(),
             _ => false,
         }

@@ -49,6 +49,19 @@ impl History {
         &self.current
     }
 
+    /// The current session, with what was found on the way to its model: a step that is added makes a diagnosis out of date, but a
+    /// report tells of it.
+    pub fn reported(&self) -> Session {
+        let current = &self.current;
+        let is_on_the_way = |session: &&Session| {
+            let model = session.current().map(|step| step.generation);
+            session.has_recording_of(current) && current.ladder.iter().any(|step| Some(step.generation) == model)
+        };
+        let past = self.past.iter().rev().map(|entry| &entry.session).filter(is_on_the_way);
+        let found = std::iter::once(current).chain(past).find_map(|session| session.report.clone());
+        Session { report: found, ..current.clone() }
+    }
+
     /// Takes a new session; `change` says what was done, for the tool tip of undo.
     pub fn push(&mut self, session: Session, change: &str) {
         let session = self.with_opened_seal(session);

@@ -241,7 +241,8 @@ impl Lock {
             Lock::Effects => matches!(command, Command::AddEffect { .. } | Command::Adopt { .. }),
             Lock::Recordings => {
                 let opens = matches!(command, Command::Open { .. } | Command::Beside { .. });
-                opens || matches!(command, Command::Simulate(_) | Command::DrawMystery { .. })
+                let makes = matches!(command, Command::Simulate(_) | Command::SimulateWorld(_));
+                opens || makes || matches!(command, Command::DrawMystery { .. })
             }
         }
     }

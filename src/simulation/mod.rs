@@ -146,6 +146,18 @@ pub enum SimulationError {
         /// Counted from 0; `None` for the whole arm.
         joint: Option<usize>,
     },
+    /// A part of a world can't be on a joint.
+    #[error("{part} can't be on joint {joint}: choose a joint from {first} to {joints}")]
+    NotThere {
+        /// Name of the part.
+        part: &'static str,
+        /// Counted from 1.
+        joint: usize,
+        /// The first that can have it, counted from 1.
+        first: usize,
+        /// How many there are.
+        joints: usize,
+    },
     /// A link that an engine can't turn.
     #[error(
         "link {link} has no moment of inertia about its centre, but a world of rigid bodies needs one above 0 kg m²"

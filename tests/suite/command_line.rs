@@ -573,6 +573,43 @@ fn output_that_nobody_reads_ends_it_quietly() {
     assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
+/// Parts are put into a world by their names, on joints that can have them.
+#[test]
+fn parts_of_a_world_have_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let world = ["simulate", "--world", "-o", "x.npz", "--joints", "2", "--trajectories", "1", "--duration", "2"];
+    let with = |part: &'static str| [&world[..], &["--part", part]].concat();
+    let parts = ["--part", "payload", "--strength", "0.05", "--save-scenario", "x.toml"];
+    succeeds(&[&with("backlash@2")[..], &parts].concat(), at);
+    let scenario = std::fs::read_to_string(at.join("x.toml")).unwrap();
+    assert!(scenario.contains("kind = \"elastic-gear\"") && scenario.contains("kind = \"tip-load\""), "{scenario}");
+    assert!(succeeds(&["seal", "open", "x.npz"], at).contains("payload-picked-up"));
+    assert!(fails(&with("rotor@1"), at, 2).contains("can't be on joint 1: choose a joint from 2 to 2"));
+    assert!(fails(&with("magic"), at, 2).contains("there is no part `magic`"));
+    assert!(fails(&with("cable@1"), at, 2).contains("it is of the whole arm"));
+}
+
+/// What a file costs in the window is measured, and a lesson is drawn at any of its steps.
+#[test]
+fn the_window_is_measured_and_a_lesson_is_drawn_at_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(&["simulate", "-o", "x.npz", "--joints", "2", "--trajectories", "2", "--duration", "2"], at);
+    let measured = json(&["bench", "ui", "--open", "x.npz", "--seconds", "0.3", "--json"], at);
+    let number = |name: &str| measured[name].as_f64().unwrap();
+    assert!(number("seen_s") > 0.0 && number("whole_s") >= number("seen_s"), "{measured}");
+    let data = 400.0 * 9.0 * 8.0 / 1024.0 / 1024.0;
+    assert!((number("data_mib") - data).abs() < 0.01 * data, "{measured}");
+    assert!(number("pictures_per_s") > 1.0 && number("played_percent_of_a_core") > 0.0, "{measured}");
+    let picture = ["screenshot", "--screen", "ladder", "--lesson", "6", "--step", "done", "-o", "done.png"];
+    succeeds(&picture, at);
+    assert!(
+        fails(&["screenshot", "--screen", "data", "--lesson", "6", "--step", "x", "-o", "x.png"], at, 1)
+            .contains("add")
+    );
+}
+
 /// How far to trust the diagnosis on one's own log: what is planted there is found, and names stay where it is looked at otherwise.
 #[test]
 fn a_log_is_planted_into_and_looked_at_in_other_ways() {

@@ -196,6 +196,39 @@ fn a_marked_region_is_played_in_a_loop() {
     assert!(back >= 1 && most - least < 0.1 * whole, "{least} s to {most} s, {back} times back");
 }
 
+/// What is marked in state space is played alone, one stretch after the other over all trajectories, also where the arm is seen.
+#[test]
+fn a_region_of_state_space_is_played() {
+    let mut window = window(demonstration(), &residuals::ABOUT, Theme::Dark);
+    let chart = window.get_by_label("plot of residual against velocity [N m]").rect();
+    let at = |x: f32, y: f32| chart.center() + egui::vec2(x * chart.width(), y * chart.height());
+    // The fastest tenth.
+    drag(&mut window, at(0.3, -0.45), at(0.49, 0.45));
+    click(&mut window, "▶ Play what is marked");
+    assert!(window.query_by_role_and_label(Role::Button, "Pause").is_some());
+    click(&mut window, "See it in Compare");
+    let session = window.state().session().clone();
+    let recording = session.recording.clone().unwrap();
+    let mut seen = Vec::new();
+    for _ in 0..200 {
+        window.step();
+        // Of a trajectory that is shown for the first time, the arm is computed first.
+        let Some(slider) = window.query_by_role_and_label(Role::Slider, "time cursor") else { continue };
+        let time = slider.accesskit_node().numeric_value().unwrap();
+        let name = window.get_by_role_and_label(Role::ComboBox, "Trajectory").accesskit_node().value().unwrap();
+        let run = recording.trajectories.iter().position(|run| name == format!("{} (held out)", run.name)).unwrap();
+        let sample = ((time / 0.01).round() as usize).min(recording.trajectories[run].len() - 1);
+        seen.push((run, recording.trajectories[run].qd[0][sample]));
+    }
+    let most = session.split.held_out.iter().flat_map(|part| &recording.trajectories[part.trajectory].qd[0]);
+    let most = most.fold(0.0, |most: f64, speed| most.max(*speed));
+    assert!(seen.len() > 100 && seen.iter().all(|(_, speed)| *speed > 0.3 * most), "{most}: {seen:?}");
+    let runs: std::collections::BTreeSet<usize> = seen.iter().map(|(run, _)| *run).collect();
+    assert!(runs.len() > 1, "{runs:?}");
+    click(&mut window, "Unmark");
+    assert!(window.query_by_label_contains("Marked in “Where it fails”").is_none());
+}
+
 /// An export tells how far it is and can be stopped; then nothing of it is there.
 #[test]
 fn an_export_is_stopped() {
@@ -217,6 +250,52 @@ fn an_export_is_stopped() {
     settle(&mut window);
     assert!(window.query_by_label_contains("Nothing was exported, because you pressed Stop").is_some());
     assert!(!folder.path().join("paper").exists());
+}
+
+/// The report is where exports are, as a page and as paper, and two sessions stand side by side; it can be stopped.
+#[test]
+fn a_report_is_written_from_the_window() {
+    let folder = tempfile::tempdir().unwrap();
+    let saved = folder.path().join("before.torquescope");
+    let mut before = window(demonstration(), &compare::ABOUT, Theme::Light);
+    before.state_mut().order(Order::Save(saved.clone()));
+    settle(&mut before);
+    let mut window = window(diagnosed(), &compare::ABOUT, Theme::Light);
+    // What was found is told, although a step that is added makes it out of date.
+    let add = Command::AddEffect { effect: "coulomb-friction".to_owned(), joints: vec![0] };
+    window.state_mut().order(Order::run(add));
+    settle(&mut window);
+    let report = |window: &mut Window, format: &str, beside: Option<&Path>, to: &Path| {
+        click(window, "Export");
+        settle(window);
+        click(window, "Report");
+        window.get_by_role_and_label(Role::RadioButton, format).click();
+        window.run_steps(2);
+        if let Some(other) = beside {
+            window.get_by_role_and_label(Role::CheckBox, "Beside another session that was saved").click();
+            window.run_steps(2);
+            write_into(window, "The other session", &other.display().to_string());
+        }
+        write_into(window, "File", &to.display().to_string());
+        window.get_by_role_and_label(Role::Button, "Write the file").click();
+        window.run_steps(3);
+    };
+    let [page, paper, both] = ["report.html", "report.pdf", "both.html"].map(|name| folder.path().join(name));
+    report(&mut window, "HTML: one page", None, &page);
+    window.get_by_role_and_label(Role::Button, "Stop").click();
+    settle(&mut window);
+    assert!(window.query_by_label_contains("Nothing was exported, because you pressed Stop").is_some());
+    assert!(!page.exists());
+    for (format, beside, to) in
+        [("HTML: one page", None, &page), ("PDF", None, &paper), ("HTML: one page", Some(&*saved), &both)]
+    {
+        report(&mut window, format, beside, to);
+        settle(&mut window);
+    }
+    let text = |path: &Path| String::from_utf8(std::fs::read(path).unwrap()).unwrap();
+    assert!(text(&page).contains("What was ruled out") && text(&page).contains("<svg"));
+    assert!(std::fs::read(&paper).unwrap().starts_with(b"%PDF"));
+    assert!(text(&both).contains("before") && text(&both).contains("beside"));
 }
 
 /// The dialog shows what the file will be, and how it is laid out can be chosen there.

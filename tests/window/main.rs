@@ -278,6 +278,46 @@ fn several_effects_are_hidden_in_one_arm() {
     assert_eq!(window.get_all_by_role_and_label(Role::ComboBox, "Hidden effect").count(), 1);
 }
 
+/// A servo moves the arm in a world of rigid bodies, where parts are hidden; it can be stopped, and the seal tells what they did.
+#[test]
+fn parts_are_hidden_in_a_world_of_rigid_bodies() {
+    let mut window = window(demonstration(), &data::ABOUT, Theme::Dark);
+    click(&mut window, "Simulate your own");
+    window.get_by_role_and_label(Role::RadioButton, "rigid bodies").click_accesskit();
+    window.run_steps(4);
+    window.get_by_role_and_label(Role::RadioButton, "on the motors").click_accesskit();
+    window.run_steps(4);
+    window.get_by_role_and_label(Role::Button, "Simulate").click_accesskit();
+    window.run_steps(3);
+    assert!(window.query_by_role(Role::ProgressIndicator).is_some());
+    window.get_by_role_and_label(Role::Button, "Stop").click_accesskit();
+    settle(&mut window);
+    assert!(window.query_by_label_contains("Stopped: simulate a world of rigid bodies").is_some());
+    assert_eq!(window.state().session().recording, demonstration().recording);
+    for (field, number) in [("Runs", "2"), ("Seconds of each", "2")] {
+        enter(&mut window, field, number);
+    }
+    window.get_by_role_and_label(Role::Button, "Hide another part").click_accesskit();
+    window.run_steps(4);
+    let choosers: Vec<_> = window.get_all_by_role_and_label(Role::ComboBox, "Hidden part").collect();
+    choosers[1].click_accesskit();
+    window.run_steps(4);
+    window.get_by_role_and_label(Role::Button, "payload that is picked up and put down").click_accesskit();
+    window.run_steps(4);
+    window.get_by_role_and_label(Role::Button, "Simulate").click_accesskit();
+    settle(&mut window);
+    window.state_mut().order(Order::run(Command::OpenSeal));
+    settle(&mut window);
+    let truth = window.state().session().truth.clone().unwrap();
+    let causes: Vec<(&str, Option<usize>)> =
+        truth.causes.iter().map(|cause| (cause.effect.as_str(), cause.joint)).collect();
+    for (effect, joint) in
+        [("rotor-inertia", Some(0)), ("motor-side-elasticity", Some(0)), ("payload-picked-up", Some(0))]
+    {
+        assert!(causes.contains(&(effect, joint)), "{effect}: {causes:?}");
+    }
+}
+
 /// The bars of a step lead back to it.
 #[test]
 fn a_step_is_gone_back_to_by_its_bars() {

@@ -1,11 +1,13 @@
 //! Whatever changes the session is taken back and done again: by the bar, by keys and by name, on every screen.
 
+use torquescope::arm::Arm;
 use torquescope::lesson;
 use torquescope::model::Preset;
 use torquescope::model::learned::LearnedPreset;
 use torquescope::recording::read::ReadOptions;
 use torquescope::session::TermEdit;
 use torquescope::simulation::extrapolation::Stretch;
+use torquescope::simulation::world;
 
 use super::*;
 
@@ -58,6 +60,13 @@ fn begin_lesson(number: &str) -> Command {
     lesson::begin(&lesson::catalogue::find(number).unwrap(), 3, 0).unwrap().command
 }
 
+/// A world of a moment.
+fn small_world() -> world::Scenario {
+    let motion = Excitation::PaperPointToPoint { trajectories: 2, duration: 1.0, samples: 100, range: 1.0 };
+    let prescribed = Scenario { arm: Arm::uniform(1), motion, effects: Vec::new(), ..Scenario::embedded() };
+    world::Scenario { step: 1e-3, ..world::Scenario::of(&prescribed) }
+}
+
 /// A session, and every command that changes it; a new command is a new line in the match.
 fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let (csv, saved) = (folder.join("swing.csv"), folder.join("saved.torquescope"));
@@ -79,6 +88,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (demonstration(), Command::Restore { path: saved }),
         (diagnosed(), Command::SetRight(vec!["sign-torque@1".parse().unwrap()])),
         (diagnosed(), Command::Simulate(Box::new(Scenario { seed: 5, ..Scenario::embedded() }))),
+        (diagnosed(), Command::SimulateWorld(Box::new(small_world()))),
         (diagnosed(), Command::DrawMystery { level: Level::Hard, seed: 2 }),
         (diagnosed(), Command::ChoosePreset(Preset::StatedArm)),
         (small(), Command::TrainPreset { preset: LearnedPreset::StructuredDelan, plan: plan() }),
@@ -108,7 +118,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     for (_, command) in &all {
         match command {
             Command::Open { .. } | Command::Restore { .. } | Command::Simulate(_) | Command::DrawMystery { .. } => (),
-            Command::ChoosePreset(_) => (),
+            Command::ChoosePreset(_) | Command::SimulateWorld(_) => (),
             Command::TrainPreset { .. } | Command::Train { .. } | Command::TrainSeeds { .. } | Command::Resume(_) => (),
             Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. } | Command::Make { .. } => (),
             Command::SetRight(_)

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::Stretch;
 use super::overlaid::Overlaid;
 use crate::app::plot::{Along, Views};
 use crate::model::Preset;
@@ -43,6 +44,8 @@ pub struct Focus {
     pub overlaid: Overlaid,
     /// Models that are to be made beside the current one.
     pub wanted: Vec<Preset>,
+    /// What is marked in state space, in the order of time; `None` if nothing is.
+    pub marked: Option<Arc<Vec<Stretch>>>,
     /// Whether time goes on by itself.
     pub is_playing: bool,
     /// How many times as fast as it was recorded.
@@ -64,6 +67,7 @@ impl Default for Focus {
             own_series: OwnSeries::default(),
             overlaid: Overlaid::default(),
             wanted: Vec::new(),
+            marked: None,
             is_playing: false,
             speed: 1.0,
             loops: true,
@@ -87,7 +91,7 @@ impl Focus {
             let before_it = self.trajectory;
             (self.trajectory, self.joint) = (after.split.held_out.first().map_or(0, |segment| segment.trajectory), 0);
             self.views.fit_all();
-            (self.cursor, self.beside) = (None, None);
+            (self.cursor, self.beside, self.marked) = (None, None, None);
             // The first of what was added, over the one that was looked at.
             if let (Some(Command::Beside { .. }), Some(recording)) = (by, &before.recording) {
                 (self.trajectory, self.beside) = (recording.trajectories.len(), Some(before_it));
@@ -120,14 +124,6 @@ impl Focus {
             self.views.of(along).range = range;
         }
         self.cursor = Some(at(cursor));
-    }
-
-    /// Which time is played of all that there is \[s\]: what is marked between two cursors, or all of it.
-    pub fn played(&mut self, [first, last]: [f64; 2]) -> [f64; 2] {
-        match self.views.of(Along::Time).measured {
-            Some(marked) if marked[0] < last && marked[1] > first => [marked[0].max(first), marked[1].min(last)],
-            _ => [first, last],
-        }
     }
 
     /// The shown joint, one that the recording has.

@@ -7,6 +7,7 @@ use super::notice::Notice;
 use super::panels::Change;
 use super::question::Question;
 use super::shown::Shown;
+use crate::app::report::ReportFormat;
 use crate::figure::{Figure, Format, Style};
 use crate::lesson::Act;
 use crate::model::Preset;
@@ -93,8 +94,12 @@ pub enum Order {
     ExportDialog,
     /// Write plots into a file.
     Draw(Box<Drawing>),
-    /// Write the report of the session, beside whatever is there.
-    Report,
+    /// Let the user choose the session that is to stand beside this one.
+    BesideDialog,
+    /// Ask how to write the report of the session.
+    AskReport,
+    /// Write a report.
+    Report(Box<Reporting>),
     /// Show, hide or move a panel of the screen.
     Panel(String, Change),
     /// The focus goes to the next panel.
@@ -131,6 +136,17 @@ pub struct Drawing {
     pub style: Style,
     /// Where: the file, or the folder.
     pub path: PathBuf,
+}
+
+/// A report of the session, and its file.
+#[derive(Debug, Clone)]
+pub struct Reporting {
+    /// As what.
+    pub format: ReportFormat,
+    /// Where.
+    pub path: PathBuf,
+    /// A saved session that stands beside it, if one does.
+    pub beside: Option<PathBuf>,
 }
 
 impl Order {

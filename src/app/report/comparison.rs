@@ -4,13 +4,19 @@ use super::document::{Block, Document, Table};
 use super::{Pictures, number, row, this_program};
 use crate::figure::Size;
 use crate::model::Parameter;
+use crate::progress::{Monitor, Stopped};
 use crate::session::{Session, Step};
 
 /// A session and what it is called.
 pub type Side<'a> = (&'a str, &'a Session);
 
 /// The page of both.
-pub(super) fn document(sides: [Side; 2], again: &[String], has_figures: bool) -> Document {
+pub(super) fn document(
+    sides: [Side; 2],
+    again: &[String],
+    has_figures: bool,
+    monitor: &Monitor,
+) -> Result<Document, Stopped> {
     let names = sides.map(|(name, _)| name.to_owned());
     let mut blocks = vec![
         Block::Heading("In short".to_owned()),
@@ -18,11 +24,12 @@ pub(super) fn document(sides: [Side; 2], again: &[String], has_figures: bool) ->
         Block::Table(beside("what is missing", "effect", &names, effects(sides))),
         Block::Table(beside("parameters of the newest models", "parameter", &names, parameters(sides))),
     ];
-    let report_of = |(_, session): Side, mark: &str| {
-        let pictures = has_figures.then_some(Pictures { mark, size: Size::OneColumn });
-        sections(super::document(session, &[], pictures).blocks)
+    let report_of = |(_, session): Side, mark: &str, monitor: &Monitor| {
+        let pictures = has_figures.then_some(Pictures { mark, size: Size::OneColumn, monitor });
+        Ok(sections(super::document(session, &[], pictures)?.blocks))
     };
-    let [first, second] = [report_of(sides[0], "left-"), report_of(sides[1], "right-")];
+    let first = report_of(sides[0], "left-", &monitor.part(0.0..0.5))?;
+    let second = report_of(sides[1], "right-", &monitor.part(0.5..1.0))?;
     for (heading, own, other) in paired(first, second) {
         blocks.extend(heading.map(Block::Heading));
         let [one, two] = names.clone();
@@ -32,7 +39,7 @@ pub(super) fn document(sides: [Side; 2], again: &[String], has_figures: bool) ->
     if !again.is_empty() {
         blocks.push(Block::Code(again.join("\n")));
     }
-    Document { title: format!("{} beside {}", names[0], names[1]), blocks }
+    Ok(Document { title: format!("{} beside {}", names[0], names[1]), blocks })
 }
 
 /// A table with a column for each session.

@@ -16,6 +16,7 @@ use super::{About, plots, screens};
 use crate::diagnosis::Report;
 use crate::figure::{self, Figure, FigureError, Panel, Size, Style, Theme};
 use crate::model::{JointError, Term};
+use crate::progress::{Monitor, Stopped};
 use crate::recording::{Origin, Recording, joints_text};
 use crate::session::{Session, Step, View};
 
@@ -38,25 +39,61 @@ const MOST_REFUSED: usize = 25;
 const SHOWN: [&str; 4] = ["compare", "residuals", "diagnose", "ladder"];
 /// Plots of one screen that are shown.
 const MOST_PLOTS: usize = 9;
+/// The part of the work that is drawing.
+const DRAWN: f32 = 0.9;
+
+/// Why there is no report.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A PDF can't be written.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+    /// Somebody asked for a stop.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
 
 /// The report of a session with a recording; `again` are the commands that make it anew.
 ///
 /// # Errors
-/// [`FigureError`] if a PDF can't be written.
-pub fn report(session: &Session, again: &[String], format: ReportFormat) -> Result<Vec<u8>, FigureError> {
-    let pictures = Pictures { mark: "", size: Size::TwoColumn };
-    format.written(&document(session, again, format.has_figures().then_some(pictures)))
+/// [`ReportError`] if a PDF can't be written, or somebody stopped it.
+pub fn report(
+    session: &Session,
+    again: &[String],
+    format: ReportFormat,
+    monitor: &Monitor,
+) -> Result<Vec<u8>, ReportError> {
+    let drawn = monitor.part(0.0..DRAWN);
+    let pictures = Pictures { mark: "", size: Size::TwoColumn, monitor: &drawn };
+    let document = document(session, again, format.has_figures().then_some(pictures))?;
+    monitor.report(DRAWN, "writing")?;
+    Ok(format.written(&document)?)
 }
 
 /// Two sessions side by side, each with its name; `again` are the commands that make it anew.
 ///
 /// # Errors
 /// As [`report`].
-pub fn comparison(sides: [Side; 2], again: &[String], format: ReportFormat) -> Result<Vec<u8>, FigureError> {
-    format.written(&comparison::document(sides, again, format.has_figures()))
+pub fn comparison(
+    sides: [Side; 2],
+    again: &[String],
+    format: ReportFormat,
+    monitor: &Monitor,
+) -> Result<Vec<u8>, ReportError> {
+    let document = comparison::document(sides, again, format.has_figures(), &monitor.part(0.0..DRAWN))?;
+    monitor.report(DRAWN, "writing")?;
+    Ok(format.written(&document)?)
 }
 
 impl ReportFormat {
+    /// What it is called, and how its files end.
+    pub const ALL: [(ReportFormat, &'static str, &'static str); 4] = [
+        (ReportFormat::Html, "HTML: one page", "html"),
+        (ReportFormat::Pdf, "PDF", "pdf"),
+        (ReportFormat::Latex, "LaTeX: its tables", "tex"),
+        (ReportFormat::Markdown, "Markdown", "md"),
+    ];
+
     fn has_figures(self) -> bool {
         matches!(self, ReportFormat::Html | ReportFormat::Pdf)
     }
@@ -78,12 +115,14 @@ struct Pictures<'a> {
     /// Begins the marks of their parts, which nothing else on the page may have.
     mark: &'a str,
     size: Size,
+    /// Of the drawing.
+    monitor: &'a Monitor,
 }
 
-fn document(session: &Session, again: &[String], pictures: Option<Pictures>) -> Document {
+fn document(session: &Session, again: &[String], pictures: Option<Pictures>) -> Result<Document, Stopped> {
     let name = session.recording.as_ref().map_or("no recording", |recording| &recording.name);
     let mut document = Document { title: format!("What a model of {name} is missing"), blocks: Vec::new() };
-    let Some(recording) = session.recording.as_deref() else { return document };
+    let Some(recording) = session.recording.as_deref() else { return Ok(document) };
     let blocks = &mut document.blocks;
     if let Some(report) = &session.report {
         blocks.push(Block::Text(report.headline().to_owned()));
@@ -100,21 +139,26 @@ fn document(session: &Session, again: &[String], pictures: Option<Pictures>) -> 
     data(session, recording, blocks);
     findings(session, blocks);
     models(session, recording, blocks);
-    let show = |which: &[&str], blocks: &mut Vec<Block>| {
-        let Some(pictures) = pictures else { return };
-        for screen in which.iter().filter_map(|id| screens::find(id).ok()) {
-            figures(session, screen, pictures, blocks);
+    let show = |which: std::ops::Range<usize>, blocks: &mut Vec<Block>| {
+        let Some(pictures) = pictures else { return Ok(()) };
+        for number in which {
+            let share = [number, number + 1].map(|number| number as f32 / SHOWN.len() as f32);
+            let monitor = &pictures.monitor.part(share[0]..share[1]);
+            if let Ok(screen) = screens::find(SHOWN[number]) {
+                figures(session, screen, Pictures { monitor, ..pictures }, blocks)?;
+            }
         }
+        Ok(())
     };
-    show(&SHOWN[..2], blocks);
+    show(0..2, blocks)?;
     if let Some(report) = &session.report {
         missing(report, blocks);
-        show(&SHOWN[2..], blocks);
+        show(2..SHOWN.len(), blocks)?;
         ruled_out(report, blocks);
         not_known(report, blocks);
     }
     reproduce(session, again, blocks);
-    document
+    Ok(document)
 }
 
 fn data(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
@@ -207,18 +251,28 @@ fn models(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
     }));
 }
 
-fn figures(session: &Session, screen: &'static About, pictures: Pictures, blocks: &mut Vec<Block>) {
+fn figures(
+    session: &Session,
+    screen: &'static About,
+    pictures: Pictures,
+    blocks: &mut Vec<Block>,
+) -> Result<(), Stopped> {
+    pictures.monitor.report(0.0, &format!("asking {}", screen.title))?;
     let style = Style { size: pictures.size, theme: Theme::Print, ..Style::default() };
     let mut panels = plots(session.clone(), View::default(), screen);
     name_axes(&mut panels);
-    for (number, panel) in panels.into_iter().take(MOST_PLOTS).enumerate() {
+    panels.truncate(MOST_PLOTS);
+    let count = panels.len() as f32;
+    for (number, panel) in panels.into_iter().enumerate() {
         let title = panel.title.clone();
+        pictures.monitor.report(number as f32 / count, &format!("drawing {title}"))?;
         // Every picture of the page has marks of its own.
         let mark = format!("{}{}{number}", pictures.mark, screen.id);
         if let Ok(svg) = figure::inline(&Figure::new(vec![panel]), &style, &mark) {
             blocks.push(Block::Figure { title: format!("{}: {title}", screen.title), svg });
         }
     }
+    Ok(())
 }
 
 /// Of panels above each other only the last one names their common axis; here each stands alone.
@@ -355,8 +409,8 @@ mod tests {
         let session = Command::Simulate(Box::new(Scenario::embedded())).run(&Session::default(), &monitor).unwrap();
         let session = Command::Diagnose.run(&session, &monitor).unwrap();
         let again = ["torquescope report \"a & b.csv\" -o report.html".to_owned()];
-        let text_of = |bytes: Result<Vec<u8>, FigureError>| String::from_utf8(bytes.unwrap()).unwrap();
-        let page = text_of(report(&session, &again, ReportFormat::Html));
+        let text_of = |bytes: Result<Vec<u8>, ReportError>| String::from_utf8(bytes.unwrap()).unwrap();
+        let page = text_of(report(&session, &again, ReportFormat::Html, &monitor));
         for word in ["Coulomb friction, joint", "What was ruled out", "What is not known", "<svg", "a &amp; b.csv"] {
             assert!(page.contains(word), "{word}");
         }
@@ -366,28 +420,28 @@ mod tests {
         let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
         let unique: std::collections::HashSet<&&str> = marks.iter().collect();
         assert_eq!(unique.len(), marks.len());
-        let tex = text_of(report(&session, &again, ReportFormat::Latex));
+        let tex = text_of(report(&session, &again, ReportFormat::Latex, &monitor));
         assert!(tex.contains("\\toprule") && tex.contains("Coulomb friction") && tex.contains("95 \\%"), "{tex}");
         assert_eq!(tex.matches("\\begin{table}").count(), tex.matches("\\end{table}").count());
-        let text = text_of(report(&session, &again, ReportFormat::Markdown));
+        let text = text_of(report(&session, &again, ReportFormat::Markdown, &monitor));
         assert!(text.starts_with("# What a model of") && text.contains("| model |"), "{text}");
         assert_eq!([0.0, 1.5, 1.23456e-7, 123_456.0].map(number), ["0", "1.500", "1.235e-7", "123456"]);
 
-        let pdf = report(&session, &again, ReportFormat::Pdf).unwrap();
+        let pdf = report(&session, &again, ReportFormat::Pdf, &monitor).unwrap();
         assert!(pdf.starts_with(b"%PDF") && pdf.len() > 50_000, "its figures are in it");
 
         let effect = &session.report.as_ref().unwrap().effects[0];
         let add = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };
         let repaired = Session { report: session.report.clone(), ..add.run(&session, &monitor).unwrap() };
         let sides = [("before", &session), ("after", &repaired)];
-        let text = text_of(comparison(sides, &again, ReportFormat::Markdown));
+        let text = text_of(comparison(sides, &again, ReportFormat::Markdown, &monitor));
         assert!(text.contains("| what | before | after |") && text.contains("### before"), "{text}");
         let coulomb = text.lines().find(|line| line.contains("coulomb_torque")).unwrap();
         assert!(coulomb.contains("| – |"), "only one of them has it: {coulomb}");
-        let page = text_of(comparison(sides, &again, ReportFormat::Html));
+        let page = text_of(comparison(sides, &again, ReportFormat::Html, &monitor));
         let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
         assert!(marks.len() > 10 && marks.iter().collect::<std::collections::HashSet<_>>().len() == marks.len());
-        let tex = text_of(comparison(sides, &again, ReportFormat::Latex));
+        let tex = text_of(comparison(sides, &again, ReportFormat::Latex, &monitor));
         assert!(tex.contains("% before") && tex.matches("\\toprule").count() > 6, "{tex}");
     }
 }

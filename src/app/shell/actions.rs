@@ -42,7 +42,7 @@ pub fn all(shell: &Shell) -> Vec<Action> {
         add("Save the session".into(), "Ctrl+S", Order::SaveAgain);
         add("Save the session into another file…".into(), "", Order::SaveDialog);
         add("Export the plots of this screen…".into(), "Ctrl+E", Order::Export(None));
-        add("Write the report of the session (HTML)".into(), "", Order::Report);
+        add("Write a report of this session, or of two side by side…".into(), "", Order::AskReport);
     }
     if desk.session.current().is_some() {
         add("Models of the session".into(), "Ctrl+M", Order::Models(true));

@@ -202,7 +202,10 @@ fn export(ui: &mut Ui, shell: &mut Shell, is_next: bool) {
     let button = Button::new(RichText::new(name).color(color)).fill(Color32::TRANSPARENT).stroke(stroke);
     let response = ui.add(button);
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Export"));
-    let hint = format!("The plots of this screen as SVG, PDF, PNG or CSV ({})", keys::text(ui, &keys::EXPORT));
+    let hint = format!(
+        "The plots of this screen as SVG, PDF, PNG or CSV, or a report as HTML or PDF ({})",
+        keys::text(ui, &keys::EXPORT)
+    );
     if response.on_hover_text(hint).clicked() {
         shell.desk.orders.push(Order::Export(None));
     }

@@ -1,10 +1,13 @@
-//! Export: the plots of the screen, or one of them, as a file.
+//! Export: the plots of the screen, or one of them, or a report of the session, as a file.
+
+use std::path::Path;
 
 use egui::{Button, DragValue, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 
 use super::frame::Shell;
 use super::preview::Preview;
 use super::primary::primary;
+use super::reporting::{self, Report};
 use crate::app::desk::{About, Desk, Drawing, Order};
 use crate::app::plot::export;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
@@ -30,6 +33,9 @@ const PICTURE: f32 = 430.0;
 
 /// What is exported and how, while it is asked.
 pub struct Exporting {
+    /// Whether it is the report, and not the plots.
+    is_report: bool,
+    report: Report,
     /// Only the plot of this title.
     only: Option<String>,
     /// The plots of the screen, and which are wanted; `None` until all is computed.
@@ -40,7 +46,7 @@ pub struct Exporting {
     all: bool,
     preview: Preview,
     /// Where to.
-    pub path: String,
+    path: String,
 }
 
 impl Exporting {
@@ -49,9 +55,38 @@ impl Exporting {
         let name = session.recording.as_ref().map_or("torquescope", |recording| &recording.name);
         let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
         let name: String = name.chars().map(plain).collect();
-        let path = format!("{name}-{}.svg", screen.id);
-        let (style, preview) = (Style::default(), Preview::default());
-        Exporting { only, plots: None, format: Format::Svg, style, all: false, preview, path }
+        Exporting {
+            is_report: false,
+            report: Report::new(&name),
+            only,
+            plots: None,
+            format: Format::Svg,
+            style: Style::default(),
+            all: false,
+            preview: Preview::default(),
+            path: format!("{name}-{}.svg", screen.id),
+        }
+    }
+
+    /// Asks about the report of a session first.
+    pub fn report(session: &Session, screen: &About) -> Self {
+        Exporting { is_report: true, ..Exporting::new(session, screen, None) }
+    }
+
+    /// Where it goes, as it is typed.
+    pub fn path(&self) -> &str {
+        if self.is_report { &self.report.path } else { &self.path }
+    }
+
+    /// It goes into this file.
+    pub fn set_path(&mut self, path: &Path) {
+        let own = if self.is_report { &mut self.report.path } else { &mut self.path };
+        *own = path.display().to_string();
+    }
+
+    /// This session stands beside the present one.
+    pub fn set_beside(&mut self, path: &Path) {
+        self.report.beside = Some(path.display().to_string());
     }
 
     /// Whether its picture is being drawn.
@@ -90,7 +125,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
         let width = (room.width() - 80.0).min(QUESTIONS + PICTURE);
         ui.set_width(width);
         ui.horizontal_top(|ui| {
-            let has_plots = open.plots.as_ref().is_some_and(|plots| !plots.is_empty());
+            let has_plots = !open.is_report && open.plots.as_ref().is_some_and(|plots| !plots.is_empty());
             let questions = if has_plots && width > QUESTIONS + PICTURE / 2.0 { QUESTIONS } else { width };
             ui.allocate_ui(vec2(questions, 0.0), |ui| {
                 ui.vertical(|ui| {
@@ -99,7 +134,17 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
                         ScrollArea::vertical().id_salt("questions").max_height(height).min_scrolled_height(height);
                     area.show(ui, |ui| {
                         ui.set_width(questions - GAP);
-                        closes = ask(ui, desk, screens.shown(), &mut open);
+                        ui.heading("Export");
+                        ui.horizontal_wrapped(|ui| {
+                            let plots = format!("Plots of {}", screens.shown().title);
+                            ui.selectable_value(&mut open.is_report, false, plots);
+                            ui.selectable_value(&mut open.is_report, true, "Report");
+                        });
+                        ui.add_space(GAP);
+                        closes = match open.is_report {
+                            true => reporting::ask(ui, desk, &mut open.report),
+                            false => ask(ui, desk, &mut open),
+                        };
                     });
                 });
             });
@@ -160,16 +205,14 @@ fn maybe(ui: &mut Ui, name: &str, unit: &str, value: &mut Option<f64>, [least, m
 }
 
 /// The questions, and whether they are answered.
-fn ask(ui: &mut Ui, desk: &mut Desk, screen: &About, open: &mut Exporting) -> bool {
+fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
     let palette = Palette::in_ui(ui);
     let Exporting { plots, format, style, all, path, .. } = open;
     let plots = plots.get_or_insert_default();
-    ui.heading(format!("Export: {}", screen.title));
     if plots.is_empty() {
         widgets::weak(ui, "This screen shows no plot yet.");
         return ui.button("Close").clicked();
     }
-    ui.add_space(GAP);
     // However many there are, what follows stays in sight.
     let height = (ui.ctx().content_rect().height() - 520.0).clamp(70.0, 330.0);
     let list = ScrollArea::vertical().id_salt("plots").max_height(height).min_scrolled_height(height);

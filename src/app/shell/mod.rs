@@ -14,6 +14,7 @@ mod models;
 mod palette;
 mod preview;
 mod primary;
+mod reporting;
 mod status;
 
 use std::path::PathBuf;
@@ -60,6 +61,11 @@ impl Overlays {
     /// Asks how to export the plots of a screen, or one of them.
     pub fn export(&mut self, session: &Session, screen: &About, only: Option<String>) {
         self.exporting = Some(Exporting::new(session, screen, only));
+    }
+
+    /// Asks how to write the report of a session.
+    pub fn report(&mut self, session: &Session, screen: &About) {
+        self.exporting = Some(Exporting::report(session, screen));
     }
 
     /// Looks into a log, to ask what its columns are.

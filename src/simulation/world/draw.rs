@@ -5,17 +5,13 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, Draws};
-use super::part::{
-    BaseTilt, BiarticularSpring, Cable, Cogging, ConstantTorque, CurrentLoop, DragPlate, DryFriction, ElasticGear,
-    Floor, JointStop, LeaningLink, LoadFriction, Part, Pendulum, Rotor, SaturatedReading, Sloshing, SpeedFriction,
-    Spring, TipLoad, TorqueConstant, TorqueFilter, UnevenFriction, WarmingFriction,
-};
+use super::part::{Kind, Part, Rank};
 use super::{LoggedTorque, Scenario, Sensors, Servo, longest_step};
 use crate::arm::{Arm, GRAVITY, Link, Posture};
 use crate::progress::Monitor;
 use crate::recording::Trajectory;
 use crate::recording::encoders::Side;
-use crate::simulation::{self, Draw, Excitation, SimulationError};
+use crate::simulation::{self, Draw, Excitation, SimulationError, demand};
 
 /// How many draws of a part are tried before another is drawn.
 const TRIES: usize = 40;
@@ -58,65 +54,15 @@ impl Class {
     }
 }
 
-/// Makes a part at a joint; how strong it is, is for later.
-type Maker = fn(usize, &Course, &mut Draws) -> Part;
+/// The kinds of some ranks.
+fn kinds(ranks: &[Rank]) -> Vec<&'static Kind> {
+    Kind::ALL.iter().filter(|kind| ranks.contains(&kind.rank)).collect()
+}
 
 /// What there is to be found.
-const FINDABLE: &[Maker] = &[
-    |joint, course, random| Part::DryFriction(DryFriction::coulomb(joint, course, random)),
-    |joint, course, random| Part::DryFriction(DryFriction::stribeck(joint, course, random)),
-    |joint, course, random| Part::DryFriction(DryFriction::asymmetric(joint, course, random)),
-    |joint, course, random| Part::DryFriction(DryFriction::dahl(joint, course, random)),
-    |joint, course, random| Part::DryFriction(DryFriction::lugre(joint, course, random)),
-    |joint, course, random| Part::LoadFriction(LoadFriction::drawn(joint, course, random)),
-    |joint, course, random| Part::WarmingFriction(WarmingFriction::drawn(joint, course, random)),
-    |joint, course, random| Part::UnevenFriction(UnevenFriction::drawn(joint, course, random)),
-    |joint, course, random| Part::SpeedFriction(SpeedFriction::viscous(joint, course, random)),
-    |joint, course, random| Part::SpeedFriction(SpeedFriction::quadratic(joint, course, random)),
-    |joint, course, random| Part::SpeedFriction(SpeedFriction::thinning(joint, course, random)),
-    |joint, course, random| Part::Spring(Spring::linear(joint, course, random)),
-    |joint, course, random| Part::Spring(Spring::hardening(joint, course, random)),
-    |joint, course, random| Part::JointStop(JointStop::drawn(joint, course, random)),
-    |joint, course, random| Part::ConstantTorque(ConstantTorque::steady(joint, course, random)),
-    |joint, course, random| Part::ConstantTorque(ConstantTorque::drifting(joint, course, random)),
-    |joint, course, random| Part::Cogging(Cogging::drawn(joint, course, random)),
-    |joint, course, random| Part::TorqueConstant(TorqueConstant::drawn(joint, course, random)),
-    |joint, course, random| Part::CurrentLoop(CurrentLoop::drawn(joint, course, random)),
-    |joint, course, random| Part::TorqueFilter(TorqueFilter::drawn(joint, course, random)),
-    |joint, course, random| Part::SaturatedReading(SaturatedReading::drawn(joint, course, random)),
-    // The rotor of the first joint is part of the rigid body.
-    |joint, course, random| Part::Rotor(Rotor::drawn(joint.max(1), course, random)),
-    |joint, course, random| Part::ElasticGear(ElasticGear::elastic(joint, course, random)),
-    |joint, course, random| Part::ElasticGear(ElasticGear::with_play(joint, course, random)),
-    |joint, course, random| Part::BaseTilt(BaseTilt::drawn(joint, course, random)),
-    |joint, course, random| Part::LeaningLink(LeaningLink::drawn(joint, course, random)),
-];
-
-/// What every robot has a little of.
-const COMMON: &[Maker] = &[
-    |joint, course, random| Part::DryFriction(DryFriction::coulomb(joint, course, random)),
-    |joint, course, random| Part::DryFriction(DryFriction::stribeck(joint, course, random)),
-    |joint, course, random| Part::SpeedFriction(SpeedFriction::viscous(joint, course, random)),
-    |joint, course, random| Part::SpeedFriction(SpeedFriction::quadratic(joint, course, random)),
-    |joint, course, random| Part::Spring(Spring::linear(joint, course, random)),
-    |joint, course, random| Part::ConstantTorque(ConstantTorque::steady(joint, course, random)),
-    |joint, course, random| Part::Cogging(Cogging::drawn(joint, course, random)),
-    |joint, course, random| Part::TorqueConstant(TorqueConstant::drawn(joint, course, random)),
-    |joint, course, random| Part::CurrentLoop(CurrentLoop::drawn(joint, course, random)),
-    |joint, course, random| Part::BaseTilt(BaseTilt::drawn(joint, course, random)),
-    |joint, course, random| Part::LeaningLink(LeaningLink::drawn(joint, course, random)),
-];
-
-/// What the catalogue does not have.
-const OUTSIDE: &[Maker] = &[
-    |joint, course, random| Part::DragPlate(DragPlate::drawn(joint, course, random)),
-    |joint, course, random| Part::Cable(Cable::drawn(joint, course, random)),
-    |joint, course, random| Part::BiarticularSpring(BiarticularSpring::drawn(joint, course, random)),
-    |joint, course, random| Part::Pendulum(Pendulum::drawn(joint, course, random)),
-    |joint, course, random| Part::Sloshing(Sloshing::drawn(joint, course, random)),
-    |joint, course, random| Part::TipLoad(TipLoad::picked_up(joint, course, random)),
-    |joint, course, random| Part::Floor(Floor::drawn(joint, course, random)),
-];
+fn findable() -> Vec<&'static Kind> {
+    kinds(&[Rank::Common, Rank::Findable])
+}
 
 /// A world that the seed draws. The same seed gives the same world.
 ///
@@ -126,20 +72,20 @@ pub fn draw(seed: u64, class: Class) -> Result<Scenario, SimulationError> {
     let mut drawn = Drawn::new(seed)?;
     match class {
         Class::None => {}
-        Class::Single => drawn.add(FINDABLE, 1, STRONG)?,
+        Class::Single => drawn.add(&findable(), 1, STRONG)?,
         Class::Several => {
             let count = 2 + drawn.random.one_of(2);
-            drawn.add(FINDABLE, count, STRONG)?;
+            drawn.add(&findable(), count, STRONG)?;
         }
         Class::Realistic => {
             let count = 1 + drawn.random.one_of(2);
-            drawn.add(FINDABLE, count, STRONG)?;
+            drawn.add(&findable(), count, STRONG)?;
             drawn.add_common()?;
         }
         Class::Unknown => {
-            drawn.add(OUTSIDE, 1, STRONG)?;
+            drawn.add(&kinds(&[Rank::Outside]), 1, STRONG)?;
             let count = drawn.random.one_of(2);
-            drawn.add(&COMMON[..1], count, STRONG)?;
+            drawn.add(&kinds(&[Rank::Common])[..1], count, STRONG)?;
         }
     }
     Ok(drawn.scenario)
@@ -152,13 +98,52 @@ pub fn draw(seed: u64, class: Class) -> Result<Scenario, SimulationError> {
 /// As [`draw`].
 pub fn mystery(seed: u64) -> Result<Scenario, SimulationError> {
     let mut drawn = Drawn::new(seed)?;
-    drawn.add(FINDABLE, 1, STRONG)?;
+    drawn.add(&findable(), 1, STRONG)?;
     drawn.add_common()?;
     let mut scenario = drawn.scenario;
     if let Excitation::MultiSine { rate, .. } | Excitation::Stops { rate, .. } = &mut scenario.motion {
         *rate = MYSTERY_RATE;
     }
     Ok(scenario)
+}
+
+impl Scenario {
+    /// Puts parts of a kind into the world, one on each of these joints (from 0; a kind of the whole arm takes none), of about
+    /// this strength: RMS of what a part does over that of its joint's torque. What is random about it is drawn by the seed; what
+    /// only the way of the world tells, such as how hard a floor is touched, is as it is drawn.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if the kind can't be there, or the log can't show it.
+    pub fn hide_by_strength(&mut self, kind: &Kind, joints: &[usize], strength: f64) -> Result<(), SimulationError> {
+        demand("strength of the part", strength, strength > 0.0, "a finite number above 0")?;
+        let places: Vec<usize> = match kind.first_joint {
+            Some(_) if joints.is_empty() => return Err(SimulationError::JointMissing(kind.name)),
+            Some(first) => {
+                joints.iter().map(|joint| self.joint_for(kind.name, *joint, first)).collect::<Result<_, _>>()?
+            }
+            None => vec![0],
+        };
+        let course = Course::along(&self.arm, &course(self)?);
+        for joint in places {
+            let mut part = kind.make(joint, &course, &mut Draws::new(self.seed, Draw::World as u64));
+            resize(&mut part, strength, &course);
+            if !self.sensors.log(&part) {
+                let joint = kind.first_joint.map(|_| joint);
+                return Err(SimulationError::NoTorque { effect: kind.name, joint });
+            }
+            part.as_install().check()?;
+            self.parts.push(part);
+        }
+        Ok(())
+    }
+
+    fn joint_for(&self, part: &'static str, joint: usize, first: usize) -> Result<usize, SimulationError> {
+        let joints = self.arm.joint_count();
+        match (first..joints).contains(&joint) {
+            true => Ok(joint),
+            false => Err(SimulationError::NotThere { part, joint: joint + 1, first: first + 1, joints }),
+        }
+    }
 }
 
 /// A world that is being drawn.
@@ -178,9 +163,9 @@ impl Drawn {
     }
 
     /// So many parts more.
-    fn add(&mut self, makers: &[Maker], count: usize, strength: [f64; 2]) -> Result<(), SimulationError> {
+    fn add(&mut self, kinds: &[&Kind], count: usize, strength: [f64; 2]) -> Result<(), SimulationError> {
         for _ in 0..count {
-            let part = fitting(makers, strength, &self.course, &self.scenario, &mut self.random)?;
+            let part = fitting(kinds, strength, &self.course, &self.scenario, &mut self.random)?;
             self.scenario.parts.push(part);
         }
         Ok(())
@@ -189,7 +174,7 @@ impl Drawn {
     /// What every robot has a little of.
     fn add_common(&mut self) -> Result<(), SimulationError> {
         let count = 4 + self.random.one_of(5);
-        self.add(COMMON, count, WEAK)
+        self.add(&kinds(&[Rank::Common]), count, WEAK)
     }
 }
 
@@ -276,7 +261,7 @@ fn course(scenario: &Scenario) -> Result<Trajectory, SimulationError> {
 
 /// A part of about the wanted strength that goes with those that are there.
 fn fitting(
-    makers: &[Maker],
+    kinds: &[&Kind],
     [least, most]: [f64; 2],
     course: &Course,
     scenario: &Scenario,
@@ -284,22 +269,29 @@ fn fitting(
 ) -> Result<Part, SimulationError> {
     for _ in 0..TRIES {
         let joint = random.one_of(course.joint_count());
-        let mut part = makers[random.one_of(makers.len())](joint, course, random);
-        let wanted = random.between_logarithms(least, most);
-        // Twice, since not everything is in proportion.
-        for _ in 0..2 {
-            let strength = course.strength(&part);
-            if strength > 0.0 {
-                part.as_install_mut().scale(wanted / strength);
-            }
-        }
-        let is_logged = !matches!(part, Part::CurrentLoop(_)) || scenario.sensors.torque == LoggedTorque::Commanded;
+        let mut part = kinds[random.one_of(kinds.len())].make(joint, course, random);
+        resize(&mut part, random.between_logarithms(least, most), course);
         let is_alone = scenario.parts.iter().all(|other| group(other) != group(&part));
-        if is_logged && is_alone && part.as_install().is_plausible() && part.as_install().check().is_ok() {
+        if scenario.sensors.log(&part)
+            && is_alone
+            && part.as_install().is_plausible()
+            && part.as_install().check().is_ok()
+        {
             return Ok(part);
         }
     }
     Err(SimulationError::EmptyRegistry)
+}
+
+/// Makes a part about as strong as it is wanted: RMS of what it does over that of its joint's torque.
+fn resize(part: &mut Part, wanted: f64, course: &Course) {
+    // Twice, since not everything is in proportion.
+    for _ in 0..2 {
+        let strength = course.strength(part);
+        if strength > 0.0 {
+            part.as_install_mut().scale(wanted / strength);
+        }
+    }
 }
 
 /// Parts of one group on one joint could not be told apart, or could not both be there.

@@ -31,7 +31,7 @@ mod transmission;
 use serde::{Deserialize, Serialize};
 
 pub use draw::{Class, draw, mystery};
-pub use part::Part;
+pub use part::{Kind, Part, Rank};
 pub use sensors::{LoggedTorque, Sensors};
 pub use servo::Servo;
 

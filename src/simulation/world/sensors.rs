@@ -4,6 +4,7 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
+use super::part::Part;
 use crate::recording::Trajectory;
 use crate::recording::encoders::Side;
 use crate::simulation::{SimulationError, demand, sensible, sensor};
@@ -51,6 +52,11 @@ impl Default for Sensors {
 }
 
 impl Sensors {
+    /// Whether the log can show what a part does: a current that comes late is seen in what was asked for, not in itself.
+    pub(super) fn log(&self, part: &Part) -> bool {
+        !matches!(part, Part::CurrentLoop(_)) || self.torque == LoggedTorque::Commanded
+    }
+
     pub(super) fn check(&self) -> Result<(), SimulationError> {
         if let Some(resolution) = self.encoder_resolution {
             sensible("encoder resolution", resolution)?;

@@ -360,6 +360,26 @@ fn parts_are_drawn_as_strong_as_they_are_wanted() {
     }
 }
 
+/// Each by itself, in the arm of the demonstration.
+#[test]
+fn every_kind_of_part_can_be_hidden_by_its_name() {
+    let prescribed = simulation::Scenario { effects: Vec::new(), ..simulation::Scenario::embedded() };
+    let bare = Scenario::of(&prescribed);
+    for kind in Kind::ALL {
+        assert_eq!(Kind::find(kind.id).unwrap().name, kind.name, "two have one name");
+        let mut world = bare.clone();
+        world.hide_by_strength(kind, &[1], 0.1).unwrap();
+        world.check().unwrap();
+        assert_eq!(world.parts.len(), 1);
+        if let Some(place) = world.parts[0].as_install().place().filter(|_| kind.first_joint.is_some()) {
+            assert_eq!(place, 1, "{}", kind.id);
+        }
+    }
+    let rotor = Kind::find("rotor").unwrap();
+    let message = bare.clone().hide_by_strength(rotor, &[0], 0.1).unwrap_err().to_string();
+    assert_eq!(message, "rotor behind a stiff gear can't be on joint 1: choose a joint from 2 to 3");
+}
+
 #[test]
 fn what_can_not_be_is_named() {
     let message = |change: &dyn Fn(&mut Scenario)| {

@@ -16,7 +16,7 @@ use parts::Decomposition;
 use crate::app::desk::{About, Desk, Focus, Needs, held_out_times, time_extent};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
-use crate::app::plot::{Along, PanelView, arm, ticks};
+use crate::app::plot::{PanelView, arm, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{controls, formula, tables, widgets};
@@ -29,8 +29,6 @@ use crate::signals::Signals;
 
 /// Where the cursor stands at first, as a part of the trajectory.
 const START: f64 = 0.35;
-/// The most that time goes on in a frame \[s\].
-const LONGEST_STEP: f64 = 0.1;
 /// How many times as fast as it was recorded time can go on.
 const SPEEDS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
 /// Points of the way of the arm's tip.
@@ -78,6 +76,7 @@ impl Screen for Compare {
         let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
             return;
         };
+        controls::let_time_pass(ui, desk, &recording);
         let errors: Vec<String> = step.evaluation.held_out.iter().map(|error| ticks::number(error.r2)).collect();
         let sentence = format!("Held-out R² by joint: {}.", errors.join(" · "));
         let title = format!("Measured against predicted {}", recording.effort());
@@ -96,11 +95,7 @@ impl Screen for Compare {
         });
         ui.add_space(4.0);
         let extent = time_extent(&recording.trajectories[desk.focus.trajectory].time);
-        let cursor = desk.focus.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
-        // Before anything is drawn, so that all of it shows the same moment.
-        let mut time = *cursor;
-        play(ui, desk, extent, &mut time);
-        desk.focus.cursor = Some(time);
+        desk.focus.cursor.get_or_insert(extent[0] + START * (extent[1] - extent[0]));
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
@@ -292,15 +287,20 @@ impl Compare {
         let lit = parts.filter(|_| only.is_none()).and_then(|parts| sum::show(ui, parts));
         let torques = Torques { recording, step, facts, run, held_out, overlaid, show_terms, beside, parts, only, lit };
         let joints = recording.joint_count();
+        let marked = desk.focus.marked_of(run);
         let last_extra = 31.0;
         let per_joint = ((ui.available_height() - last_extra) / joints as f32 - 12.0).clamp(150.0, 640.0);
         let above = if parts.is_some() { 0.5 } else { 0.62 };
         for joint in 0..joints {
             let upper = PanelView::new(torques.torque(joint)).without_ticks().height(per_joint * above);
-            upper.cursor(&mut desk.focus.cursor).show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
+            upper.lit(marked.clone()).cursor(&mut desk.focus.cursor).show(
+                ui,
+                &mut desk.focus.views,
+                &mut desk.memo.decimator,
+            );
             let is_last = joint + 1 == joints;
             let height = per_joint * (1.0 - above);
-            let lower = PanelView::new(torques.below(joint)).cursor(&mut desk.focus.cursor);
+            let lower = PanelView::new(torques.below(joint)).lit(marked.clone()).cursor(&mut desk.focus.cursor);
             let lower = if is_last { lower.height(height + last_extra) } else { lower.without_ticks().height(height) };
             lower.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
             if !is_last {
@@ -356,17 +356,7 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
     let before = time;
     widgets::card(ui, "", |ui| {
         ui.horizontal_wrapped(|ui| {
-            let name = if desk.focus.is_playing { "Pause" } else { "▶ Play" };
-            let button =
-                ui.button(name).on_hover_text("Let time go on; of a region that is marked (M and drag) only there");
-            if button.clicked() {
-                desk.focus.is_playing = !desk.focus.is_playing;
-                // At the end there is nothing to go on to.
-                let [first, last] = desk.focus.played(extent);
-                if desk.focus.is_playing && time >= last {
-                    time = first;
-                }
-            }
+            controls::play(ui, desk, "▶ Play", "Let time go on; only there where something is marked (M and drag)");
             let speed = ComboBox::from_id_salt("speed").width(64.0).selected_text(speed_text(desk.focus.speed));
             let speed = speed.show_ui(ui, |ui| {
                 for speed in SPEEDS {
@@ -379,6 +369,7 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
             ui.checkbox(&mut desk.focus.loops, "Loop").on_hover_text("From the end again from the beginning");
             ui.checkbox(&mut desk.focus.follows, "Follow").on_hover_text("A zoomed view moves with the cursor");
         });
+        marked(ui, desk);
         ui.spacing_mut().slider_width = (ui.available_width() - 100.0).max(60.0);
         let slider = Slider::new(&mut time, extent[0]..=extent[1]).suffix(" s").fixed_decimals(2);
         let response = ui.add(slider);
@@ -425,30 +416,18 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
     tables::errors(ui, &recording, &step);
 }
 
-/// Lets time go on, and the view with it; at the end it begins anew or stops. What is marked is played alone.
-fn play(ui: &Ui, desk: &mut Desk, extent: [f64; 2], time: &mut f64) {
-    if !desk.focus.is_playing {
-        return;
-    }
-    let [first, last] = desk.focus.played(extent);
-    if !(first..=last).contains(time) {
-        *time = first;
-    }
-    let step = desk.focus.speed * f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP);
-    *time = match (*time + step > last, desk.focus.loops) {
-        (false, _) => *time + step,
-        (true, true) => first,
-        (true, false) => {
-            desk.focus.is_playing = false;
-            last
+/// What was marked in state space on another screen, and that it can be forgotten.
+fn marked(ui: &mut Ui, desk: &mut Desk) {
+    let Some(marked) = desk.focus.marked.clone() else { return };
+    ui.horizontal_wrapped(|ui| {
+        let places = match marked.len() {
+            1 => "one stretch".to_owned(),
+            count => format!("{count} stretches"),
+        };
+        let text = format!("Marked in “Where it fails”: {places}.");
+        ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
+        if ui.small_button("Unmark").clicked() {
+            desk.focus.marked = None;
         }
-    };
-    let [first, last] = extent;
-    let range = &mut desk.focus.views.of(Along::Time).range;
-    if let Some([from, to]) = range.filter(|_| desk.focus.follows) {
-        let half = 0.5 * (to - from);
-        let middle = time.clamp(first + half, (last - half).max(first + half));
-        *range = Some([middle - half, middle + half]);
-    }
-    ui.ctx().request_repaint();
+    });
 }

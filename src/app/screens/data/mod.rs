@@ -4,6 +4,7 @@ mod arm_editor;
 mod coverage;
 mod figures;
 mod gallery;
+mod hiding;
 mod motion;
 mod recent;
 mod simulate;

@@ -1,28 +1,31 @@
-//! The panel that simulates: arm, motion, hidden effects, noise, encoders.
+//! The panel that simulates: arm, motion, what moves it, what is hidden, noise, encoders.
 
-use std::ops::RangeInclusive;
+use egui::{Button, CollapsingHeader, DragValue, Grid, RichText, Ui};
 
-use egui::{Button, CollapsingHeader, ComboBox, DragValue, Grid, RichText, Slider, Ui, WidgetInfo};
-
+use super::hiding::{Hiding, percent};
 use super::{arm_editor, motion};
 use crate::app::desk::{Desk, Notice, Order, Tone};
 use crate::app::theme::{Palette, SMALL};
 use crate::app::widgets;
 use crate::arm::{Arm, Link, MOST_JOINTS, Posture};
-use crate::effect::{Effect, Scope, registry};
+use crate::effect::registry;
+use crate::recording::encoders::Side;
 use crate::session::Command;
+use crate::simulation::world::{self, Kind, LoggedTorque, Sensors};
 use crate::simulation::{Excitation, Level, Scenario, SimulationError};
 
 /// A link that is added.
 const NEW_LINK: Link = Link { mass: 1.0, length: 0.3, com: 0.15, inertia: 0.0075 };
 
-/// Most effects that are hidden at a time.
-const MOST_HIDDEN: usize = 6;
-
 /// What to simulate, as set in the panel.
 pub struct Simulator {
     pub seed: u64,
-    hidden: Vec<Hidden>,
+    engine: Engine,
+    effects: Hiding,
+    parts: Hiding,
+    /// On which side of their gears the rigid bodies have their encoders, and which torque they log.
+    side: Side,
+    torque: LoggedTorque,
     /// How hard the mysteries are that it draws.
     pub level: Level,
     arm: Arm,
@@ -32,25 +35,31 @@ pub struct Simulator {
     noise_percent: f64,
 }
 
-/// An effect that is hidden.
-struct Hidden {
-    /// Index into the registry.
-    effect: usize,
-    joints: Vec<bool>,
-    strength_percent: f64,
-}
-
-impl Default for Hidden {
-    fn default() -> Self {
-        Hidden { effect: 1, joints: vec![true, false, false], strength_percent: 10.0 }
-    }
+/// What gives the arm its motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Engine {
+    /// The motion is prescribed, and the torque that it needs computed.
+    Formulas,
+    /// A servo moves rigid bodies.
+    Bodies,
 }
 
 impl Default for Simulator {
     fn default() -> Self {
         let Scenario { arm, motion, .. } = Scenario::embedded();
-        let hidden = vec![Hidden::default()];
-        Simulator { seed: 7, level: Level::default(), hidden, arm, motion, encoder_steps: 0, noise_percent: 2.0 }
+        Simulator {
+            seed: 7,
+            engine: Engine::Formulas,
+            effects: Hiding::effects(),
+            parts: Hiding::parts(),
+            side: Side::Link,
+            torque: LoggedTorque::default(),
+            level: Level::default(),
+            arm,
+            motion,
+            encoder_steps: 0,
+            noise_percent: 2.0,
+        }
     }
 }
 
@@ -77,15 +86,11 @@ fn own(ui: &mut Ui, desk: &mut Desk, wish: &mut Simulator) {
     arm(ui, wish);
     posture(ui, &mut wish.arm);
     motion::show(ui, &mut wish.motion);
+    engine(ui, wish);
     let joints = wish.arm.joint_count();
-    let mut number = 0;
-    wish.hidden.retain_mut(|hidden| {
-        number += 1;
-        ui.push_id(number, |ui| hide(ui, hidden, number, joints)).inner
-    });
-    let more = Button::new(if wish.hidden.is_empty() { "Hide an effect" } else { "Hide another effect" });
-    if ui.add_enabled(wish.hidden.len() < MOST_HIDDEN, more.small()).clicked() {
-        wish.hidden.push(Hidden::default());
+    match wish.engine {
+        Engine::Formulas => wish.effects.show(ui, joints),
+        Engine::Bodies => wish.parts.show(ui, joints),
     }
     ui.add(percent(&mut wish.noise_percent, 0.0..=20.0, "torque noise"));
     ui.horizontal_wrapped(|ui| {
@@ -96,51 +101,35 @@ fn own(ui: &mut Ui, desk: &mut Desk, wish: &mut Simulator) {
         }
     });
     if ui.button("Simulate").clicked() {
-        desk.orders.push(match scenario(wish) {
-            Ok(scenario) => Order::run(Command::Simulate(Box::new(scenario))),
-            Err(error) => failed(&error),
-        });
+        desk.orders.push(wish.command().map_or_else(|error| failed(&error), Order::run));
     }
 }
 
-fn percent<'a>(value: &'a mut f64, range: RangeInclusive<f64>, text: &str) -> Slider<'a> {
-    Slider::new(value, range).suffix(" %").max_decimals(1).text(text.to_owned())
-}
-
-/// One hidden effect: which, where, how strong; whether it stays.
-fn hide(ui: &mut Ui, hidden: &mut Hidden, number: usize, joints: usize) -> bool {
-    let mut stays = true;
+/// What moves the arm, and what only that has.
+fn engine(ui: &mut Ui, wish: &mut Simulator) {
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Hidden effect");
-        let name = registry::ALL[hidden.effect].name;
-        let chooser = ComboBox::from_id_salt("hidden effect").selected_text(name).width(170.0).show_ui(ui, |ui| {
-            for (index, effect) in registry::ALL.iter().enumerate() {
-                ui.selectable_value(&mut hidden.effect, index, effect.name);
-            }
-        });
-        chooser.response.labelled_by(label.id);
-        let remove = ui.add(Button::new("×").small());
-        let spoken = format!("hide no {name} ({number})");
-        remove.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &spoken));
-        stays = !remove.on_hover_text("Hide it no more").clicked();
+        ui.label("Moved by");
+        let formulas = ui.radio_value(&mut wish.engine, Engine::Formulas, "formulas");
+        formulas.on_hover_text("The motion is prescribed, and the torque that it needs computed: exact, at once");
+        let bodies = ui.radio_value(&mut wish.engine, Engine::Bodies, "rigid bodies");
+        bodies.on_hover_text(
+            "A servo moves an arm in another engine, which knows none of the formulas that a diagnosis searches: with all that no \
+             formula says, in some seconds",
+        );
     });
-    let effect = registry::ALL[hidden.effect];
-    hidden.joints.resize(joints, false);
-    if effect.scope != Scope::Arm {
-        ui.horizontal_wrapped(|ui| {
-            for (joint, on) in hidden.joints.iter_mut().enumerate().skip(first_joint(effect)) {
-                ui.checkbox(on, format!("joint {}", joint + 1));
-            }
-        });
+    if wish.engine == Engine::Formulas {
+        return;
     }
-    ui.add(percent(&mut hidden.strength_percent, 1.0..=40.0, "of the torque"));
-    widgets::weak(ui, effect.description);
-    stays
-}
-
-/// The later joint of a pair names it.
-fn first_joint(effect: &Effect) -> usize {
-    usize::from(effect.scope == Scope::Pair)
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Encoders");
+        ui.radio_value(&mut wish.side, Side::Link, "behind the gears");
+        ui.radio_value(&mut wish.side, Side::Motor, "on the motors");
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Torque");
+        ui.radio_value(&mut wish.torque, LoggedTorque::Commanded, "as commanded");
+        ui.radio_value(&mut wish.torque, LoggedTorque::Measured, "by the current");
+    });
 }
 
 /// Where the arm points at q = 0.
@@ -199,23 +188,46 @@ fn arm(ui: &mut Ui, wish: &mut Simulator) {
     });
 }
 
-fn scenario(wish: &Simulator) -> Result<Scenario, SimulationError> {
-    let encoder_resolution = (wish.encoder_steps > 0).then(|| std::f64::consts::TAU / f64::from(wish.encoder_steps));
-    let bare = Scenario {
-        name: "simulated arm".to_owned(),
-        arm: wish.arm.clone(),
-        motion: wish.motion.clone(),
-        torque_noise: wish.noise_percent / 100.0,
-        seed: wish.seed,
-        encoder_resolution,
-        effects: Vec::new(),
-        ..Scenario::embedded()
-    };
-    let mut effects = Vec::new();
-    for Hidden { effect, joints, strength_percent } in &wish.hidden {
-        let effect = registry::ALL[*effect];
-        let joints: Vec<usize> = (first_joint(effect)..joints.len()).filter(|joint| joints[*joint]).collect();
-        effects.extend(bare.hide_by_strength(effect.id, &joints, strength_percent / 100.0)?);
+impl Simulator {
+    /// What simulates it.
+    fn command(&self) -> Result<Command, SimulationError> {
+        match self.engine {
+            Engine::Formulas => self.scenario().map(|scenario| Command::Simulate(Box::new(scenario))),
+            Engine::Bodies => self.world().map(|world| Command::SimulateWorld(Box::new(world))),
+        }
     }
-    Ok(Scenario { effects, ..bare })
+
+    /// Without anything that is hidden.
+    fn bare(&self) -> Scenario {
+        let steps = (self.encoder_steps > 0).then_some(f64::from(self.encoder_steps));
+        Scenario {
+            name: "simulated arm".to_owned(),
+            arm: self.arm.clone(),
+            motion: self.motion.clone(),
+            torque_noise: self.noise_percent / 100.0,
+            seed: self.seed,
+            encoder_resolution: steps.map(|steps| std::f64::consts::TAU / steps),
+            effects: Vec::new(),
+            ..Scenario::embedded()
+        }
+    }
+
+    fn scenario(&self) -> Result<Scenario, SimulationError> {
+        let bare = self.bare();
+        let mut effects = Vec::new();
+        for wish in self.effects.wishes() {
+            effects.extend(bare.hide_by_strength(registry::ALL[wish.what].id, &wish.joints, wish.share)?);
+        }
+        Ok(Scenario { effects, ..bare })
+    }
+
+    fn world(&self) -> Result<world::Scenario, SimulationError> {
+        let mut world = world::Scenario::of(&self.bare());
+        world.sensors = Sensors { side: self.side, torque: self.torque, ..world.sensors };
+        for wish in self.parts.wishes() {
+            world.hide_by_strength(&Kind::ALL[wish.what], &wish.joints, wish.share)?;
+        }
+        world.check()?;
+        Ok(world)
+    }
 }

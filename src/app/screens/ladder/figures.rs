@@ -38,9 +38,9 @@ pub fn figures(session: &Session, models: &[Arc<Step>]) -> Vec<Panel> {
     vec![panel]
 }
 
-/// From the power of ten below the smallest error to that above the largest; `None` if there is none above 0.
+/// From the power of ten below the smallest error to that above what is written over the largest; `None` if there is none above 0.
 fn decades(errors: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let [low, high] = ends(errors.filter(|error| error.is_finite() && *error > 0.0));
     let decade = |error: f64| 10f64.powf(error);
-    (low <= high).then(|| [decade((0.7 * low).log10().floor()), decade((1.05 * high).log10().ceil())])
+    (low <= high).then(|| [decade((0.7 * low).log10().floor()), decade((2.5 * high).log10().ceil())])
 }

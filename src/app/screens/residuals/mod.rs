@@ -12,7 +12,7 @@ use std::sync::Arc;
 use egui::{Align, Layout, RichText, Ui, vec2};
 
 use figures::{Other, Shown};
-use table::{AllSpectra, Lit, MarkedSpectra, MeanMap, Quantity, Samples, Table};
+use table::{AllSpectra, Lit, Marked, MarkedSpectra, MeanMap, Quantity, Samples, Table};
 use views::{Looking, View};
 
 use crate::app::controls;
@@ -53,13 +53,15 @@ const PANELS: Part<Residuals> = Part::Stack(&[
 pub struct Residuals {
     held_out_only: bool,
     looking: Looking,
+    /// The joint, which another screen may have changed, and whether it is held-out data that is shown.
+    shown_of: Option<(usize, bool)>,
     /// Whether somebody has looked at this recording here.
     was_seen: bool,
 }
 
 impl Default for Residuals {
     fn default() -> Self {
-        Residuals { held_out_only: true, looking: Looking::default(), was_seen: false }
+        Residuals { held_out_only: true, looking: Looking::default(), shown_of: None, was_seen: false }
     }
 }
 
@@ -67,13 +69,17 @@ impl Screen for Residuals {
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk) {
         self.was_seen = true;
         let Some(recording) = desk.session.recording.clone() else { return };
+        controls::let_time_pass(ui, desk, &recording);
+        if desk.focus.marked.is_none() {
+            // Another screen has forgotten it.
+            self.looking.brush = None;
+        }
         let narrow = is_narrow(ui);
         let effort = recording.effort();
         let sentence = format!(
             "Measured minus predicted {effort}. Noise looks the same everywhere; a missing effect has a shape."
         );
         widgets::headline(ui, "Where the model fails", if narrow { "" } else { &sentence });
-        let before = (desk.focus.joint_of(&recording), self.held_out_only);
         ui.horizontal_wrapped(|ui| {
             controls::joint(ui, desk, &recording);
             ui.add_space(GROUP);
@@ -81,17 +87,23 @@ impl Screen for Residuals {
             ui.selectable_value(&mut self.held_out_only, false, "Training data");
             ui.add_space(GROUP);
             controls::fit(ui, desk);
-            if self.looking.brush.is_some() && ui.button("Unmark").clicked() {
-                self.looking.brush = None;
+            if self.looking.brush.is_some() {
+                let what = "Let time go on where it is marked, one stretch after the other; Compare shows the arm there";
+                controls::play(ui, desk, "▶ Play what is marked", what);
+                if ui.button("Unmark").clicked() {
+                    self.looking.brush = None;
+                }
             }
             if !narrow {
                 let text = "Drag in a view to mark a region: others light it, spectra follow it. Line: mean, band: ± one deviation.";
                 ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
             }
         });
-        if before != (desk.focus.joint, self.held_out_only) {
+        let now = (desk.focus.joint, self.held_out_only);
+        if self.shown_of.replace(now).is_some_and(|before| before != now) {
             // A region of one joint's states means nothing to another.
             self.looking.brush = None;
+            desk.focus.marked = None;
             desk.focus.views.fit(Along::WholeTime);
         }
         ui.add_space(4.0);
@@ -101,6 +113,7 @@ impl Screen for Residuals {
             return;
         }
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
+        self.tell_what_is_marked(ui, desk);
     }
 
     fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
@@ -125,7 +138,7 @@ impl Screen for Residuals {
             name: &step.name,
             others: &others,
             table: &table,
-            lit: &lit,
+            lit: &lit.rows,
             spectra: spectra.as_ref(),
             marked: marked.as_ref(),
             unit: unit(desk),
@@ -189,8 +202,24 @@ impl Residuals {
         others
     }
 
-    /// The rows that are marked.
-    fn lit(&self, desk: &mut Desk, table: &Arc<Table>) -> Arc<Vec<usize>> {
+    /// All screens show what is marked here, until another recording comes.
+    fn tell_what_is_marked(&self, ui: &Ui, desk: &mut Desk) {
+        let marked = match self.looking.brush {
+            None => None,
+            Some(_) => match self.table(ui, desk) {
+                None => return,
+                Some(table) => Some(Arc::clone(&self.lit(desk, &table).stretches)),
+            },
+        };
+        if marked.is_some() && marked != desk.focus.marked {
+            // What was marked last is played.
+            desk.focus.views.of(Along::Time).measured = None;
+        }
+        desk.focus.marked = marked;
+    }
+
+    /// What is marked.
+    fn lit(&self, desk: &mut Desk, table: &Arc<Table>) -> Arc<Marked> {
         let Some(brush) = self.looking.brush else { return Arc::default() };
         desk.memo.now(desk.session, Lit { table: Arc::clone(table), brush }).unwrap_or_default()
     }
@@ -219,7 +248,7 @@ impl Residuals {
             name,
             others: &others,
             table: &table,
-            lit: &lit,
+            lit: &lit.rows,
             spectra: spectra.as_ref(),
             marked: marked.as_ref(),
             unit: unit(desk),
@@ -249,11 +278,12 @@ impl Residuals {
         let (unit, joint, row) = (unit(desk), desk.focus.joint, moments::row_at_cursor(desk, &table));
         let (others, name) = (self.others(ui, desk), name(desk));
         let others = others.as_slice();
-        let shown = Shown { name, others, table: &table, lit: &lit, spectra: None, marked: None, unit, joint, row };
+        let shown =
+            Shown { name, others, table: &table, lit: &lit.rows, spectra: None, marked: None, unit, joint, row };
         let time = table.column(Quantity::Time);
         let mut cursor = row.map(|row| time[row]);
         let before = cursor;
-        let view = PanelView::new(shown.time_line()).lit(table.stretches(&lit)).cursor(&mut cursor);
+        let view = PanelView::new(shown.time_line()).lit(lit.shown.clone()).cursor(&mut cursor);
         let view = view.height((ui.available_height() - 4.0).clamp(LEAST_TIME_LINE, 300.0));
         view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
         if cursor != before

@@ -3,11 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::app::desk::Stretch;
 use crate::app::memo::Question;
 use crate::app::plot::{Along, Region};
 use crate::effect::Axis;
 use crate::figure::mark::{Cells, Shades};
-use crate::recording::spectrum;
+use crate::recording::{Recording, spectrum};
 use crate::session::{Generation, Session};
 use crate::statistics::ends;
 
@@ -142,19 +143,32 @@ impl Question for Samples {
     }
 }
 
-/// The rows of a table that a brush lights.
+/// What of a table a brush lights.
 #[derive(Clone, PartialEq)]
 pub struct Lit {
     pub table: Arc<Table>,
     pub brush: Brush,
 }
 
+/// See [`Lit`].
+#[derive(Default)]
+pub struct Marked {
+    pub rows: Vec<usize>,
+    /// Stretches of the time line \[s\].
+    pub shown: Vec<[f64; 2]>,
+    /// The same in the time of their trajectories.
+    pub stretches: Arc<Vec<Stretch>>,
+}
+
 impl Question for Lit {
-    type Answer = Vec<usize>;
+    type Answer = Marked;
     const KEPT: usize = 1;
 
-    fn answer(&self, _: &Session) -> Result<Vec<usize>, String> {
-        Ok(self.table.lit(&self.brush))
+    fn answer(&self, session: &Session) -> Result<Marked, String> {
+        let recording = session.recording.as_deref().ok_or("there is no recording")?;
+        let rows = self.table.lit(&self.brush);
+        let (shown, stretches) = self.table.stretches(&rows, recording).into_iter().unzip();
+        Ok(Marked { rows, shown, stretches: Arc::new(stretches) })
     }
 }
 
@@ -437,21 +451,27 @@ impl Table {
         (0..self.len()).filter(|row| inside(x[*row], across) && inside(y[*row], along)).collect()
     }
 
-    /// Rows as stretches of time; rows next to each other are one stretch.
-    pub fn stretches(&self, rows: &[usize]) -> Vec<[f64; 2]> {
+    /// Rows as stretches of the time line \[s\] and of the trajectories; rows next to each other are one stretch.
+    fn stretches(&self, rows: &[usize], recording: &Recording) -> Vec<([f64; 2], Stretch)> {
         let time = self.column(Quantity::Time);
         let whole = time.last().copied().unwrap_or(0.0);
         // What no eye can part is one.
         let apart = (whole / 800.0).max(3.0 * self.step);
-        let mut stretches: Vec<[f64; 2]> = Vec::new();
-        for row in rows {
-            let at = time[*row];
-            match stretches.last_mut() {
-                Some(last) if at - last[1] <= apart => last[1] = at,
-                _ => stretches.push([at, at + self.step]),
+        let piece = |row: usize| self.pieces.partition_point(|piece| piece.start <= row);
+        let mut ends: Vec<[usize; 2]> = Vec::new();
+        for row in rows.iter().copied() {
+            match ends.last_mut() {
+                Some([_, last]) if time[row] - time[*last] <= apart && piece(row) == piece(*last) => *last = row,
+                _ => ends.push([row, row]),
             }
         }
-        stretches
+        let stretch = |[first, last]: [usize; 2]| {
+            let Place { trajectory, sample } = self.place(first);
+            let run = &recording.trajectories[trajectory].time;
+            let times = [run[sample], run[self.place(last).sample] + self.step];
+            ([time[first], time[last] + self.step], Stretch { trajectory, times })
+        };
+        ends.into_iter().map(stretch).collect()
     }
 }
 

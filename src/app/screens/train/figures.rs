@@ -102,7 +102,7 @@ pub fn rate(done: &[Epoch], plan: &Plan, batches: u64) -> Panel {
     let planned = (1..=options.epochs).step_by(every as usize).chain([options.epochs]);
     let planned = planned.map(|epoch| [epoch as f64, options.rate_in(epoch, batches)]);
     let planned = Line::through("planned", planned, Ink::Weak).dash(PREDICTED_DASH).width(CURVE);
-    let axes = [axis("epoch, to the end of the plan", options.epochs.max(2) as f64), Axis::default()];
+    let axes = [axis("epoch, to the end of the plan", options.epochs.max(2) as f64), Axis::new("rate", "")];
     let mut panel = Panel::new("learning rate", axes).with(planned);
     if let Some(last) = done.last() {
         let rates = done.iter().map(|epoch| [epoch.epoch as f64, epoch.rate]);
