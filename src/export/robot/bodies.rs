@@ -167,3 +167,6 @@ fn expected(stated: Option<Body>) -> Body {
         stated.filter(|body| body.mass > 0.0).map_or((MASS, Vector3::zeros()), |body| (body.mass, body.com));
     Body { mass, com, inertia: Matrix3::identity() * (mass * GYRATION * GYRATION) }
 }
+
+#[cfg(test)]
+mod tests;

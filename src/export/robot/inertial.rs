@@ -12,6 +12,8 @@ use crate::arm::body::Body;
 /// A stretch of the text, and what comes in its place.
 type Changes = Vec<(Range<usize>, String)>;
 
+/// No link is so light or so small \[kg, m, kg m²\].
+const ROUNDING: f64 = 1e-15;
 /// The ways in which an MJCF says a rotation; `fullinertia` can have none beside it.
 const ROTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
 
@@ -82,7 +84,7 @@ fn in_urdf(inertial: Node, text: &str, body: &Body) -> Changes {
 
 fn urdf_moments(body: &Body) -> [(&'static str, String); 6] {
     let keys = [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)];
-    keys.map(|(key, row, column)| (key, body.inertia[(row, column)].to_string()))
+    keys.map(|(key, row, column)| (key, written(&body.inertia[(row, column)])))
 }
 
 /// The attributes of `mass`, `origin` and `inertia`.
@@ -112,8 +114,13 @@ fn mjcf_values(body: &Body) -> [String; 3] {
     [spaced(body.com.iter()), body.mass.to_string(), spaced(moments.iter())]
 }
 
+/// What is only rounding is 0.
+fn written(value: &f64) -> String {
+    if value.abs() < ROUNDING { "0".to_owned() } else { value.to_string() }
+}
+
 fn spaced<'a>(values: impl Iterator<Item = &'a f64>) -> String {
-    values.map(f64::to_string).collect::<Vec<_>>().join(" ")
+    values.map(written).collect::<Vec<_>>().join(" ")
 }
 
 fn attributes(values: &[(&str, String)]) -> String {

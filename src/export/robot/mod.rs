@@ -246,6 +246,4 @@ fn sorted(fitted: &Fitted, format: Format, recording: Option<&Recording>) -> Res
 }
 
 #[cfg(test)]
-mod masses_tests;
-#[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! Masses of links: they can exist, they give the torque, and nothing else of the file changes.
 
 use super::*;
-use crate::arm::body::Body;
+use crate::export::robot::{Format, Spliced, write};
 use crate::export::tests::{runs, succeeds};
 use crate::model::{Model, RigidBody, fit};
 use crate::progress::Monitor;
@@ -11,7 +11,7 @@ use crate::simulation::{Scenario, simulate};
 /// An arm in space; `{…}` are inertials.
 const URDF: &str = r#"<robot name="arm"> <!-- kept -->
   <link name="base"/>
-  <joint name="turn" type="revolute"><parent link="base"/><child link="column"/><origin xyz="0 0 0.3"/><axis xyz="0 0 1"/></joint>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="column"/><origin xyz="0 0 0.3"/><axis xyz="0 0 1"/></joint>
   <link name="column">
     <inertial> <!-- from the drawing -->
       <mass value='3'/>
@@ -19,11 +19,11 @@ const URDF: &str = r#"<robot name="arm"> <!-- kept -->
       <inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.03"/>
     </inertial>
   </link>
-  <joint name="lift" type="revolute"><parent link="column"/><child link="upper"/><origin xyz="0 0.1 0.2" rpy="-1.5707963267948966 0 0"/><axis xyz="0 0 1"/></joint>
+  <joint name="lift" type="continuous"><parent link="column"/><child link="upper"/><origin xyz="0 0.1 0.2" rpy="-1.5707963267948966 0 0"/><axis xyz="0 0 1"/></joint>
   <link name="upper"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.03" izz="0.03"/></inertial></link>
   <joint name="reach" type="continuous"><parent link="upper"/><child link="hand"/><origin xyz="0.5 0 0"/><axis xyz="0 0.6 0.8"/></joint>
   <link name="hand">
-    <visual/>
+    <!-- nothing is known of it -->
   </link>
   <joint name="bolt" type="fixed"><parent link="hand"/><child link="tool"/><origin xyz="0.1 0 0.2"/></joint>
   <link name="tool"><inertial><mass value="0.3"/><origin xyz="0.05 0 0"/><inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -61,7 +61,7 @@ fn recording(scale: f64) -> Recording {
     };
     let bodies = [
         body(5.0, [0.05, 0.0, 0.15], [0.08, 0.09, 0.05]),
-        body(2.5, [0.25, 0.03, -0.02], [0.01, 0.06, 0.07]),
+        body(2.5, [0.25, 0.03, -0.02], [0.015, 0.06, 0.07]),
         body(1.2, [0.02, 0.0, 0.12], [0.012, 0.01, 0.004]),
     ];
     let parameters: Vec<f64> = bodies.iter().flat_map(Body::parameters).map(|value| scale * value).collect();
