@@ -21,9 +21,9 @@ use super::chain::PER_LINK;
 
 /// From the strongest to the weakest hold of what is expected, against the share of the torque's energy that is missed.
 const HOLDS: [f64; 8] = [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
-/// Steps for each of them, and the change of the cost, as a share, at which they end.
+/// Steps for each of them, and the fall of the cost, as a share of the hold, at which they end.
 const MOST_STEPS: usize = 50;
-const ENOUGH: f64 = 1e-9;
+const ENOUGH: f64 = 1e-3;
 /// How much shorter or longer a step becomes with its failure or success, and where it is given up.
 const DAMPING: [f64; 2] = [10.0, 0.2];
 const MOST_DAMPING: f64 = 1e12;
@@ -94,7 +94,7 @@ fn settled(misfit: &Misfit, factors: &[Matrix4<f64>], mut theta: DVector<f64>, h
             }
             damping *= DAMPING[0];
         }
-        if before - now <= ENOUGH * (hold + before.abs()) {
+        if before - now <= ENOUGH * hold {
             break;
         }
     }

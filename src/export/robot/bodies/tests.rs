@@ -20,7 +20,7 @@ const URDF: &str = r#"<robot name="arm"> <!-- kept -->
     </inertial>
   </link>
   <joint name="lift" type="continuous"><parent link="column"/><child link="upper"/><origin xyz="0 0.1 0.2" rpy="-1.5707963267948966 0 0"/><axis xyz="0 0 1"/></joint>
-  <link name="upper"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.03" izz="0.03"/></inertial></link>
+  <link name="upper"><inertial><mass value="2"/><origin xyz="0 0 0"/><inertia ixx="0.02" iyy="0.03" izz="0.03"/></inertial></link>
   <joint name="reach" type="continuous"><parent link="upper"/><child link="hand"/><origin xyz="0.5 0 0"/><axis xyz="0 0.6 0.8"/></joint>
   <link name="hand">
     <!-- nothing is known of it -->
@@ -143,7 +143,7 @@ fn links_that_can_exist_have_the_torque_that_was_identified() {
             assert!((own.inertia - link.now.inertia).norm() < 1e-12, "{} {}", own.inertia, link.now.inertia);
         }
         for [free, links] in &weighed.cost {
-            assert!(*free < 1e-9 && *links < 1e-5, "{free} {links}");
+            assert!(*free < 1e-9 && *links < 1e-4, "{free} {links}");
         }
         // The torque of the file that was written, by its own reader.
         let regressor = written.regressor(false);
