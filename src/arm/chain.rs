@@ -7,7 +7,7 @@
 //! Sources: Khalil and Dombre, Modeling, Identification and Control of Robots (2002), ch. 9; Craig, Introduction to
 //! Robotics (2005), ch. 3 (the two conventions for axes).
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::MOST_JOINTS;
@@ -187,7 +187,7 @@ impl Chain {
     }
 }
 
-/// Computes the regressor of a [`Chain`].
+/// Computes the regressor of a [`Chain`], or of an arm whose frames are known otherwise.
 pub struct Regressor {
     steps: Vec<Step>,
     sliding: Vec<bool>,
@@ -195,6 +195,15 @@ pub struct Regressor {
 }
 
 impl Regressor {
+    /// Of joints whose frames stand so in each other at q = 0, the first in the base; the axis of each is its z.
+    pub(super) fn of_frames(frames: &[Isometry3<f64>], sliding: &[bool], gravity: Vector3<f64>) -> Self {
+        let step = |frame: &Isometry3<f64>| Step {
+            rotation: frame.rotation.to_rotation_matrix().into_inner(),
+            offset: frame.translation.vector,
+        };
+        Regressor { steps: frames.iter().map(step).collect(), sliding: sliding.to_vec(), gravity }
+    }
+
     /// Fills the regressor of one state: `rows[joint][parameter]`, n × 10 n, row after row.
     ///
     /// # Panics

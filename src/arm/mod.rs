@@ -19,13 +19,16 @@
 //! ```
 //!
 //! [`dynamics`] holds H, c, g, energies, inverse and forward dynamics; [`kinematics`] the points of the arm; [`regressor`] the
-//! torque as a linear function of K and G, and the base parameters.
+//! torque as a linear function of K and G, and the base parameters. Arms in space are in [`chain`] (their regressor), [`robot`] (from a
+//! URDF or an MJCF), [`body`] and [`possible`] (masses that can exist).
 
+pub mod body;
 pub mod chain;
 pub mod dynamics;
 pub mod kinematics;
+pub mod possible;
 pub mod regressor;
-pub mod urdf;
+pub mod robot;
 
 use serde::{Deserialize, Serialize};
 

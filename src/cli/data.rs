@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use super::choice::{Choice, one_of};
 use super::failure::OrUsage;
 use super::progress;
-use crate::arm::urdf::UrdfArm;
+use crate::arm::robot::SerialArm;
 use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
 use crate::file::{self, is_same};
@@ -58,9 +58,9 @@ pub struct Reading {
     /// Where the arm points at q = 0, if the file does not say it.
     #[arg(long)]
     zero: Option<Zero>,
-    /// The arm's stated masses and lengths (JSON: links, gravity, posture); or the URDF of a serial arm, whose axes are taken and
-    /// whose masses are identified.
-    #[arg(long, value_name = "ARM.json|URDF")]
+    /// The arm's stated masses and lengths (JSON: links, gravity, posture); or the URDF or MJCF (.xml) of a serial arm, whose axes
+    /// are taken and whose masses are identified.
+    #[arg(long, value_name = "ARM.json|URDF|MJCF")]
     arm: Option<PathBuf>,
     /// What the torque is, as nothing in the numbers tells it, such as `commanded,without-friction`.
     #[arg(long, value_name = "FACT,…", value_delimiter = ',', value_parser = one_of(facts()))]
@@ -608,12 +608,14 @@ pub fn read_arm(path: &Path) -> anyhow::Result<Arm> {
     read().or_usage()
 }
 
-/// A mapping with the axes of a URDF.
+/// A mapping with the axes of a robot's file.
 fn with_axes_of(mapping: MappingSpec, path: &Path) -> anyhow::Result<MappingSpec> {
     let text = file::read_text(path).with_context(|| format!("can't read {}", path.display())).or_usage()?;
-    let arm = UrdfArm::parse(&text).with_context(|| path.display().to_string()).or_usage()?;
-    progress::remark(format_args!("the axes of {}: {}", path.display(), arm.joints.join(", ")));
-    let kind = match (arm.sliding.contains(&true), arm.sliding.contains(&false)) {
+    let arm = SerialArm::parse(&text).with_context(|| path.display().to_string()).or_usage()?;
+    let names: Vec<&str> = arm.joints.iter().map(|joint| joint.name.as_str()).collect();
+    progress::remark(format_args!("the axes of {}: {}", path.display(), names.join(", ")));
+    let sliding = arm.sliding();
+    let kind = match (sliding.contains(&true), sliding.contains(&false)) {
         (true, true) if mapping.kind.is_none() => {
             return Err(anyhow!(
                 "{} has sliding and turning joints: state the axes in a mapping file, and name the columns with their units",
@@ -624,7 +626,7 @@ fn with_axes_of(mapping: MappingSpec, path: &Path) -> anyhow::Result<MappingSpec
         (true, false) => Some(JointKind::Prismatic),
         _ => mapping.kind,
     };
-    Ok(MappingSpec { chain: Some(arm.chain), kind, ..mapping })
+    Ok(MappingSpec { chain: Some(arm.chain()), kind, ..mapping })
 }
 
 /// Trajectories are named without the ending of their file.
@@ -639,10 +641,13 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         Zero::Right => Posture::RIGHT,
         Zero::Up => Posture::UP,
     });
-    let is_urdf = |path: &&Path| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
-    let (urdf, arm) = (reading.arm.as_deref().filter(is_urdf), reading.arm.as_deref().filter(|path| !is_urdf(path)));
+    let is_robot = |path: &&Path| {
+        path.extension()
+            .is_some_and(|ending| ["urdf", "xml", "mjcf"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
+    };
+    let (robot, arm) = (reading.arm.as_deref().filter(is_robot), reading.arm.as_deref().filter(|path| !is_robot(path)));
     let arm = arm.map(read_arm).transpose()?;
-    let mapping = match urdf {
+    let mapping = match robot {
         Some(path) => Some(with_axes_of(reading.map.clone().unwrap_or_default(), path)?),
         None => reading.map.clone(),
     };

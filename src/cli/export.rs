@@ -9,9 +9,10 @@ use super::data::{OptionalLog, read_model};
 use super::failure::OrUsage;
 use super::table::{number, table};
 use super::{progress, write_file};
+use crate::arm::body::Body;
 use crate::export::controller::{self, Code, Language, LeftOut, Wish};
 use crate::export::network::{self, Package};
-use crate::export::robot::{self, Format, NotHeld, Spliced};
+use crate::export::robot::{self, Format, NotHeld, Spliced, Weighed, WeighedLink};
 use crate::export::share;
 use crate::file;
 use crate::model::Fitted;
@@ -25,7 +26,8 @@ use crate::recording::Recording;
 /// of the model there.
 ///
 /// Into a URDF go damping and friction of the joints, into an MJCF also armature and springs; nothing else in the file changes. What
-/// the format can't hold is told. With --log it is told how much of the torque all that is.
+/// the format can't hold is told. With --log it is told how much of the torque all that is; with --inertials the links get masses and
+/// inertias that can exist and give the identified torque, as nearly as links can.
 ///
 /// A trained network goes into a folder: its weights as safetensors and NPZ, its torque as ONNX, and an evaluator for NumPy that tests
 /// itself.
@@ -36,6 +38,7 @@ use crate::recording::Recording;
   torquescope export python model.json --log arm.npz -o arm_torque.py
   torquescope export ros2 model.json -o arm_torque.yaml
   torquescope export urdf model.json --into robot.urdf --log arm.npz
+  torquescope export urdf model.json --into robot.urdf --log arm.npz --inertials -o identified.urdf
   torquescope export mjcf model.json --into robot.xml --joints shoulder,elbow -o identified.xml
   torquescope export network delan.model --log arm.npz -o network")]
 pub struct Export {
@@ -55,6 +58,10 @@ pub struct Export {
     /// The model's joints by their names in the robot's file, base first; without, those that move.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     joints: Vec<String>,
+    /// Of a robot's file: write the masses and inertias of its links too, those that can exist and are nearest to what was identified.
+    /// They follow from the motion of --log.
+    #[arg(long)]
+    inertials: bool,
     /// The speed within which dry friction turns round [rad/s or m/s]; where the model found a wider reversal, that is kept.
     #[arg(long, value_name = "WIDTH", default_value_t = 0.01)]
     smooth: f64,
@@ -105,8 +112,9 @@ impl Export {
             return Err(anyhow!("name the robot's own file with --into, such as --into robot.urdf")).or_usage();
         };
         let text = file::read_text(path).with_context(|| format!("can't read {}", path.display())).or_usage()?;
-        let spliced = robot::write(fitted, format, &text, &self.joints, recording);
-        let Spliced { text, written, not_held } = spliced.with_context(|| path.display().to_string()).or_usage()?;
+        let spliced = robot::write(fitted, format, &text, &self.joints, recording, self.inertials);
+        let Spliced { text, written, weighed, not_held } =
+            spliced.with_context(|| path.display().to_string()).or_usage()?;
         match &self.output {
             Some(output) => write_file(output, text.as_bytes())?,
             None => file::write_keeping_old(path, text.as_bytes())
@@ -123,7 +131,16 @@ impl Export {
                     json!({ "what": one.what, "value": value, "unit": unit, "why": one.why, "share": one.share })
                 })
                 .collect();
-            println!("{}", serde_json::to_string_pretty(&json!({ "written": written, "not_held": not_held }))?);
+            let links = weighed.as_ref().map(|weighed| weighed.links.iter().map(link_json).collect::<Vec<_>>());
+            let cost = weighed.map(|weighed| {
+                weighed
+                    .cost
+                    .iter()
+                    .map(|[free, links]| json!({ "nmse_identified": free, "nmse_of_links": links }))
+                    .collect::<Vec<_>>()
+            });
+            let told = json!({ "written": written, "links": links, "cost": cost, "not_held": not_held });
+            println!("{}", serde_json::to_string_pretty(&told)?);
             return Ok(());
         }
         let row = |one: &robot::Change| {
@@ -132,6 +149,9 @@ impl Export {
         };
         let rows: Vec<Vec<String>> = written.iter().map(row).collect();
         println!("written:\n{}", table(&["joint", "attribute", "before", "now"], &rows));
+        if let Some(weighed) = &weighed {
+            tell_masses(weighed);
+        }
         let rows: Vec<Vec<String>> = not_held.iter().map(not_held_row).collect();
         println!("\nnot in the file:\n{}", table(&["what", " value", "share of the torque", " why"], &rows));
         Ok(())
@@ -203,6 +223,30 @@ impl Export {
         let folder = output.parent().unwrap_or(Path::new("")).to_owned();
         Ok((folder, stem.to_string_lossy().into_owned()))
     }
+}
+
+fn link_json(link: &WeighedLink) -> serde_json::Value {
+    let body = |body: &Body| {
+        let rows: Vec<Vec<f64>> = body.inertia.row_iter().map(|row| row.iter().copied().collect()).collect();
+        json!({ "mass": body.mass, "com": body.com.as_slice(), "inertia": rows })
+    };
+    json!({ "link": link.name, "before": link.before.as_ref().map(body), "now": body(&link.now) })
+}
+
+/// What the links weigh now, and what it costs that they can exist.
+fn tell_masses(weighed: &Weighed) {
+    let row = |link: &WeighedLink| {
+        let before = link.before.map_or_else(|| "–".to_owned(), |body| number(body.mass));
+        let com = link.now.com.iter().copied().map(number).collect::<Vec<_>>().join(" ");
+        let moments = link.now.inertia.diagonal().iter().copied().map(number).collect::<Vec<_>>().join(" ");
+        vec![link.name.clone(), before, number(link.now.mass), com, moments]
+    };
+    let rows: Vec<Vec<String>> = weighed.links.iter().map(row).collect();
+    let heads = ["link", "kg before", "kg now", " centre of mass [m]", " ixx iyy izz [kg m²]"];
+    println!("\nlinks that can exist:\n{}", table(&heads, &rows));
+    let row = |(joint, [free, links]): (usize, &[f64; 2])| vec![(joint + 1).to_string(), number(*free), number(*links)];
+    let rows: Vec<Vec<String>> = weighed.cost.iter().enumerate().map(row).collect();
+    println!("\nnMSE of the model on the log:\n{}", table(&["joint", "as identified", "with these links"], &rows));
 }
 
 fn not_held_row(one: &NotHeld) -> Vec<String> {

@@ -66,11 +66,11 @@ pub const FORMATS: [Choice<Format>; 4] = [
 #[derive(Args)]
 pub struct FigureLook {
     /// How large a figure is.
-    #[arg(long, default_value = "two-column", value_parser = one_of(SIZES))]
+    #[arg(long, default_value = "two-column", value_parser = one_of(sizes()))]
     size: Size,
-    /// Pixels per inch of a PNG.
-    #[arg(long, default_value_t = 300.0)]
-    dpi: f64,
+    /// Pixels per inch of a PNG; without it 600, on slides 300.
+    #[arg(long)]
+    dpi: Option<f64>,
     /// Its colours.
     #[arg(long, default_value = "print", value_parser = one_of(THEMES))]
     theme: Theme,
@@ -102,11 +102,9 @@ fn positive(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("`{text}` is no number from 1 to 500"))
 }
 
-const SIZES: [Choice<Size>; 3] = [
-    ("one-column", "85 mm wide", Size::OneColumn),
-    ("two-column", "175 mm wide", Size::TwoColumn),
-    ("slide", "254 x 143 mm", Size::Slide),
-];
+fn sizes() -> [Choice<Size>; 7] {
+    Size::ALL.map(|size| (size.name(), size.about(), size))
+}
 
 const THEMES: [Choice<Theme>; 4] = [
     ("print", "dark on white, told apart without colours too", Theme::Print),
@@ -127,7 +125,7 @@ impl FigureLook {
         Style {
             size: self.size,
             theme: self.theme,
-            dpi: self.dpi,
+            dpi: self.dpi.unwrap_or(self.size.dpi()),
             columns: self.columns,
             height: self.height,
             letter: self.font_size,

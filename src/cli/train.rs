@@ -1,16 +1,19 @@
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use clap::Args;
 use serde::Serialize;
 
 use super::data::Data;
+use super::failure::OrUsage;
 use super::table::{number, table};
 use super::{evaluate, progress, write_file};
-use crate::model::{JointError, Parameter};
+use crate::model::{self, Evaluation, JointError, Parameter};
 use crate::progress::Epoch;
 use crate::recording::Recording;
-use crate::session::{Command, Spread, Step};
+use crate::recording::split::Split;
+use crate::session::{Command, Session, Spread, Step};
 use crate::training::{self, OtherStart};
 
 /// Identify a model from recordings and save it.
@@ -36,6 +39,12 @@ pub struct Train {
     /// smallest validation error.
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=MOST_SEEDS), conflicts_with_all = ["checkpoint", "resume"])]
     seeds: u64,
+    /// Identify by plain least squares, as most published parameters were, to compare with them: from the whole log, with dry friction
+    /// that jumps, and with derivatives as --low-pass makes them. Samples of a joint that is slower than SPEED [rad/s or m/s] do not
+    /// count; all do if none is given. How good the model is elsewhere is not known then.
+    #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true, default_missing_value = "0", value_parser = speed)]
+    #[arg(conflicts_with_all = ["held_out", "resume", "checkpoint", "seeds"])]
+    plain: Option<f64>,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
@@ -100,6 +109,10 @@ impl Train {
             seeds => progress::run(Command::TrainSeeds { begin: None, seeds }, &session)?,
         };
         let step = session.current().context("no model was fitted")?;
+        let step = match self.plain {
+            Some(slowest) => &Arc::new(plain(step, &session, slowest)?),
+            None => step,
+        };
         let seeds: Vec<OfSeed> = match self.seeds {
             1 => Vec::new(),
             _ => session.seeds_of(step).into_iter().filter_map(|step| OfSeed::of(step)).collect(),
@@ -121,7 +134,7 @@ impl Train {
         if self.json {
             let answer = Answer {
                 name: &step.name,
-                terms: step.fitted.model.terms.iter().map(crate::model::Term::label).collect(),
+                terms: step.fitted.model.terms.iter().map(model::Term::label).collect(),
                 parameters: &step.fitted.parameters,
                 train: &evaluation.train,
                 held_out: &evaluation.held_out,
@@ -168,10 +181,13 @@ impl Train {
         }
         let recording = session.recording.as_deref().context("no recording was read")?;
         println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train, &evaluation.all_train));
-        println!(
-            "held-out data:\n{}",
-            evaluate::error_table(recording, &evaluation.held_out, &evaluation.all_held_out)
-        );
+        match self.plain {
+            Some(_) => println!("held-out data: none"),
+            None => println!(
+                "held-out data:\n{}",
+                evaluate::error_table(recording, &evaluation.held_out, &evaluation.all_held_out)
+            ),
+        }
         if !of_seeds.is_empty() {
             println!("\nheld-out nMSE of {} seeds:\n{}", seeds.len(), seeds_table(recording, &of_seeds));
         }
@@ -180,6 +196,23 @@ impl Train {
         }
         Ok(())
     }
+}
+
+/// A speed that some samples may have.
+fn speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse::<f64>().ok().filter(|speed| speed.is_finite() && *speed >= 0.0);
+    speed.ok_or_else(|| format!("`{text}` is no speed: give a number from 0 on"))
+}
+
+/// The model identified by plain least squares instead.
+fn plain(step: &Step, session: &Session, slowest: f64) -> anyhow::Result<Step> {
+    let recording = session.recording.clone().context("no recording was read")?;
+    let model = step.fitted.model.clone();
+    let identified = Arc::clone(&recording);
+    let fitted = progress::watch("identify", move |monitor| model::fit_plain(&model, &identified, slowest, monitor))
+        .or_usage()?;
+    let evaluation = Evaluation::of(&fitted, &recording, &Split::whole(&recording))?;
+    Ok(Step { fitted, evaluation, ..step.clone() })
 }
 
 /// Held-out nMSE of each joint over several trainings; of none there is nothing.

@@ -31,11 +31,11 @@ mod pgfplots;
 mod place;
 mod script;
 mod shared;
+mod size;
 mod svg;
 pub mod ticks;
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 pub use axis::{Axis, Scale, with_unit};
 pub use colours::{Ink, Theme};
@@ -44,6 +44,7 @@ pub use panel::{Figure, Panel};
 pub use place::{Area, Place};
 pub use script::script;
 pub use shared::Shared;
+pub use size::Size;
 pub use svg::escaped as svg_escaped;
 
 /// What a file holds.
@@ -82,31 +83,6 @@ impl Format {
             Some("png") => Ok(Format::Png),
             Some("csv") => Ok(Format::Csv),
             _ => Err(FigureError::Ending(path.display().to_string())),
-        }
-    }
-}
-
-/// How wide a figure is, which also sets its letters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Size {
-    /// One column of a page: 85 mm.
-    OneColumn,
-    /// A page from margin to margin: 175 mm.
-    #[default]
-    TwoColumn,
-    /// A slide of 254 × 143 mm; panels share its height.
-    Slide,
-}
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "one-column" => Ok(Size::OneColumn),
-            "two-column" => Ok(Size::TwoColumn),
-            "slide" => Ok(Size::Slide),
-            other => Err(format!("there is no size `{other}`: choose one-column, two-column or slide")),
         }
     }
 }
@@ -151,7 +127,7 @@ impl Default for Style {
         Style {
             size: Size::default(),
             theme: Theme::default(),
-            dpi: 300.0,
+            dpi: Size::default().dpi(),
             columns: None,
             height: None,
             letter: None,
@@ -203,7 +179,7 @@ pub fn files(figure: &Figure, format: Format, style: &Style, path: &Path) -> Res
     if format == Format::Csv {
         let table = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        files.push((path.with_file_name(format!("{stem}_plot.py")), script(figure, &table).into_bytes()));
+        files.push((path.with_file_name(format!("{stem}_plot.py")), script(figure, style, &table).into_bytes()));
         files.push((path.with_file_name(format!("{stem}.tex")), pgfplots::picture(figure, style, &table).into_bytes()));
     }
     Ok(files)

@@ -10,7 +10,8 @@ use super::colours::{Colours, Dash, Ink};
 use super::decimate::{self, Sight};
 use super::latex::escaped;
 use super::mark::{Key, Mark, Row};
-use super::{Figure, Panel, Size, Style};
+use super::size::POINTS_PER_MILLIMETRE;
+use super::{Figure, Panel, Style};
 
 /// So many columns of pixels hold all that is seen of a line on paper.
 const COLUMNS: usize = 400;
@@ -25,13 +26,9 @@ const BELOW: f64 = 20.0;
 pub fn picture(figure: &Figure, style: &Style, table: &str) -> String {
     let columns = style.columns.unwrap_or(figure.columns).clamp(1, figure.panels.len().max(1));
     let rows = figure.panels.len().div_ceil(columns);
-    let whole = match style.size {
-        Size::OneColumn => 85.0,
-        Size::TwoColumn => 175.0,
-        Size::Slide => 254.0,
-    };
+    let whole = style.size.width() / POINTS_PER_MILLIMETRE;
     let width = whole / columns as f64 - BESIDE;
-    let usual = if style.size == Size::OneColumn || columns > 1 { 0.62 } else { 0.3 };
+    let usual = if style.size.is_narrow() || columns > 1 { 0.62 } else { 0.3 };
     let height = style.height.unwrap_or(usual * width);
     let panels: String = figure.panels.iter().map(|panel| group(panel, style)).collect();
     format!(

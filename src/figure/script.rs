@@ -1,11 +1,14 @@
 //! A figure's numbers drawn anew by matplotlib: a script to stand beside the table, for whoever wants it in another look.
 
-use super::{Axis, Figure, Scale, with_unit};
+use super::{Axis, Figure, Scale, Style, with_unit};
+
+const POINTS_PER_INCH: f64 = 72.0;
 
 /// The script for a table of this name, which stands beside it.
 ///
-/// It draws lines, points, bars, bands, cells and what is held out; the marks that it does not know it tells.
-pub fn script(figure: &Figure, table: &str) -> String {
+/// It draws lines, points, bars, bands, cells and what is held out, in the width and the letters of the style; the marks that it does
+/// not know it tells.
+pub fn script(figure: &Figure, style: &Style, table: &str) -> String {
     let panels: String = figure
         .panels
         .iter()
@@ -14,7 +17,9 @@ pub fn script(figure: &Figure, table: &str) -> String {
             format!("    {}: dict(x={x}, y={y}),\n", text(&panel.title))
         })
         .collect();
-    format!("{HEAD}TABLE = {}\nPANELS = {{\n{panels}}}\n\n{BODY}", text(table))
+    let (width, letter) = (style.size.width() / POINTS_PER_INCH, style.letter.unwrap_or(style.size.letter()));
+    let look = format!("WIDTH, LETTER, LINE = {width:.3}, {letter}, {}  # inches, points, points", letter / 8.0);
+    format!("{HEAD}TABLE = {}\n{look}\nPANELS = {{\n{panels}}}\n\n{BODY}", text(table))
 }
 
 /// Label, scale and range of an axis.
@@ -50,7 +55,8 @@ def column(rows, name):
     return [float(row[name]) if row[name] else float("nan") for row in rows]
 
 
-figure, axes = plt.subplots(len(PANELS), squeeze=False, figsize=(7, 2.5 * len(PANELS)), constrained_layout=True)
+plt.rcParams.update({"font.size": LETTER, "axes.titlesize": LETTER, "legend.fontsize": LETTER})
+figure, axes = plt.subplots(len(PANELS), squeeze=False, figsize=(WIDTH, 2.5 * len(PANELS)), constrained_layout=True)
 for ax, (title, panel) in zip(axes[:, 0], PANELS.items()):
     ax.set_title(title)
     for (of, mark, name), rows in series.items():
@@ -58,7 +64,7 @@ for ax, (title, panel) in zip(axes[:, 0], PANELS.items()):
             continue
         x, y = column(rows, "x"), column(rows, "y")
         if mark == "line":
-            ax.plot(x, y, label=name or None, linewidth=1)
+            ax.plot(x, y, label=name or None, linewidth=LINE)
         elif mark == "points":
             ax.scatter(x, y, label=name or None, s=4)
         elif mark == "bar":
@@ -97,7 +103,7 @@ mod tests {
         let axes = [Axis::new("time", "s"), Axis::new("nMSE", "").logarithmic()];
         let panel =
             Panel::new("joint \"1\"", axes).with(Line::through("model", [[0.0, 1.0], [1.0, 0.1]], Ink::Series(0)));
-        let text = script(&Figure::new(vec![panel]), "a.csv");
+        let text = script(&Figure::new(vec![panel]), &Style::default(), "a.csv");
         assert!(
             text.contains("TABLE = \"a.csv\"") && text.contains("\"joint \\\"1\\\"\": dict(x=dict(label=\"time"),
             "{text}"

@@ -103,6 +103,39 @@ fn a_pdf_holds_its_font_and_a_png_has_the_asked_pixels() {
     assert_eq!(reader.info().width, 2 * 241);
 }
 
+/// Width, letters and pixels of what is printed, by the numbers that the journals state.
+#[test]
+fn a_figure_is_as_large_as_its_journal_asks() {
+    for (name, millimetres, letters) in [
+        ("ieee", 88.9, 8.0..=10.0),
+        ("ieee-two-column", 182.0, 8.0..=10.0),
+        ("nature", 89.0, 5.0..=7.0),
+        ("nature-two-column", 183.0, 5.0..=7.0),
+    ] {
+        let style = Style { size: name.parse().unwrap(), ..Style::default() };
+        // A drawing makes its words as small as its boxes want.
+        let mut figure = everything();
+        figure.panels.pop();
+        let svg = String::from_utf8(render(&figure, Format::Svg, &style).unwrap()).unwrap();
+        let numbers = |key: &str| -> Vec<f64> {
+            let head = format!(" {key}=\"");
+            let found = svg.split(&head).skip(1).filter_map(|rest| rest.split('"').next());
+            found.filter_map(|text| text.trim_end_matches("pt").parse().ok()).collect()
+        };
+        let width = numbers("width")[0] / 72.0 * 25.4;
+        assert!((width - millimetres).abs() < 0.1, "{name}: {width} mm");
+        let sizes = numbers("font-size");
+        assert!(sizes.len() > 5 && sizes.iter().all(|size| letters.contains(size)), "{name}: {sizes:?}");
+        let lines = numbers("stroke-width");
+        assert!(lines.iter().all(|width| (0.25..=2.0).contains(width)), "{name}: {lines:?}");
+    }
+    let style = Style { size: Size::Ieee, ..Style::default() };
+    let png = render(&everything(), Format::Png, &style).unwrap();
+    let reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+    assert_eq!(reader.info().width, 2100, "3.5 inches of 600 pixels");
+    assert!("iee".parse::<Size>().unwrap_err().contains("ieee-two-column"));
+}
+
 #[test]
 fn equal_figures_give_equal_bytes() {
     for format in [Format::Svg, Format::Pdf, Format::Png, Format::Csv] {

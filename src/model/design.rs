@@ -64,11 +64,24 @@ impl<'a> Design<'a> {
     /// # Errors
     /// [`ModelError`] if no planar rigid body fits the recording or the torque never changes.
     pub fn new(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
-        let mut design = Design::prepared(recording, split)?;
+        let mut design = Design::prepared(Setting::of(recording)?, Working::of(recording, split), STANDSTILL)?;
         design.setting.reversal_widths = reversal::widths(&design)?;
-        let rough = design.rough()?;
-        design.ways = waves::with_peaks(&design, &rough.left);
-        Ok(design.at(OperatingPoint { body: Some(rough.body), ..OperatingPoint::default() }))
+        design.at_rough_body()
+    }
+
+    /// The whole recording as most published identifications take it: all samples of a joint count that are not slower than this
+    /// \[rad/s or m/s\], dry friction jumps with the sign of the velocity, and derivatives are those of the reader.
+    ///
+    /// # Errors
+    /// As [`Design::new`].
+    pub fn plain(recording: &'a Recording, slowest: f64) -> Result<Self, ModelError> {
+        Design::prepared(Setting::of(recording)?, Working::plain(recording), slowest)?.at_rough_body()
+    }
+
+    fn at_rough_body(mut self) -> Result<Self, ModelError> {
+        let rough = self.rough()?;
+        self.ways = waves::with_peaks(&self, &rough.left);
+        Ok(self.at(OperatingPoint { body: Some(rough.body), ..OperatingPoint::default() }))
     }
 
     /// [`Design::new`] where body, reversals and what changes other effects are known: those of a model that was fitted elsewhere.
@@ -76,7 +89,7 @@ impl<'a> Design<'a> {
     /// # Errors
     /// As [`Design::new`].
     pub fn in_setting(recording: &'a Recording, split: &Split, setting: &Setting) -> Result<Self, ModelError> {
-        let mut design = Design::prepared(recording, split)?;
+        let mut design = Design::prepared(Setting::of(recording)?, Working::of(recording, split), STANDSTILL)?;
         design.setting.reversal_widths.clone_from(&setting.reversal_widths);
         let body = match &setting.body {
             Some(body) => body.clone(),
@@ -86,14 +99,13 @@ impl<'a> Design<'a> {
         Ok(design.at(OperatingPoint { body: Some(body), alterations, ..OperatingPoint::default() }))
     }
 
-    /// Torque, blocks and what counts, before anything is known of the body.
-    fn prepared(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
-        let setting = Setting::of(recording)?;
-        let Working { recording, split, preparations } = Working::of(recording, split);
+    /// Torque, blocks and what counts, before anything is known of the body. Below the speed `standstill` nothing does.
+    fn prepared(setting: Setting, working: Working<'a>, standstill: f64) -> Result<Self, ModelError> {
+        let Working { recording, split, preparations } = working;
         let mut counts = Vec::new();
         let mut torque = Vec::new();
         for (trajectory, preparation) in recording.trajectories.iter().zip(&preparations) {
-            let moves = |qd: &[f64]| preparation.thin_out(qd).iter().map(|qd| qd.abs() >= STANDSTILL).collect();
+            let moves = |qd: &[f64]| preparation.thin_out(qd).iter().map(|qd| qd.abs() >= standstill).collect();
             counts.push(trajectory.qd.iter().map(moves).collect::<Vec<Vec<bool>>>());
             torque.push(preparation.apply_all(&trajectory.tau));
         }

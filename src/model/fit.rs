@@ -138,6 +138,15 @@ pub fn fit(model: &Model, recording: &Recording, split: &Split, monitor: &Monito
     fit_design(model, &design, monitor)
 }
 
+/// Identifies all parameters of `model` from the whole recording by plain least squares, without samples of joints that are slower
+/// than `slowest` ([`Design::plain`]): for comparing them with what others published.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_plain(model: &Model, recording: &Recording, slowest: f64, monitor: &Monitor) -> Result<Fitted, ModelError> {
+    fit_design(model, &Design::plain(recording, slowest)?, monitor)
+}
+
 /// [`fit`] on data that are prepared already.
 ///
 /// # Errors

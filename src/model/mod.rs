@@ -29,7 +29,7 @@ use crate::effect::{self, Effect};
 use crate::recording::Recording;
 
 pub use evaluate::{Evaluation, JointError, Prediction};
-pub use fit::{Fitted, Parameter, fit};
+pub use fit::{Fitted, Parameter, fit, fit_plain};
 use learned::{Layers, LearnedPreset, LearnedTerm, Positive};
 
 /// A list of torque terms; their order is the order in which they are shown.

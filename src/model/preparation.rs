@@ -42,6 +42,11 @@ impl Preparation {
         Preparation::at(cutoff, time_step)
     }
 
+    /// The preparation for one trajectory whose derivatives are taken as they are, wherever they come from.
+    pub fn plain(recording: &Recording, trajectory: usize) -> Preparation {
+        Preparation::at(CUTOFF, recording.trajectories[trajectory].time_step())
+    }
+
     /// With this cut-off \[Hz\] and time step \[s\].
     fn at(cutoff: f64, time_step: f64) -> Preparation {
         let rate = if time_step > 0.0 { 1.0 / time_step } else { 0.0 };

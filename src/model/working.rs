@@ -58,6 +58,15 @@ impl<'a> Working<'a> {
     }
 }
 
+impl<'a> Working<'a> {
+    /// The recording itself, all of it to learn from.
+    pub fn plain(recording: &'a Recording) -> Self {
+        let preparation = |trajectory| Preparation::plain(recording, trajectory);
+        let preparations = (0..recording.trajectories.len()).map(preparation).collect();
+        Working { recording: Cow::Borrowed(recording), split: Split::whole(recording), preparations }
+    }
+}
+
 /// What is done to the signals of one trajectory.
 struct Band {
     /// The end of the wide band \[Hz\].

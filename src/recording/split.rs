@@ -144,6 +144,11 @@ impl Split {
         [learned, validation].map(|part| part.into_iter().filter(|segment| !segment.samples.is_empty()).collect())
     }
 
+    /// Nothing is held out: for parameters that are to be compared with those that others identified from a whole log.
+    pub fn whole(recording: &Recording) -> Split {
+        Split::by_trajectory(&recording.trajectories, |_| false).clear_of_faults(recording)
+    }
+
     /// Holds out the trajectories with these names.
     ///
     /// # Errors

@@ -667,6 +667,7 @@ fn a_model_leaves_as_code_in_a_robot_file_and_as_a_report() {
     assert_eq!(std::fs::read_to_string(at.join("r.urdf.bak")).unwrap(), robot);
     assert!(told["not_held"].as_array().unwrap().iter().any(|one| one["what"] == "rigid body"), "{told}");
     assert!(fails(&["export", "mjcf", "model.json", "--into", "r.urdf"], at, 2).contains("<robot>"));
+    masses_go_into_a_robot_file(at);
 
     succeeds(&["report", "x.npz", "-o", "report.html"], at);
     let page = std::fs::read_to_string(at.join("report.html")).unwrap();
@@ -676,4 +677,28 @@ fn a_model_leaves_as_code_in_a_robot_file_and_as_a_report() {
     succeeds(&["figure", "compare", "x.npz", "--only", "torque", "-o", "t.csv"], at);
     assert!(std::fs::read_to_string(at.join("t_plot.py")).unwrap().contains("TABLE = \"t.csv\""));
     assert!(std::fs::read_to_string(at.join("t.tex")).unwrap().contains("All numbers are in t.csv"));
+}
+
+/// The planar arm of two joints that `model.json` was identified on, by its MJCF, and by the URDF into which its masses go.
+fn masses_go_into_a_robot_file(at: &Path) {
+    let urdf = "<robot name=\"r\">\n  <joint name=\"a\" type=\"revolute\"><child link=\"one\"/><axis xyz=\"0 -1 0\"/></joint>\n  \
+                <link name=\"one\"/>\n  <!-- kept -->\n  <joint name=\"b\" type=\"revolute\"><parent link=\"one\"/><child link=\"two\"/>\
+                <origin xyz=\"1 0 0\"/><axis xyz=\"0 -1 0\"/></joint>\n  <link name=\"two\"/>\n</robot>\n";
+    let mjcf = "<mujoco><worldbody><body><joint name=\"a\" axis=\"0 -1 0\"/><body pos=\"1 0 0\"><joint name=\"b\" axis=\"0 -1 0\"/></body></body>\
+                </worldbody></mujoco>";
+    std::fs::write(at.join("arm.urdf"), urdf).unwrap();
+    std::fs::write(at.join("arm.xml"), mjcf).unwrap();
+    let open = |arm: &str| json(&["evaluate", "x.npz", "--arm", arm, "--json"], at)["joints"].clone();
+    let [one, other] = [open("arm.urdf"), open("arm.xml")];
+    assert_eq!(one, other, "the same axes give the same body");
+    let export = ["export", "urdf", "model.json", "--into", "arm.urdf", "--inertials", "-o", "own.urdf"];
+    assert!(fails(&export, at, 2).contains("--log"));
+    let told = json(&[export.as_slice(), &["--log", "x.npz", "--json"]].concat(), at);
+    let written = std::fs::read_to_string(at.join("own.urdf")).unwrap();
+    assert!(written.contains("<!-- kept -->") && written.matches("<inertial>").count() == 2, "{written}");
+    assert!(told["links"][1]["now"]["mass"].as_f64().unwrap() > 0.0, "{told}");
+    for joint in told["cost"].as_array().unwrap() {
+        let [free, links] = ["nmse_identified", "nmse_of_links"].map(|key| joint[key].as_f64().unwrap());
+        assert!(links < free + 0.01, "{told}");
+    }
 }

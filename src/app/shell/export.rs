@@ -21,8 +21,6 @@ const FORMATS: [(Format, &str, &str); 4] = [
     (Format::Png, "PNG", "png"),
     (Format::Csv, "CSV: the numbers", "csv"),
 ];
-const SIZES: [(Size, &str); 3] =
-    [(Size::OneColumn, "one column, 85 mm"), (Size::TwoColumn, "two columns, 175 mm"), (Size::Slide, "slide")];
 const THEMES: [(Theme, &str); 4] =
     [(Theme::Print, "for print"), (Theme::Grey, "grey"), (Theme::Light, "light"), (Theme::Dark, "dark")];
 /// Plots beside each other, as far as they can be told apart.
@@ -231,8 +229,8 @@ fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
     });
     ui.add_enabled_ui(*format != Format::Csv, |ui| {
         ui.horizontal_wrapped(|ui| {
-            for (size, name) in SIZES {
-                ui.radio_value(&mut style.size, size, name);
+            for size in Size::ALL {
+                ui.radio_value(&mut style.size, size, size.about());
             }
         });
         ui.horizontal_wrapped(|ui| {

@@ -6,17 +6,25 @@
 //! Sources: ROS, URDF XML `joint/dynamics`; MuJoCo, XML reference, `body/joint` (damping, frictionloss, armature, stiffness,
 //! springref in degrees unless the compiler says radian).
 
+mod bodies;
+mod inertial;
 mod property;
 mod splice;
 
 use std::collections::BTreeMap;
 
+pub use bodies::{Weighed, WeighedLink};
 use property::{Property, plain_columns};
 use splice::{Splice, SpliceError};
 
 use super::share;
+use crate::arm::robot::{RobotError, SerialArm};
 use crate::model::{Fitted, ModelError, Term};
 use crate::recording::{JointKind, Recording};
+
+/// Why the rigid body is not in the file.
+const MASSES_STAY: &str =
+    "its parameters are sums over links, and the masses of the file stay (--inertials writes them, by a --log)";
 
 /// The robot's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +42,8 @@ pub struct Spliced {
     pub text: String,
     /// What was written.
     pub written: Vec<Change>,
+    /// The masses that were written, if they were asked for.
+    pub weighed: Option<Weighed>,
     /// What the format can't hold.
     pub not_held: Vec<NotHeld>,
 }
@@ -90,13 +100,40 @@ pub enum RobotFileError {
         /// What there is.
         names: String,
     },
+    /// Its axes can't be read, from which masses follow.
+    #[error(transparent)]
+    Arm(#[from] RobotError),
+    /// The names are in another order than the joints.
+    #[error("the masses of links follow from joints that are named base first: --joints {0}")]
+    Order(String),
+    /// Masses were asked for without a motion.
+    #[error("the masses of links follow from a motion that shows them: name recordings of the arm with --log")]
+    NeedsLog,
+    /// There is nothing to weigh links by.
+    #[error(
+        "the model has no rigid body, from which the masses of links could follow: train one from the preset rigid-body"
+    )]
+    NoRigidBody,
+    /// No masses give the torque.
+    #[error(
+        "{percent:.0} % of the energy of the torque that was identified for the rigid body are missed with this file's joints, whatever \
+         its links weigh: are q = 0, the senses of the joints and their order those of the log?"
+    )]
+    OtherArm {
+        /// How much.
+        percent: f64,
+    },
+    /// Expected bodies can't exist, which are made so that they can.
+    #[error("its links have masses that are no numbers; mend them in the file")]
+    NoBodies,
     /// A term can't be computed.
     #[error(transparent)]
     Model(#[from] ModelError),
 }
 
 /// The text of a robot's file with what was identified. `joints` names those of the model in the file, base first; without, the file
-/// has as many as the model. With a recording, shares of the torque are measured.
+/// has as many as the model. With a recording, shares of the torque are measured; and the masses of links can be written, which is done
+/// if `inertials` says so.
 ///
 /// # Errors
 /// [`RobotFileError`] if it is no such file, or its joints are not those of the model.
@@ -106,10 +143,22 @@ pub fn write(
     text: &str,
     joints: &[String],
     recording: Option<&Recording>,
+    inertials: bool,
 ) -> Result<Spliced, RobotFileError> {
     let mut splice = Splice::of(format, text)?;
     let names = chosen(&splice.joints(), joints, fitted.setting().kinds.len())?;
-    let (found, not_held) = sorted(fitted, format, recording)?;
+    let (found, mut not_held) = sorted(fitted, format, recording)?;
+    let weighed = if inertials {
+        let asked: Vec<String> = names.iter().map(|place| splice.joints()[*place].clone()).collect();
+        let weighed = weigh(fitted, recording.ok_or(RobotFileError::NeedsLog)?, text, &asked)?;
+        for link in &weighed.links {
+            splice.change(inertial::changes(format, text, &link.name, &link.now)?);
+        }
+        not_held.retain(|one| one.why != MASSES_STAY);
+        Some(weighed)
+    } else {
+        None
+    };
     let mut written = Vec::new();
     for ((joint, property), value) in &found {
         let value = match property {
@@ -126,7 +175,17 @@ pub fn write(
         let joint = splice.joints()[names[*joint]].clone();
         written.push(Change { joint, attribute, before, value });
     }
-    Ok(Spliced { text: splice.text(), written, not_held })
+    Ok(Spliced { text: splice.text(), written, weighed, not_held })
+}
+
+/// The masses of the links that these joints move.
+fn weigh(fitted: &Fitted, recording: &Recording, text: &str, joints: &[String]) -> Result<Weighed, RobotFileError> {
+    let arm = SerialArm::moving_only(text, joints)?;
+    let in_order: Vec<String> = arm.joints.iter().map(|joint| joint.name.clone()).collect();
+    match in_order == joints {
+        true => bodies::weigh(fitted, recording, &arm),
+        false => Err(RobotFileError::Order(in_order.join(","))),
+    }
 }
 
 /// The joints of the model among those of the file.
@@ -156,7 +215,7 @@ fn sorted(fitted: &Fitted, format: Format, recording: Option<&Recording>) -> Res
     };
     for (number, term) in fitted.model.terms.iter().enumerate() {
         let Term::Effect(placed) = term else {
-            let why = "its parameters are sums over links, as the data show them: the masses of the file stay";
+            let why = if matches!(term, Term::RigidBody(_)) { MASSES_STAY } else { "it is a network" };
             not_held.push(NotHeld { what: term.label(), value: None, why, share: share(number, None)? });
             continue;
         };

@@ -5,9 +5,7 @@ use std::ops::Range;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::Format;
-
-/// No robot has more elements.
-const MOST_NODES: u32 = 1_000_000;
+use crate::arm::robot::{MOST_NODES, nameless};
 
 /// The text is no such file.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +26,21 @@ pub enum SpliceError {
     /// Nothing moves.
     #[error("it has no joint that moves by itself; if it includes other files, name the one in which the joints are")]
     NoJoints,
+    /// A link is only named by joints.
+    #[error("it has no link or body `{0}` into which its mass could be written; add it")]
+    NoLink(String),
+}
+
+/// The text as XML.
+pub(super) fn parsed(text: &str) -> Result<Document<'_>, SpliceError> {
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    Ok(Document::parse_with_options(text, options)?)
+}
+
+/// Where something new is put in, and what must stand before and behind it.
+pub(super) struct Place {
+    at: Range<usize>,
+    frame: [String; 2],
 }
 
 /// Where a joint and its attributes stand.
@@ -53,8 +66,7 @@ pub(super) struct Splice<'a> {
 
 impl<'a> Splice<'a> {
     pub(super) fn of(format: Format, text: &'a str) -> Result<Splice<'a>, SpliceError> {
-        let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-        let document = Document::parse_with_options(text, options)?;
+        let document = parsed(text)?;
         let root = document.root_element();
         let (wanted, needed) = match format {
             Format::Urdf => ("a URDF", "robot"),
@@ -85,6 +97,11 @@ impl<'a> Splice<'a> {
     /// A position of a joint in the units of the file.
     pub(super) fn angle(&self, value: f64, turns: bool) -> f64 {
         if turns && self.in_degrees { value.to_degrees() } else { value }
+    }
+
+    /// Makes these changes besides.
+    pub(super) fn change(&mut self, changes: Vec<(Range<usize>, String)>) {
+        self.changes.extend(changes);
     }
 
     /// Gives an attribute of a joint this value; what stood there.
@@ -131,7 +148,7 @@ fn attributes(node: Node) -> Vec<(String, Range<usize>)> {
 }
 
 /// Right behind the name of an element's tag, where an attribute may stand.
-fn behind_name(node: Node, text: &str) -> usize {
+pub(super) fn behind_name(node: Node, text: &str) -> usize {
     let start = node.range().start;
     let rest = &text[start..];
     start + rest.find(|c: char| c.is_whitespace() || c == '/' || c == '>').unwrap_or(rest.len())
@@ -169,26 +186,39 @@ fn urdf_joint(node: Node, text: &str) -> Joint {
         let place = behind_name(dynamics, text);
         return Joint { name, attributes: attributes(dynamics), place: place..place, frame: None };
     }
-    // A line of its own behind the last child, as far to the right as that.
-    let range = node.range();
-    let (place, [before, behind]) = match node.children().rfind(Node::is_element) {
-        Some(last) => {
-            let start = last.range().start;
-            let line = text[..start].rfind('\n').map_or(0, |end| end + 1);
-            let blanks = &text[line..start];
-            let indent = if blanks.trim().is_empty() { format!("\n{blanks}") } else { String::new() };
-            (last.range().end..last.range().end, [indent, String::new()])
-        }
-        None if text[range.clone()].ends_with("/>") => {
-            (range.end - 2..range.end, [">".to_owned(), "</joint>".to_owned()])
-        }
-        None => {
-            let end = text[range.clone()].rfind("</").map_or(range.end, |end| range.start + end);
-            (end..end, [String::new(), String::new()])
-        }
-    };
+    let Place { at, frame: [before, behind] } = Place::behind_children(node, text);
     let frame = Some([format!("{before}<dynamics "), format!("/>{behind}")]);
-    Joint { name, attributes: Vec::new(), place, frame }
+    Joint { name, attributes: Vec::new(), place: at, frame }
+}
+
+impl Place {
+    /// In an element, on a line of its own behind the last child, as far to the right as that.
+    pub(super) fn behind_children(node: Node, text: &str) -> Place {
+        let range = node.range();
+        let (at, frame) = match node.children().rfind(Node::is_element) {
+            Some(last) => {
+                let start = last.range().start;
+                let line = text[..start].rfind('\n').map_or(0, |end| end + 1);
+                let blanks = &text[line..start];
+                let indent = if blanks.trim().is_empty() { format!("\n{blanks}") } else { String::new() };
+                (last.range().end..last.range().end, [indent, String::new()])
+            }
+            None if text[range.clone()].ends_with("/>") => {
+                (range.end - 2..range.end, [">".to_owned(), format!("</{}>", node.tag_name().name())])
+            }
+            None => {
+                let end = text[range.clone()].rfind("</").map_or(range.end, |end| range.start + end);
+                (end..end, [String::new(), String::new()])
+            }
+        };
+        Place { at, frame }
+    }
+
+    /// The change that puts it there.
+    pub(super) fn put(self, new: &str) -> (Range<usize>, String) {
+        let [before, behind] = self.frame;
+        (self.at, format!("{before}{new}{behind}"))
+    }
 }
 
 /// Joints of the bodies, in the order of the file, which is that of the tree.
@@ -196,10 +226,10 @@ fn mjcf_joints(root: Node, text: &str) -> Vec<Joint> {
     let world = root.children().filter(|node| node.has_tag_name("worldbody"));
     let all = world.flat_map(|world| world.descendants()).filter(|node| node.has_tag_name("joint"));
     let moves = |node: &Node| matches!(node.attribute("type"), None | Some("hinge" | "slide"));
-    let joint = |(number, node): (usize, Node)| {
-        let name = node.attribute("name").map_or_else(|| format!("joint {}", number + 1), str::to_owned);
+    let joint = |node: Node| {
+        let name = node.attribute("name").map_or_else(|| nameless(node), str::to_owned);
         let place = behind_name(node, text);
         Joint { name, attributes: attributes(node), place: place..place, frame: None }
     };
-    all.filter(moves).enumerate().map(joint).collect()
+    all.filter(moves).map(joint).collect()
 }

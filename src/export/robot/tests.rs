@@ -44,7 +44,7 @@ fn only_the_values_change_in_a_urdf() {
         ],
     );
     let value = |term: usize| model.linear_of(term)[0];
-    let spliced = write(&model, Format::Urdf, URDF, &[], Some(&recording)).unwrap();
+    let spliced = write(&model, Format::Urdf, URDF, &[], Some(&recording), false).unwrap();
     let mut expected = URDF.to_owned();
     // What is negative is not possible, so it is told and not written.
     if value(1) >= 0.0 {
@@ -74,13 +74,13 @@ fn only_the_values_change_in_a_urdf() {
 fn an_mjcf_holds_armature_and_springs_in_its_own_units() {
     let recording = recording();
     let model = fitted(&recording, &[("joint-spring", 1), ("rotor-inertia", 0), ("stribeck-friction", 2)]);
-    let spliced = write(&model, Format::Mjcf, MJCF, &[], None).unwrap();
+    let spliced = write(&model, Format::Mjcf, MJCF, &[], None, false).unwrap();
     let of = |attribute: &str| spliced.written.iter().find(|change| change.attribute == attribute);
     let [stiffness, preload] = [model.linear_of(1)[0], model.linear_of(1)[1]];
     if stiffness >= 0.0 {
         let rest = of("springref").unwrap();
         assert!((rest.value + (preload / stiffness).to_degrees()).abs() < 1e-9 * rest.value.abs().max(1.0));
-        assert_eq!(rest.joint, "joint 2");
+        assert_eq!(rest.joint, "joint at line 5");
     }
     if let Some(armature) = of("armature") {
         assert_eq!((armature.joint.as_str(), armature.before.as_deref()), ("a", Some("1")));
@@ -95,7 +95,7 @@ fn what_can_not_be_spliced_is_told_with_the_remedy() {
     let model = fitted(&recording, &[]);
     let message = |text: &str, joints: &[&str]| {
         let joints: Vec<String> = joints.iter().map(|name| (*name).to_owned()).collect();
-        write(&model, Format::Urdf, text, &joints, None).unwrap_err().to_string()
+        write(&model, Format::Urdf, text, &joints, None, false).unwrap_err().to_string()
     };
     assert!(message("<robot><joint></robot>", &[]).contains("1:"), "{}", message("<robot><joint></robot>", &[]));
     assert!(message(MJCF, &[]).contains("<mujoco>"));

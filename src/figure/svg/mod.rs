@@ -8,14 +8,13 @@ use base64::Engine as _;
 
 use super::canvas::{Canvas, Fill, Hold, Stroke};
 use super::mark::{Edges, Entry, Key};
+use super::size::POINTS_PER_MILLIMETRE;
 use super::{Area, Figure, Legend, Panel, Place, Scale, Size, Style};
 pub use canvas::escaped;
 use canvas::{COLUMNS_PER_POINT, Paper, hex, put, rectangle};
 
 /// Height of a slide \[points\].
 const SLIDE_HEIGHT: f64 = 405.0;
-/// Points of a millimetre.
-const POINTS_PER_MILLIMETRE: f64 = 72.0 / 25.4;
 /// Panels below each other on a slide, before a second column is begun.
 const MOST_ROWS_OF_SLIDE: usize = 3;
 
@@ -53,12 +52,8 @@ fn named_below(figure: &Figure, columns: usize) -> Figure {
 
 /// The figure in so many columns.
 fn laid_out<'f>(figure: &'f Figure, columns: usize, style: &Style, letters: Letters) -> String {
-    let (width, letter) = match style.size {
-        Size::OneColumn => (241.0, 7.0),
-        Size::TwoColumn => (496.0, 8.0),
-        Size::Slide => (720.0, 12.0),
-    };
-    let letter = style.letter.unwrap_or(letter);
+    let width = style.size.width();
+    let letter = style.letter.unwrap_or(style.size.letter());
     let mut paper = Paper::new(style.theme.colours(), letter, style.family);
     let gap = letter;
     let cell = (width - gap * (columns + 1) as f64) / columns as f64;
@@ -84,7 +79,7 @@ fn laid_out<'f>(figure: &'f Figure, columns: usize, style: &Style, letters: Lett
         let (number, row) = row;
         let above = row.iter().fold(0.0, |most: f64, view| most.max(view.above));
         let below = row.iter().fold(0.0, |most: f64, view| most.max(view.below));
-        let usual = if style.size == Size::OneColumn || columns > 1 { 0.62 } else { 0.3 };
+        let usual = if style.size.is_narrow() || columns > 1 { 0.62 } else { 0.3 };
         let plot_height = row.iter().enumerate().fold(0.0, |most: f64, (column, view)| {
             let plot_width = cell - left(column) - letter;
             most.max(plot_width * view.panel.aspect.unwrap_or(usual))
@@ -102,7 +97,7 @@ fn laid_out<'f>(figure: &'f Figure, columns: usize, style: &Style, letters: Lett
             if let (Size::Slide, Some(aspect)) = (style.size, view.panel.aspect) {
                 plot.width = plot.width.min(plot.height / aspect);
             }
-            paper.panel(view, plot, number * columns + column, style.shaded);
+            paper.panel(view, plot, number * columns + column, style);
         }
         top += above + plot_height + below + gap;
     }
@@ -215,7 +210,7 @@ impl Paper {
         self.width_of(name, self.letter()) + 3.6 * self.letter()
     }
 
-    fn panel(&mut self, view: &View, plot: Area, number: usize, shaded: bool) {
+    fn panel(&mut self, view: &View, plot: Area, number: usize, style: &Style) {
         let (letter, colours, panel) = (self.letter(), *self.colours(), view.panel);
         let place = Place { plot, ranges: view.ranges, axes: [&panel.x, &panel.y] };
         let sides = [[plot.left, plot.right()], [plot.top, plot.bottom()]];
@@ -224,12 +219,13 @@ impl Paper {
             self.rectangle(sides, &Fill { color: colours.canvas, opacity: 1.0 }, None, 0.0);
         }
         put!(self, "<g clip-path=\"url(#plot{number})\">");
-        for mark in panel.marks.iter().filter(|mark| shaded && mark.is_behind()) {
+        for mark in panel.marks.iter().filter(|mark| style.shaded && mark.is_behind()) {
             mark.draw(&place, self);
         }
         let count = (plot.width / (7.0 * letter)).clamp(2.0, 12.0) as usize;
         let x_ticks = if panel.bare { Vec::new() } else { panel.x.ticks(view.ranges[0], count) };
-        if !panel.bare && !panel.marks.iter().any(|mark| mark.edges() == Edges::Filled) {
+        let is_filled = panel.marks.iter().any(|mark| mark.edges() == Edges::Filled);
+        if !panel.bare && !is_filled && style.size.has_grid() {
             for (at, _) in &view.y_ticks {
                 let y = place.along(1, *at);
                 self.rule([[plot.left, y], [plot.right(), y]], colours.grid, 0.5);
@@ -243,14 +239,30 @@ impl Paper {
             mark.draw(&place, self);
         }
         put!(self, "</g>");
+        let edge = Stroke::new(colours.border, 0.6);
         if !panel.bare {
-            let edge = Stroke::new(colours.border, 0.6);
             self.rectangle(sides, &Fill { color: colours.canvas, opacity: 0.0 }, Some(&edge), 0.0);
+        }
+        if !style.size.has_grid() {
+            self.tick_marks(&place, [&x_ticks, &view.y_ticks], &edge);
         }
         self.numbers(view, &place, &x_ticks);
         let first = plot.top - view.above + 1.1 * letter;
         self.text([plot.left, first], &view.heading, 1.1 * letter, colours.text, Hold::Start);
         self.legend(&view.legend, plot.right(), first);
+    }
+
+    /// Short marks at the axes, inwards.
+    fn tick_marks(&mut self, place: &Place, ticks: [&[(f64, String)]; 2], edge: &Stroke) {
+        let (plot, length) = (place.plot, 0.4 * self.letter());
+        for (at, _) in ticks[0] {
+            let x = place.along(0, *at);
+            self.rule([[x, plot.bottom()], [x, plot.bottom() - length]], edge.color, edge.width);
+        }
+        for (at, _) in ticks[1] {
+            let y = place.along(1, *at);
+            self.rule([[plot.left, y], [plot.left + length, y]], edge.color, edge.width);
+        }
     }
 
     /// What stands along the axes.

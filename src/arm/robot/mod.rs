@@ -1,0 +1,308 @@
+//! A serial arm from its maker's file (URDF or MJCF): where its axes are, and which bodies move with each. No mesh is read.
+//!
+//! Both formats give the same: a tree of [`Node`]s, each a frame that is fixed in the one before or moves in it about one axis. Joints
+//! that follow others (`mimic`, an equality of joints) are taken for fixed ones, and what they carry for a part of what moves before.
+
+mod axes;
+mod mjcf;
+mod urdf;
+
+use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
+use roxmltree::{Document, ParsingOptions};
+
+use super::MOST_JOINTS;
+use super::body::Body;
+use super::chain::{Chain, PER_LINK, Regressor};
+
+/// An axis that is shorter has no direction.
+const SHORTEST_AXIS: f64 = 1e-9;
+/// No robot has more elements.
+pub(crate) const MOST_NODES: u32 = 1_000_000;
+
+/// An arm as its file states it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SerialArm {
+    /// Its joints, base first.
+    pub joints: Vec<SerialJoint>,
+    /// Acceleration of free fall in the frame of the base \[m/s²\].
+    pub gravity: Vector3<f64>,
+}
+
+/// A joint that moves, and what moves with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SerialJoint {
+    /// Its name in the file.
+    pub name: String,
+    /// Whether it slides.
+    pub slides: bool,
+    /// How its frame stands in that of the joint before at q = 0. Its axis is z.
+    pub frame: Isometry3<f64>,
+    /// The links (or bodies) of the file that move with it and with no joint behind it, nearest first.
+    pub parts: Vec<Part>,
+}
+
+/// A link of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Its name in the file.
+    pub name: String,
+    /// How its frame stands in that of its joint.
+    pub frame: Isometry3<f64>,
+    /// What it weighs, in its own frame, if the file says it.
+    pub body: Option<Body>,
+}
+
+/// A frame of the file, in the one before.
+struct Node {
+    /// The frame before, by its place in the list; the base's is not there.
+    parent: Option<usize>,
+    /// How it stands there at q = 0.
+    frame: Isometry3<f64>,
+    /// How it moves there; `None` if it is fixed.
+    motion: Option<Motion>,
+    /// The link that has this frame, with its own frame in it.
+    part: Option<Part>,
+}
+
+/// A joint of the file.
+struct Motion {
+    name: String,
+    axis: Vector3<f64>,
+    slides: bool,
+}
+
+/// The text gives no arm.
+#[derive(Debug, thiserror::Error)]
+pub enum RobotError {
+    /// No XML.
+    #[error(
+        "it is no XML: {0}; mend it there, or export it again (a xacro file becomes a URDF by `xacro robot.xacro`)"
+    )]
+    Xml(#[from] roxmltree::Error),
+    /// Another kind of XML.
+    #[error("it begins with <{0}>, but a URDF begins with <robot>, an MJCF with <mujoco>")]
+    Root(String),
+    /// Numbers that are none.
+    #[error("line {line}: {what} of `{of}` is `{text}`, but must be {must}")]
+    Numbers {
+        /// Where it stands.
+        line: u32,
+        /// The joint or link.
+        of: String,
+        /// What is wrong.
+        what: String,
+        /// What stands there.
+        text: String,
+        /// What may stand there.
+        must: String,
+    },
+    /// A joint without an axis that could be.
+    #[error("joint `{0}` has an axis of length 0; give it a direction")]
+    NoAxis(String),
+    /// Something that would change the arm, and is not understood.
+    #[error("line {line}: {what}, which is not understood here; {remedy}")]
+    NotUnderstood {
+        /// Where it stands.
+        line: u32,
+        /// What it is.
+        what: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// No base.
+    #[error("its links go round in circles, each behind another; one of them must be the base")]
+    Circle,
+    /// Too few or too many.
+    #[error("it has {found} moving joints ({names}), but 1 to {MOST_JOINTS} are supported; make the others fixed")]
+    Count {
+        /// How many.
+        found: usize,
+        /// Their names.
+        names: String,
+    },
+    /// Several arms, or a hand.
+    #[error(
+        "its moving joints {names} are no serial chain: `{joint}` does not follow the one before; make all but those of one arm fixed"
+    )]
+    NotSerial {
+        /// All of them.
+        names: String,
+        /// The first that does not.
+        joint: String,
+    },
+}
+
+impl SerialArm {
+    /// Reads the text of a URDF or an MJCF.
+    ///
+    /// # Errors
+    /// [`RobotError`] says what is wrong and how to mend it.
+    pub fn parse(text: &str) -> Result<SerialArm, RobotError> {
+        SerialArm::moving_only(text, &[])
+    }
+
+    /// The same with these joints only; all others are taken for fixed. Without any name, all move.
+    ///
+    /// # Errors
+    /// As [`SerialArm::parse`].
+    pub fn moving_only(text: &str, joints: &[String]) -> Result<SerialArm, RobotError> {
+        let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+        let document = Document::parse_with_options(text, options)?;
+        let (mut nodes, gravity) = match document.root_element().tag_name().name() {
+            "robot" => urdf::nodes(&document)?,
+            "mujoco" => mjcf::nodes(&document)?,
+            other => return Err(RobotError::Root(other.to_owned())),
+        };
+        if !joints.is_empty() {
+            let is_asked = |motion: &Motion| joints.contains(&motion.name);
+            nodes.iter_mut().for_each(|node| node.motion = node.motion.take().filter(is_asked));
+        }
+        Ok(SerialArm { joints: serial(nodes)?, gravity })
+    }
+
+    /// Which joints slide.
+    pub fn sliding(&self) -> Vec<bool> {
+        self.joints.iter().map(|joint| joint.slides).collect()
+    }
+
+    /// Where its axes are, in the words of a mapping file.
+    pub fn chain(&self) -> Chain {
+        let mut whole = Isometry3::identity();
+        let in_base = |joint: &SerialJoint| {
+            whole *= joint.frame;
+            whole
+        };
+        let frames: Vec<_> = self.joints.iter().map(in_base).collect();
+        axes::chain(&frames, self.gravity)
+    }
+
+    /// What computes its torque from the parameters of its bodies, each in the frame of its joint. Gravity is that of the file, or none.
+    pub fn regressor(&self, weightless: bool) -> Regressor {
+        let frames: Vec<_> = self.joints.iter().map(|joint| joint.frame).collect();
+        let gravity = if weightless { Vector3::zeros() } else { self.gravity };
+        Regressor::of_frames(&frames, &self.sliding(), gravity)
+    }
+
+    /// The parameters of the regressor as the file states them: ten for each joint, of all that moves with it. What it says nothing of
+    /// weighs nothing.
+    pub fn stated_parameters(&self) -> Vec<f64> {
+        let of_joint = |joint: &SerialJoint| {
+            let mut sum = [0.0; PER_LINK];
+            for own in joint.parts.iter().filter_map(Part::parameters) {
+                sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+            }
+            sum
+        };
+        self.joints.iter().flat_map(of_joint).collect()
+    }
+}
+
+impl Part {
+    /// Its parameters in the frame of its joint.
+    pub fn parameters(&self) -> Option<[f64; PER_LINK]> {
+        self.body.map(|body| body.seen_from(&self.frame.inverse()).parameters())
+    }
+}
+
+/// The joints that move, base first, with the parts that move with each.
+fn serial(nodes: Vec<Node>) -> Result<Vec<SerialJoint>, RobotError> {
+    let ways = (0..nodes.len()).map(|node| way(&nodes, node)).collect::<Result<Vec<Vec<usize>>, _>>()?;
+    let mut moving: Vec<(usize, &Motion)> =
+        nodes.iter().enumerate().filter_map(|(place, node)| Some((place, node.motion.as_ref()?))).collect();
+    moving.sort_by_key(|(place, _)| ways[*place].len());
+    let names = moving.iter().map(|(_, motion)| motion.name.as_str()).collect::<Vec<_>>().join(", ");
+    if !(1..=MOST_JOINTS).contains(&moving.len()) {
+        return Err(RobotError::Count { found: moving.len(), names });
+    }
+    for pair in moving.windows(2) {
+        let [(before, _), (place, motion)] = pair else { continue };
+        if before == place || !ways[*place].contains(before) {
+            return Err(RobotError::NotSerial { names, joint: motion.name.clone() });
+        }
+    }
+    // The frame of each joint with its axis along z, in the base, and in what it was.
+    let in_base = |node: usize| ways[node].iter().fold(Isometry3::identity(), |whole, one| whole * nodes[*one].frame);
+    let mut joints: Vec<SerialJoint> = Vec::new();
+    let (mut whole, mut frames) = (Isometry3::identity(), Vec::new());
+    for (place, motion) in &moving {
+        if motion.axis.norm() <= SHORTEST_AXIS {
+            return Err(RobotError::NoAxis(motion.name.clone()));
+        }
+        let frame = in_base(*place) * along_z(&motion.axis);
+        joints.push(SerialJoint {
+            name: motion.name.clone(),
+            slides: motion.slides,
+            frame: whole.inverse() * frame,
+            parts: Vec::new(),
+        });
+        (whole, _) = (frame, frames.push(frame));
+    }
+    let mut order: Vec<usize> = (0..nodes.len()).collect();
+    order.sort_by_key(|node| ways[*node].len());
+    for node in order {
+        let carried = moving.iter().rposition(|(place, _)| ways[node].contains(place));
+        if let (Some(joint), Some(part)) = (carried, &nodes[node].part) {
+            let frame = frames[joint].inverse() * in_base(node) * part.frame;
+            joints[joint].parts.push(Part { frame, ..part.clone() });
+        }
+    }
+    Ok(joints)
+}
+
+/// The frames from the base to this one.
+fn way(nodes: &[Node], node: usize) -> Result<Vec<usize>, RobotError> {
+    let mut way = Vec::new();
+    let mut next = Some(node);
+    while let Some(one) = next {
+        if way.len() == nodes.len() {
+            return Err(RobotError::Circle);
+        }
+        way.push(one);
+        next = nodes[one].parent;
+    }
+    way.reverse();
+    Ok(way)
+}
+
+/// A frame whose z axis points along this direction.
+fn along_z(axis: &Vector3<f64>) -> Isometry3<f64> {
+    let z = axis.normalize();
+    let turn = Rotation3::rotation_between(&Vector3::z(), &z)
+        .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    Isometry3::from_parts(Vector3::zeros().into(), UnitQuaternion::from_rotation_matrix(&turn))
+}
+
+/// So many finite numbers of an attribute of an element; `otherwise` where it is absent.
+fn numbers<const N: usize>(
+    node: roxmltree::Node,
+    key: &str,
+    of: &str,
+    otherwise: Option<[f64; N]>,
+) -> Result<[f64; N], RobotError> {
+    let text = match (node.attribute(key), otherwise) {
+        (Some(text), _) => text,
+        (None, Some(otherwise)) => return Ok(otherwise),
+        (None, None) => "",
+    };
+    let words: Vec<Option<f64>> = text.split_whitespace().map(|word| word.parse().ok()).collect();
+    let values: Vec<f64> = words.iter().flatten().copied().filter(|value| value.is_finite()).collect();
+    <[f64; N]>::try_from(values).ok().filter(|_| words.len() == N).ok_or_else(|| RobotError::Numbers {
+        line: line_of(node),
+        of: of.to_owned(),
+        what: format!("`{key}` of <{}>", node.tag_name().name()),
+        text: text.to_owned(),
+        must: if N == 1 { "a finite number".to_owned() } else { format!("{N} finite numbers") },
+    })
+}
+
+/// What an element without a name is called.
+pub(crate) fn nameless(node: roxmltree::Node) -> String {
+    format!("{} at line {}", node.tag_name().name(), line_of(node))
+}
+
+fn line_of(node: roxmltree::Node) -> u32 {
+    node.document().text_pos_at(node.range().start).row
+}
+
+#[cfg(test)]
+mod tests;
