@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use egui::{Button, DragValue, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
+use egui::{Button, ComboBox, DragValue, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 
 use super::frame::Shell;
 use super::preview::Preview;
@@ -212,7 +212,7 @@ fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
         return ui.button("Close").clicked();
     }
     // However many there are, what follows stays in sight.
-    let height = (ui.ctx().content_rect().height() - 520.0).clamp(70.0, 330.0);
+    let height = (ui.ctx().content_rect().height() - 560.0).clamp(70.0, 330.0);
     let list = ScrollArea::vertical().id_salt("plots").max_height(height).min_scrolled_height(height);
     list.show(ui, |ui| {
         for (panel, on) in plots.iter_mut() {
@@ -229,9 +229,14 @@ fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
     });
     ui.add_enabled_ui(*format != Format::Csv, |ui| {
         ui.horizontal_wrapped(|ui| {
-            for size in Size::ALL {
-                ui.radio_value(&mut style.size, size, size.about());
-            }
+            let label = ui.label("Size");
+            let chooser =
+                ComboBox::from_id_salt("size").selected_text(style.size.about()).width(260.0).show_ui(ui, |ui| {
+                    for size in Size::ALL {
+                        ui.selectable_value(&mut style.size, size, size.about());
+                    }
+                });
+            chooser.response.labelled_by(label.id);
         });
         ui.horizontal_wrapped(|ui| {
             for (theme, name) in THEMES {
