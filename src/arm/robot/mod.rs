@@ -1,6 +1,6 @@
 //! A serial arm from its maker's file (URDF or MJCF): where its axes are, and which bodies move with each. No mesh is read.
 //!
-//! Both formats give the same: a tree of [`Node`]s, each a frame that is fixed in the one before or moves in it about one axis. Joints
+//! Both formats give the same: a tree of nodes, each a frame that is fixed in the one before or moves in it about one axis. Joints
 //! that follow others (`mimic`, an equality of joints) are taken for fixed ones, and what they carry for a part of what moves before.
 
 mod axes;
