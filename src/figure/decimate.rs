@@ -16,9 +16,9 @@ const GAP_STEPS: f64 = 5.0;
 const MOST_KEPT: usize = 128;
 
 /// Samples of a block.
-const BLOCK: usize = 64;
+const BLOCK: usize = 32;
 /// Shorter signals have no blocks.
-const SHORTEST_WITH_BLOCKS: usize = 32 * BLOCK;
+const SHORTEST_WITH_BLOCKS: usize = 64 * BLOCK;
 
 /// Pieces of a line, ready to be scaled to the screen.
 pub type Pieces = Arc<Vec<Vec<[f64; 2]>>>;
@@ -171,7 +171,7 @@ fn decimate(x: &[f64], y: &[f64], sight: Sight, blocks: Option<&Blocks>) -> Vec<
             && number(points[0][0]) == number(points[3][0])
         {
             let at = number(points[0][0]);
-            points.iter().for_each(|point| column.add(at, *point, &mut pieces));
+            column.add_block(at, points, &mut pieces);
             sample += BLOCK;
             continue;
         }
@@ -215,6 +215,20 @@ impl Column {
                 *last = point;
             }
         }
+    }
+
+    /// The points of a block that lies in one column.
+    fn add_block(&mut self, number: i64, points: &[[f64; 2]; 4], pieces: &mut [Vec<[f64; 2]>]) {
+        self.add(number, points[0], pieces);
+        let Some([_, least, most, last]) = &mut self.kept else { return };
+        let [low, high] = if points[1][1] <= points[2][1] { [points[1], points[2]] } else { [points[2], points[1]] };
+        if low[1] < least[1] {
+            *least = low;
+        }
+        if high[1] > most[1] {
+            *most = high;
+        }
+        *last = points[3];
     }
 
     fn flush(&mut self, pieces: &mut [Vec<[f64; 2]>]) {
