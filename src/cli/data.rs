@@ -506,6 +506,15 @@ impl Data {
         self.add.iter().map(place).collect::<anyhow::Result<_>>().or_usage()
     }
 
+    /// Whether the model that is asked for has networks.
+    pub fn asks_for_networks(&self) -> anyhow::Result<bool> {
+        Ok(match &self.model {
+            Some(Start::File(path)) => read_model(path)?.model.is_learned(),
+            Some(Start::Preset(preset)) => matches!(preset, Preset::Learned(_)),
+            None => false,
+        })
+    }
+
     /// The same without the warning; training saves itself in the given file while it runs.
     pub fn session_keeping(&self, checkpoint_file: Option<PathBuf>) -> anyhow::Result<Session> {
         let plan = self.training.plan()?;

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use serde::Serialize;
 
@@ -100,6 +100,10 @@ impl Train {
     /// Reads, fits, saves, prints. A training that ended early is a failure, but its best weights so far are saved.
     pub fn run(&self) -> anyhow::Result<()> {
         self.output.iter().chain(&self.checkpoint).try_for_each(|path| self.data.check_output(path))?;
+        if self.plain.is_some() && self.data.asks_for_networks()? {
+            return Err(anyhow!("--plain solves for the parameters of a model: one with networks is trained instead"))
+                .or_usage();
+        }
         let session = match &self.resume {
             Some(run) => self.data.session_resuming(run, self.checkpoint.clone())?,
             None => self.data.session_keeping(self.checkpoint.clone())?,

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
 
 use super::failure::OrUsage;
 use super::write_file;
+use crate::file;
+use crate::recording::joints_in;
 use crate::simulation::Scenario;
 use crate::simulation::world::{self, Kind};
 
@@ -110,12 +112,10 @@ fn written(scenario: &mut world::Scenario, text: &str) -> anyhow::Result<()> {
 fn named(scenario: &mut world::Scenario, text: &str, strength: f64) -> anyhow::Result<()> {
     let (id, list) = text.split_once('@').map_or((text, None), |(id, list)| (id, Some(list)));
     let kind = Kind::find(id.trim()).with_context(|| format!("there is no part `{}`: see --help", id.trim()))?;
-    let joint = |number: &str| {
-        let counted_from_0 = number.trim().parse::<usize>().ok().and_then(|joint| joint.checked_sub(1));
-        counted_from_0.with_context(|| format!("`{}` is not a joint: they are counted from 1", number.trim()))
-    };
     let joints: Vec<usize> = match (list, kind.first_joint) {
-        (Some(list), Some(_)) => list.split(',').map(joint).collect::<anyhow::Result<_>>()?,
+        (Some(list), Some(_)) => {
+            joints_in(list).map_err(|number| anyhow!("`{number}` is not a joint: they are counted from 1"))?
+        }
         (None, Some(first)) => (first..scenario.arm.joint_count()).collect(),
         (None, None) => Vec::new(),
         (Some(_), None) => anyhow::bail!("it is of the whole arm: leave out the joint"),
@@ -124,6 +124,6 @@ fn named(scenario: &mut world::Scenario, text: &str, strength: f64) -> anyhow::R
 }
 
 fn read(path: &Path) -> anyhow::Result<world::Scenario> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("can't read {}", path.display()))?;
+    let text = file::read_text(path).with_context(|| format!("can't read {}", path.display()))?;
     toml::from_str(&text).with_context(|| format!("{} is not the scenario of a world", path.display()))
 }

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use super::Effect;
 use super::registry::{self, UnknownEffect};
+use crate::recording::joints_in;
 
 /// An effect and the joints that it is to act on. People count joints from 1, the program counts them from 0.
 ///
@@ -71,14 +72,11 @@ impl FromStr for Place {
     fn from_str(text: &str) -> Result<Self, PlaceError> {
         let (id, list) = text.split_once('@').map_or((text, None), |(id, list)| (id, Some(list)));
         let effect = registry::find(id.trim())?;
-        let joint = |number: &str| {
-            let counted_from_0 = number.trim().parse::<usize>().ok().and_then(|joint| joint.checked_sub(1));
-            counted_from_0.ok_or_else(|| {
-                let (number, text) = (number.trim().to_owned(), text.to_owned());
-                PlaceError::NotAJoint { number, text, effect: effect.id }
-            })
+        let not_a_joint = |number: &str| {
+            let (number, text) = (number.to_owned(), text.to_owned());
+            PlaceError::NotAJoint { number, text, effect: effect.id }
         };
-        let joints = list.map(|list| list.split(',').map(joint).collect::<Result<_, _>>()).transpose()?;
+        let joints = list.map(joints_in).transpose().map_err(not_a_joint)?;
         Ok(Place { effect, joints })
     }
 }

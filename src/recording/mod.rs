@@ -313,6 +313,15 @@ impl Joint {
     }
 }
 
+/// Joints as people list them, `1,3`, counted from 1 there and from 0 here.
+///
+/// # Errors
+/// The first that is no joint.
+pub fn joints_in(text: &str) -> Result<Vec<usize>, &str> {
+    let joint = |number: &str| number.parse::<usize>().ok()?.checked_sub(1);
+    text.split(',').map(str::trim).map(|number| joint(number).ok_or(number)).collect()
+}
+
 /// Joints for people: `joint 2`, `joints 1, 3`; counted from 1.
 pub fn joints_text(joints: &[usize]) -> String {
     let numbers: Vec<String> = joints.iter().map(|joint| (joint + 1).to_string()).collect();

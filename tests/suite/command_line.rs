@@ -383,7 +383,7 @@ fn wrong_usage_ends_with_2_and_says_what_is_possible() {
     write("none.json", r#"{"links": []}"#);
     write("typo.json", r#"{"links": [{"mas": 1, "length": 1, "com": 0.5, "inertia": 0.1}]}"#);
     write("broken.json", "{\"torquescope_model\": 1, \"fitted\": {}}");
-    let cases: [(&[&str], &[&str]); 26] = [
+    let cases: [(&[&str], &[&str]); 28] = [
         (&["diagnose"], &["Usage"]),
         (&["diagnoze"], &["unrecognized subcommand 'diagnoze'", "diagnose"]),
         (&["diagnoze", "x.npz"], &["unrecognized subcommand 'diagnoze'", "diagnose"]),
@@ -401,6 +401,8 @@ fn wrong_usage_ends_with_2_and_says_what_is_possible() {
         (&["simulate", "--effect", "coulomb-friction@1=-2", "-o", "y.npz"], &["coulomb_torque", "-2"]),
         (&["diagnose", "x.npz", "--model", "black-magic"], &["black-magic", "rigid-body"]),
         (&["evaluate", "x.npz", "--model", "broken.json"], &["broken.json"]),
+        (&["train", "x.npz", "--plain", "--model", "structured-delan"], &["--plain", "networks"]),
+        (&["simulate", "--world", "--part", "backlash@0", "-o", "y.npz"], &["`0` is not a joint", "counted from 1"]),
         (&["evaluate", "x.npz", "--add", "magic"], &["magic", "coulomb-friction"]),
         (&["evaluate", "x.npz", "--add", "viscous-friction@4"], &["joint 4", "1 to 3"]),
         (&["inspect", "x.npz", "--map", "panda"], &["panda", "emps, kuka-kr300, sarcos, tx40, ur10"]),

@@ -7,10 +7,7 @@ fn titles(window: &mut Window) -> Vec<String> {
 }
 
 fn write_into(window: &mut Window, field: &str, text: &str) {
-    window.get_by_role_and_label(Role::TextInput, field).focus();
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(egui::Event::Text(text.to_owned()));
+    type_into(window, field, text);
     settle(window);
 }
 
@@ -238,11 +235,7 @@ fn an_export_is_stopped() {
     settle(&mut window);
     window.get_by_role_and_label(Role::CheckBox, "Every screen, a file for each in a folder of this name").click();
     window.run_steps(2);
-    window.get_by_role_and_label(Role::TextInput, "File").focus();
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(egui::Event::Text(folder.path().join("paper.png").display().to_string()));
-    window.run_steps(2);
+    type_into(&mut window, "File", folder.path().join("paper.png").display());
     window.get_by_role_and_label(Role::Button, "Write the file").click();
     window.run_steps(3);
     assert!(window.query_by_role(Role::ProgressIndicator).is_some() && window.query_by_label("ready").is_none());

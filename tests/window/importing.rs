@@ -43,11 +43,7 @@ fn a_log_without_names_is_opened_by_saying_what_its_columns_are() {
         window.query_by_label("b: torque of joint 1").is_some()
             || window.query_by_label_contains("torque of joint 1").is_some()
     );
-    window.get_by_role_and_label(Role::TextInput, "Template for logs like this one").focus();
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(egui::Event::Text(template.display().to_string()));
-    window.run_steps(2);
+    type_into(&mut window, "Template for logs like this one", template.display());
     click(&mut window, "Save as template");
     let saved = MappingSpec::from_toml(&std::fs::read_to_string(&template).unwrap()).unwrap();
     assert_eq!((saved.q.unwrap(), saved.tau.unwrap()), (vec!["a".to_owned()], vec!["b".to_owned()]));

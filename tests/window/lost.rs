@@ -102,11 +102,7 @@ fn closing_asks_and_each_answer_does_what_it_says() {
     // It is saved, and then it closes without a word.
     close(&mut window);
     window.run_steps(2);
-    window.get_by_role_and_label(Role::TextInput, "File to save into").focus();
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(egui::Event::Text(mine.display().to_string()));
-    window.run_steps(2);
+    type_into(&mut window, "File to save into", mine.display());
     close_by(window, "Save and close");
     let mut second = empty_window(&copies);
     assert!(!offers(&second).iter().any(|name| name.contains("demo")), "what is in a file needs no copy");

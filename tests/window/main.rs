@@ -40,16 +40,21 @@ fn click(window: &mut Window, name: &str) {
     settle(window);
 }
 
+/// Types a text into a field, in place of what stands there.
+fn type_into(window: &mut Window, field: &str, text: impl std::fmt::Display) {
+    window.get_by_role_and_label(Role::TextInput, field).focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.event(egui::Event::Text(text.to_string()));
+    window.run_steps(2);
+}
+
 /// Writes the plots that the open dialog lists into a file.
 fn export_to(window: &mut Window, path: &Path, format: &str) {
     settle(window);
     window.get_by_role_and_label(Role::RadioButton, format).click();
     window.run_steps(2);
-    window.get_by_role_and_label(Role::TextInput, "File").focus();
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(egui::Event::Text(path.display().to_string()));
-    window.run_steps(2);
+    type_into(window, "File", path.display());
     window.get_by_role_and_label(Role::Button, "Write the file").click();
     settle(window);
     let closed = window.query_by_label("Write the file").is_none();

@@ -44,11 +44,7 @@ fn models_are_used_renamed_and_deleted_by_their_table() {
     assert!(!is_enabled(&window, "Redo") || names(&window).len() == 4);
     // A name is written in its place, and stands everywhere then.
     let field = "name of rigid body + Coulomb 1, 2";
-    window.get_by_role_and_label(Role::TextInput, field).focus();
-    window.run_steps(2);
-    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.event(egui::Event::Text("with friction".to_owned()));
-    window.run_steps(2);
+    type_into(&mut window, field, "with friction");
     window.key_press(Key::Enter);
     settle(&mut window);
     assert!(is_spoken(&window, "with friction in joint 1: torque") && is_spoken(&window, "show with friction"));

@@ -132,10 +132,7 @@ impl Player {
                 window.query_all_by_role_and_label(Role::RadioButton, &name).nth(place).unwrap().click();
             }
             Answer::Number(value) => {
-                window.get_by_role_and_label(Role::TextInput, "Your number").focus();
-                window.run_steps(2);
-                window.key_press_modifiers(Modifiers::COMMAND, Key::A);
-                window.event(egui::Event::Text(value.to_string()));
+                type_into(window, "Your number", value);
             }
             Answer::Pose(_) | Answer::Session => (),
         }

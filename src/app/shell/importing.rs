@@ -41,6 +41,7 @@ pub struct Importing {
     options: ReadOptions,
     /// What the torque is.
     torque: TorqueFacts,
+    /// On which side of the gears the encoders are.
     encoders: Option<Side>,
     job: Option<Job<Preview>>,
     log: Option<Result<Log, String>>,
@@ -85,12 +86,9 @@ impl Importing {
             PathBuf::from(shown(&path)).with_extension("toml")
         };
         let template = beside.display().to_string();
-        let mapped = || options.mapping.as_ref().map(|mapping| mapping.torque.clone());
-        let torque = options.torque.clone().or_else(mapped).unwrap_or_default();
-        let encoders = options.encoders.or_else(|| options.mapping.as_ref()?.encoders);
         Importing {
-            torque,
-            encoders,
+            torque: options.stated_torque().cloned().unwrap_or_default(),
+            encoders: options.stated_encoders(),
             job: Some(Job::spawn("look into the log", wake, look)),
             path,
             options,

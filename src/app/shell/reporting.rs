@@ -20,9 +20,12 @@ pub struct Report {
 }
 
 impl Report {
-    /// The report of a recording of this name.
+    /// The report of a recording of this name, beside whatever is there already.
     pub fn new(name: &str) -> Self {
-        Report { format: ReportFormat::Html, path: format!("{name}-report.html"), beside: None }
+        let numbered = (2..).map(|number| format!("{name}-report-{number}.html"));
+        let mut paths = std::iter::once(format!("{name}-report.html")).chain(numbered);
+        let path = paths.find(|path| !Path::new(path).exists()).unwrap_or_default();
+        Report { format: ReportFormat::Html, path, beside: None }
     }
 }
 

@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::{Correction, Counted, Part};
+use crate::recording::joints_in;
 
 /// The text is no correction.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -105,7 +106,8 @@ impl FromStr for Correction {
         let part = Part::ALL.iter().find(|(_, id)| *id == part).map(|(part, _)| *part);
         let part = part.ok_or_else(|| wrong("names no channels"))?;
         let value = || value.ok_or_else(|| wrong("has no value"));
-        let joints = || joint_list(joints.ok_or_else(|| wrong("names no joints"))?).ok_or_else(|| wrong(NOT_JOINTS));
+        let joint_list = |text| joints_in(text).map_err(|_| wrong("has joints that are no numbers from 1"));
+        let joints = || joint_list(joints.ok_or_else(|| wrong("names no joints"))?);
         let values = || value_list(value()?).ok_or_else(|| wrong("has a value that is not a finite number"));
         let single = || match values()?[..] {
             [value] => Ok(value),
@@ -131,9 +133,7 @@ impl FromStr for Correction {
                 Ok(Correction::Zero { angle: degrees.to_radians() })
             }
             ("sign", part) => Ok(Correction::Sign { part, joints: joints()? }),
-            ("order", part) => {
-                Ok(Correction::Order { part, order: joint_list(value()?).ok_or_else(|| wrong(NOT_JOINTS))? })
-            }
+            ("order", part) => Ok(Correction::Order { part, order: joint_list(value()?)? }),
             ("angles", Part::All) => match value()? {
                 "absolute" => Ok(Correction::Angles(Counted::Absolute)),
                 "relative" => Ok(Correction::Angles(Counted::Relative)),
@@ -151,13 +151,6 @@ impl FromStr for Correction {
             _ => Err(wrong("is unknown")),
         }
     }
-}
-
-const NOT_JOINTS: &str = "has joints that are no numbers from 1";
-
-/// Joints, counted from 1 in the text.
-fn joint_list(text: &str) -> Option<Vec<usize>> {
-    text.split(',').map(|number| number.trim().parse::<usize>().ok()?.checked_sub(1)).collect()
 }
 
 fn value_list(text: &str) -> Option<Vec<f64>> {

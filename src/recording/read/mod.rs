@@ -109,13 +109,13 @@ impl Default for ReadOptions {
 
 impl ReadOptions {
     /// What is said of the torque, here or in the mapping; `None` where nothing is.
-    fn stated_torque(&self) -> Option<&TorqueFacts> {
+    pub fn stated_torque(&self) -> Option<&TorqueFacts> {
         let mapped = || self.mapping.as_ref().map(|mapping| &mapping.torque).filter(|facts| !facts.is_empty());
         self.torque.as_ref().or_else(mapped)
     }
 
     /// Where the encoders are said to be, here or in the mapping.
-    fn stated_encoders(&self) -> Option<Side> {
+    pub fn stated_encoders(&self) -> Option<Side> {
         self.encoders.or_else(|| self.mapping.as_ref()?.encoders)
     }
 

@@ -225,12 +225,14 @@ fn torque(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     widgets::card(ui, &title, |ui| {
         let mut stated = recording.torque.clone();
         let mut encoders = recording.encoders;
-        if facts::choose(ui, &mut stated) | facts::choose_encoders(ui, &mut encoders) {
-            let options = ReadOptions { torque: Some(stated), encoders, ..options.clone() };
-            desk.run(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() });
-        }
+        let mut is_said_anew = facts::choose(ui, &mut stated);
         if recording.torque.is_empty() {
             widgets::weak(ui, "Nothing is stated: it is taken for all that the joints feel.");
+        }
+        is_said_anew |= facts::choose_encoders(ui, &mut encoders);
+        if is_said_anew {
+            let options = ReadOptions { torque: Some(stated), encoders, ..options.clone() };
+            desk.run(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() });
         }
     });
 }
