@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::equations::{Block, Equations, PreparedColumn};
 use super::preparation::Preparation;
+use super::rest::Counting;
 use super::reversal;
 use super::terms::{OperatingPoint, Setting};
 use super::working::Working;
@@ -18,8 +19,6 @@ use crate::recording::split::{Segment, Split};
 use crate::recording::{Recording, Trajectory};
 use crate::signals::Signals;
 
-/// Below this speed \[rad/s or m/s\] the sign of a measured velocity is noise, so samples of that joint do not count.
-const STANDSTILL: f64 = 0.01;
 /// Blocks for validation and standard errors are by training stretch if there are at least this many, else by time.
 const FEWEST_BLOCKS: usize = 10;
 /// Loads that differ by a smaller share (RMS) are the same, as alterations are.
@@ -64,7 +63,7 @@ impl<'a> Design<'a> {
     /// # Errors
     /// [`ModelError`] if no planar rigid body fits the recording or the torque never changes.
     pub fn new(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
-        let mut design = Design::prepared(Setting::of(recording)?, Working::of(recording, split), STANDSTILL)?;
+        let mut design = Design::prepared(Setting::of(recording)?, Working::of(recording, split), Counting::Moving)?;
         design.setting.reversal_widths = reversal::widths(&design)?;
         design.at_rough_body()
     }
@@ -75,7 +74,8 @@ impl<'a> Design<'a> {
     /// # Errors
     /// As [`Design::new`].
     pub fn plain(recording: &'a Recording, slowest: f64) -> Result<Self, ModelError> {
-        Design::prepared(Setting::of(recording)?, Working::plain(recording), slowest)?.at_rough_body()
+        Design::prepared(Setting::of(recording)?, Working::plain(recording), Counting::NotSlower(slowest))?
+            .at_rough_body()
     }
 
     fn at_rough_body(mut self) -> Result<Self, ModelError> {
@@ -89,7 +89,7 @@ impl<'a> Design<'a> {
     /// # Errors
     /// As [`Design::new`].
     pub fn in_setting(recording: &'a Recording, split: &Split, setting: &Setting) -> Result<Self, ModelError> {
-        let mut design = Design::prepared(Setting::of(recording)?, Working::of(recording, split), STANDSTILL)?;
+        let mut design = Design::prepared(Setting::of(recording)?, Working::of(recording, split), Counting::Moving)?;
         design.setting.reversal_widths.clone_from(&setting.reversal_widths);
         let body = match &setting.body {
             Some(body) => body.clone(),
@@ -99,14 +99,17 @@ impl<'a> Design<'a> {
         Ok(design.at(OperatingPoint { body: Some(body), alterations, ..OperatingPoint::default() }))
     }
 
-    /// Torque, blocks and what counts, before anything is known of the body. Below the speed `standstill` nothing does.
-    fn prepared(setting: Setting, working: Working<'a>, standstill: f64) -> Result<Self, ModelError> {
+    /// Torque, blocks and what counts, before anything is known of the body.
+    fn prepared(setting: Setting, working: Working<'a>, counting: Counting) -> Result<Self, ModelError> {
         let Working { recording, split, preparations } = working;
+        let tops: Vec<f64> = (0..recording.joint_count()).map(|joint| recording.top_speed(joint)).collect();
         let mut counts = Vec::new();
         let mut torque = Vec::new();
         for (trajectory, preparation) in recording.trajectories.iter().zip(&preparations) {
-            let moves = |qd: &[f64]| preparation.thin_out(qd).iter().map(|qd| qd.abs() >= standstill).collect();
-            counts.push(trajectory.qd.iter().map(moves).collect::<Vec<Vec<bool>>>());
+            let of_joint = |(joint, top): (usize, &f64)| {
+                counting.of(trajectory, joint, *top).into_iter().step_by(preparation.every).collect()
+            };
+            counts.push(tops.iter().enumerate().map(of_joint).collect::<Vec<Vec<bool>>>());
             torque.push(preparation.apply_all(&trajectory.tau));
         }
         for (trajectory, moving) in counts.iter_mut().enumerate() {

@@ -31,7 +31,7 @@ const ROUNDS: usize = 2;
 /// [`ModelError`] if a column can't be computed.
 pub fn widths(design: &Design) -> Result<Vec<f64>, ModelError> {
     let joints = design.joint_count();
-    let tops: Vec<f64> = (0..joints).map(|joint| top_speed(design, joint)).collect();
+    let tops: Vec<f64> = (0..joints).map(|joint| design.recording().top_speed(joint)).collect();
     let mut columns =
         design.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(design.setting(), trajectory)))?;
     columns.extend(design.prepare(|trajectory, _| {
@@ -88,11 +88,6 @@ fn directions(design: &Design, tops: &[f64]) -> Result<Vec<PreparedColumn>, Mode
         };
         Ok(tops.iter().enumerate().flat_map(of_joint).collect())
     })
-}
-
-fn top_speed(design: &Design, joint: usize) -> f64 {
-    let speeds = design.recording().trajectories.iter().flat_map(|trajectory| &trajectory.qd[joint]);
-    speeds.fold(f64::MIN_POSITIVE, |top, qd| top.max(qd.abs()))
 }
 
 /// The search for the best direction of each joint; 0 is the sign.

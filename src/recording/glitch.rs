@@ -16,8 +16,11 @@ use crate::statistics::median;
 const BEYOND_BELIEF: f64 = 1e9;
 /// Smaller than any reading but none at all: bytes that were shifted or overwritten are such numbers,
 const BELOW_BELIEF: f64 = 1e-40;
-/// where they stand beside readings of at least this size; what fades away gets there step by step.
+/// where they stand beside readings of at least this size,
 const BELIEVED: f64 = 1e-12;
+/// and beside none that is within this factor of them: what fades away in a filter's memory gets there step by step, and the arm may
+/// start at once from there.
+const STEP_OF_FADING: f64 = 1e6;
 /// A sample that is so many times as far from the median as nearly all others are is not of the same making.
 const FAR_OUT: f64 = 10.0;
 /// Share of the samples that are nearly all.
@@ -120,8 +123,12 @@ fn beyond_belief(recording: &Recording, joint: usize, pick: Pick) -> Vec<Segment
     let is_below = |value: f64| value != 0.0 && value.abs() < BELOW_BELIEF;
     stretches(recording, joint, pick, |values| {
         let is_beside = |at: usize| {
-            let around = &values[at.saturating_sub(1)..(at + 2).min(values.len())];
-            around.iter().any(|value| value.abs() > BELIEVED)
+            let around = [at.checked_sub(1), Some(at + 1)].into_iter().flatten().filter_map(|at| values.get(at));
+            let fades = |other: &f64| {
+                let ratio = (other / values[at]).abs();
+                (STEP_OF_FADING.recip()..STEP_OF_FADING).contains(&ratio)
+            };
+            around.clone().any(|value| value.abs() > BELIEVED) && !around.copied().any(|other| fades(&other))
         };
         let is_beyond = |at: &usize| values[*at].abs() > BEYOND_BELIEF || is_below(values[*at]) && is_beside(*at);
         (0..values.len()).filter(is_beyond).map(|at| at..at + 1).collect()
@@ -384,9 +391,10 @@ mod tests {
         recording.trajectories[0].channels_mut().tau[0][7] = 2.6e-260;
         let found = find(&recording, 0);
         assert!(found.len() == 1 && found[0].what.contains("2.600e-260 at sample 7"), "{found:?}");
-        // What fades away to nothing is no damage.
+        // What fades away to nothing is no damage, nor is the start of motion after it.
         let mut run = recording.trajectories[0].channels_mut();
-        run.tau[0].iter_mut().enumerate().for_each(|(at, tau)| *tau = (-0.1 * at as f64).exp());
+        let fading = |at: usize| if at < 4000 { (-0.1 * at as f64).exp() } else { 1.0 };
+        run.tau[0].iter_mut().enumerate().for_each(|(at, tau)| *tau = fading(at));
         assert!(!kinds(&recording).contains(&FindingKind::BeyondBelief));
     }
 

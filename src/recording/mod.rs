@@ -220,6 +220,12 @@ impl Recording {
         Trajectory::way(&self.trajectories, joint)
     }
 
+    /// The highest speed of a joint \[rad/s or m/s\], above zero.
+    pub fn top_speed(&self, joint: usize) -> f64 {
+        let speeds = self.trajectories.iter().flat_map(|trajectory| &trajectory.qd[joint]);
+        speeds.fold(f64::MIN_POSITIVE, |top, qd| top.max(qd.abs()))
+    }
+
     /// Measured runs of joints that turn, with nothing said about the arm.
     #[cfg(test)]
     pub(crate) fn of_runs(trajectories: Vec<Trajectory>) -> Recording {

@@ -1,7 +1,8 @@
 //! Is it there? For each family of effects on each joint, how the evidence of it compares with everything else that may be there.
 //!
 //! A [`Sighting`] is what the data say of one family at one place once the search has spoken: how much torque it carries, how
-//! much of that nothing else explains, how steady it is from block to block, and how much is left beside it. Each clue is a
+//! much of that nothing else explains, how steady it is from block to block, in how many halves of the data it is found again
+//! ([`halves`]), and how much is left beside it. Each clue is a
 //! ratio, so none has a unit. A posterior of the same data would be too sure of itself wherever the residual is not the noise that
 //! it assumes, which is on every real robot; so the clues pass a small map that was learned where the truth is known
 //! ([`calibration`]).
@@ -10,6 +11,7 @@
 //! the von Neumann ratio (Ann. Math. Stat. 12 (1941) 367).
 
 pub mod calibration;
+mod halves;
 mod judged;
 
 pub(super) use judged::Judged;
@@ -45,7 +47,7 @@ pub const CLUES: [&str; 12] = [
     "what a flexible basis predicts of the rest",
     "ln(share / unique share)",
     "ln(1 + families for each joint)",
-    "found by the search",
+    "share of the halves that find it",
     "asinh(evidence over its price)",
 ];
 /// Shares below this are taken for it: an exact fit leaves rounding only.
@@ -70,6 +72,9 @@ pub struct Sighting {
     pub unique: f64,
     /// The clues, in the order of [`CLUES`].
     pub clues: [f64; CLUES.len()],
+    /// The groups of the search that stand for it.
+    #[serde(skip)]
+    pub(super) groups: Vec<usize>,
 }
 
 impl Sighting {
@@ -126,9 +131,37 @@ pub(super) fn look(search: &Search) -> Result<(Vec<Sighting>, Rest), ModelError>
     places.dedup();
     let energies = Energies::new(search);
     let beside = energies.beside(search, &rest);
-    let sight = |(family, joint)| sighting(search, &rest, &energies, beside, family, joint);
-    let sightings = places.into_par_iter().filter_map(sight).collect();
+    let seen: Vec<Seen> = places.into_par_iter().filter_map(|place| Seen::of(search, place)).collect();
+    let groups: Vec<Vec<usize>> = seen.iter().map(|seen| seen.groups.clone()).collect();
+    let steady = halves::steadiness(search, &groups);
+    let sight = |(seen, steady): (Seen, f64)| sighting(search, &rest, &energies, beside, seen, steady);
+    let sightings = seen.into_par_iter().zip(steady).filter_map(sight).collect();
     Ok((sightings, rest))
+}
+
+/// A family at a place, in the form in which it explains most.
+struct Seen {
+    family: Family,
+    joint: Option<usize>,
+    /// Whether the search found it.
+    found: bool,
+    /// What of it was found, or its best candidate.
+    groups: Vec<usize>,
+    /// What else was found.
+    others: Vec<usize>,
+}
+
+impl Seen {
+    fn of(search: &Search, (family, joint): (Family, Option<usize>)) -> Option<Seen> {
+        let all = &search.library.groups;
+        let is_it = |&group: &usize| all[group].effect.family == family && all[group].joint == joint;
+        let (mut groups, others): (Vec<usize>, Vec<usize>) = search.active.iter().copied().partition(is_it);
+        let found = !groups.is_empty();
+        if !found {
+            groups = vec![search.best_beside(&others, (0..all.len()).filter(is_it))?];
+        }
+        Some(Seen { family, joint, found, groups, others })
+    }
 }
 
 /// The squared length of each joint's torque and its normal equations over all blocks.
@@ -177,17 +210,11 @@ fn sighting(
     rest: &Rest,
     energies: &Energies,
     beside: f64,
-    family: Family,
-    place: Option<usize>,
+    seen: Seen,
+    steady: f64,
 ) -> Option<Sighting> {
     let groups = &search.library.groups;
-    let is_it = |group: usize| groups[group].effect.family == family && groups[group].joint == place;
-    let mut mine: Vec<usize> = search.active.iter().copied().filter(|&group| is_it(group)).collect();
-    let others: Vec<usize> = search.active.iter().copied().filter(|&group| !is_it(group)).collect();
-    let found = !mine.is_empty();
-    if !found {
-        mine = vec![search.best_beside(&others, (0..groups.len()).filter(|&group| is_it(group)))?];
-    }
+    let Seen { family, joint: place, found, groups: mine, others } = seen;
     let with: Vec<usize> = others.iter().chain(&mine).copied().collect();
     let (before, after) = (search.factors(&others), search.factors(&with));
     let columns: Vec<usize> = mine.iter().flat_map(|&group| groups[group].columns.clone()).collect();
@@ -216,7 +243,7 @@ fn sighting(
         most(&rest.predicted),
         (share / unique).max(1.0).ln(),
         families.ln_1p(),
-        f64::from(u8::from(found)),
+        steady,
         (gain / (MARGIN * price)).asinh(),
     ];
     let main = mine.iter().copied().max_by(|&a, &b| {
@@ -232,6 +259,7 @@ fn sighting(
         share,
         unique,
         clues,
+        groups: mine,
     })
 }
 

@@ -242,11 +242,7 @@ impl Parts {
             .flat_map(|run| (0..run.len()).map(move |sample| (run, sample)))
             .step_by(every)
             .collect();
-        let fastest: Vec<f64> = (0..joints)
-            .map(|joint| {
-                thin.trajectories.iter().flat_map(|run| &run.qd[joint]).fold(0.0, |top: f64, qd| top.max(qd.abs()))
-            })
-            .collect();
+        let fastest: Vec<f64> = (0..joints).map(|joint| thin.top_speed(joint)).collect();
         let count = width + EVERYDAY;
         let mut columns = vec![vec![vec![Vec::new(); count + 1]; joints]; FOLDS];
         let mut counts = vec![0; FOLDS];

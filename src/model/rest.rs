@@ -1,0 +1,88 @@
+//! Which samples of a joint count: those where it moves.
+//!
+//! Dry friction holds a joint that rests with any torque up to its own, most often that which it had on arriving. No column of the
+//! present motion can say which, and what none can say draws false effects.
+
+use crate::recording::Trajectory;
+
+/// Below this speed \[rad/s or m/s\] the sign of a measured velocity is noise.
+const STANDSTILL: f64 = 0.01;
+/// A joint rests, however noisy its velocity is, if within this time \[s\]
+const WINDOW: f64 = 0.2;
+/// it goes no further than this share of what it goes at its highest speed. A swing turns round in less, but for one below 0.03 Hz.
+const STILL: f64 = 0.005;
+
+/// Which samples count.
+#[derive(Debug, Clone, Copy)]
+pub enum Counting {
+    /// Those where the joint moves.
+    Moving,
+    /// Those where it is not slower than this \[rad/s or m/s\].
+    NotSlower(f64),
+}
+
+impl Counting {
+    /// Whether each sample of a joint counts, whose highest speed is `top_speed`.
+    pub fn of(self, trajectory: &Trajectory, joint: usize, top_speed: f64) -> Vec<bool> {
+        let qd = &trajectory.qd[joint];
+        let not_slower = |least: f64| qd.iter().map(move |qd| qd.abs() >= least);
+        match self {
+            Counting::NotSlower(least) => not_slower(least).collect(),
+            Counting::Moving => {
+                let rests = rests(&trajectory.q[joint], trajectory.time_step(), top_speed);
+                not_slower(STANDSTILL).zip(rests).map(|(moves, rests)| moves && !rests).collect()
+            }
+        }
+    }
+}
+
+fn rests(q: &[f64], time_step: f64, top_speed: f64) -> Vec<bool> {
+    let mut rests = vec![false; q.len()];
+    if time_step <= 0.0 {
+        return rests;
+    }
+    let steps = ((WINDOW / time_step).round() as usize).clamp(1, q.len());
+    for (start, window) in q.windows(steps + 1).enumerate() {
+        let (least, most) =
+            window.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), q| (least.min(*q), most.max(*q)));
+        if most - least < STILL * WINDOW * top_speed {
+            rests[start..start + window.len()].fill(true);
+        }
+    }
+    rests
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Channels;
+    use crate::signals::Signals;
+
+    /// Strokes of a second and rests of a second, with the noise of an encoder of 14 bits.
+    #[test]
+    fn a_noisy_rest_does_not_count_and_a_reversal_does() {
+        let time: Vec<f64> = (0..2000).map(|t| f64::from(t) * 0.005).collect();
+        let rests = |t: f64| t % 2.0 >= 1.0;
+        // It swings there and back within a stroke.
+        let swing = |t: f64| if rests(t) { 0.0 } else { 0.5 - 0.5 * (std::f64::consts::TAU * (t % 2.0)).cos() };
+        let noise = |sample: usize| 2e-4 * ((sample as f64 * 12.9898).sin() * 43758.5453).fract();
+        let q: Vec<f64> = time.iter().enumerate().map(|(sample, &t)| swing(t) + noise(sample)).collect();
+        let qd: Vec<f64> =
+            (0..q.len()).map(|t| (q[(t + 1).min(q.len() - 1)] - q[t.saturating_sub(1)]) / 0.01).collect();
+        let alone = |signal: Vec<f64>| Signals::from_joints([signal]).unwrap();
+        let none = || Signals::zeros(1, time.len());
+        let channels = Channels { q: alone(q), qd: alone(qd), qdd: none(), tau: none(), time: time.clone() };
+        let run = Trajectory::new("strokes", channels).unwrap();
+        let counts = Counting::Moving.of(&run, 0, std::f64::consts::PI);
+        let share = |of: &dyn Fn(f64) -> bool| {
+            let kept: Vec<bool> =
+                time.iter().zip(&counts).filter(|(t, _)| of(**t)).map(|(_, counts)| *counts).collect();
+            kept.iter().filter(|counts| **counts).count() as f64 / kept.len() as f64
+        };
+        assert_eq!(share(&|t| t % 2.0 > 1.1 && t % 2.0 < 1.9), 0.0);
+        assert!(share(&|t| (0.1..0.9).contains(&(t % 2.0))) > 0.98, "but where the velocity is read as nearly nothing");
+        assert!(share(&|t| (0.4..0.6).contains(&(t % 2.0))) > 0.9);
+        let slow = Counting::NotSlower(0.0).of(&run, 0, std::f64::consts::PI);
+        assert!(slow.iter().all(|counts| *counts));
+    }
+}
