@@ -672,11 +672,9 @@ impl TorquescopeApp {
                 self.filed.begin(false, generation);
                 self.keeper.restored(generation);
             }
-            None => self.filed.is_in(path, mark, generation),
-        }
-        if let Some(instead) = instead {
-            let text = format!("{} is gone; what is left of it was opened: {}.", path.display(), instead.display());
-            self.messages.tell(Tone::Warning, text, "Save the session to have its file back.");
+            // What is left of a file is in none.
+            None if crate::file::owner(path).is_some() => self.filed.begin(false, generation),
+            None => self.filed.is_in(path, mark, instead.is_none().then_some(generation)),
         }
         self.follow(before, Some(command));
         self.look(document.view);
@@ -944,10 +942,10 @@ fn pages(
 
 /// Before a file is overwritten that is not as this window knows it.
 fn overwriting(path: PathBuf, what: &str) -> Question {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let (name, old) = (path.file_name().unwrap_or_default().to_string_lossy(), crate::file::old(&path));
     Question {
         title: format!("Overwrite {name}?"),
-        text: format!("{what} What it is now stays beside it as {name}{}.", crate::file::OLD),
+        text: format!("{what} What it is now stays beside it as {}.", old.file_name().unwrap_or_default().display()),
         choices: vec![
             ("Overwrite it".to_owned(), Order::Overwrite(path)),
             ("Save elsewhere…".to_owned(), Order::SaveDialog),
