@@ -3,7 +3,8 @@
 //!
 //! From the ground up: [`theme`], [`plot`] and widgets are what screens are drawn with; `memo` keeps what is derived from the
 //! session; `desk` is what all screens share; [`screens`] has one file or folder per screen, each with its own memory; `shell`
-//! is what surrounds them. [`headless`] draws the same window without a display, [`pace`] measures how quick it is.
+//! is what surrounds them. [`headless`] draws the same window without a display, [`pace`] measures how quick it is,
+//! [`hand`] works in it.
 
 mod controls;
 pub mod desk;
@@ -13,6 +14,7 @@ mod filed;
 mod fonts;
 mod formula;
 mod glossary;
+pub mod hand;
 pub mod headless;
 mod icon;
 mod keeper;
