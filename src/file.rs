@@ -3,22 +3,18 @@
 //! What is no plain file, or larger than what it should be can be, is refused before it is read: a pipe would be waited for,
 //! `/dev/zero` has no end. The bytes that are written go beside the file and are brought to the disk; then they take its place by
 //! one rename. So at every moment, also when the power fails or the disk is full, there is either the old file or the new one.
-//! Should a document be gone nevertheless, [`remains`] finds what is left of it.
+//! Should a document be gone nevertheless, [`remains`] finds what is left of it; [`unfinished`] finds what was to become of one whose
+//! saving was cut off.
 
-use std::ffi::OsString;
+mod neighbours;
+
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::SystemTime;
 
-/// Ending of the copy of what a document was before it was saved last.
-pub const OLD: &str = ".bak";
-/// Ending of what is being written.
-const NEW: &str = ".new";
-
-/// No file system that is in use takes shorter names only \[bytes\].
-const LONGEST_NAME: usize = 255;
+use neighbours::Draft;
+pub use neighbours::{beside, old, owner, remains, remove_drafts, unfinished};
 
 /// No recording, and no session that holds one, is larger \[bytes\], unless somebody says so.
 pub const LARGEST: u64 = 1 << 30;
@@ -74,20 +70,6 @@ pub fn mark(path: &Path) -> Option<Mark> {
 /// When a file was written; `None` if there is none, or the system does not tell.
 pub fn written(path: &Path) -> Option<SystemTime> {
     mark(path)?.written()
-}
-
-/// What is left of a document that is gone: what it would have become, and what it was before; the newest first.
-pub fn remains(path: &Path) -> Vec<PathBuf> {
-    let Some(name) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else { return Vec::new() };
-    let is_of_it = |other: &str| {
-        let ending = other.strip_prefix(name.as_str());
-        ending.is_some_and(|ending| ending == OLD || (ending.starts_with('.') && ending.ends_with(NEW)))
-    };
-    let entries = fs::read_dir(folder_of(path)).into_iter().flatten().flatten();
-    let own = entries.filter(|entry| entry.file_name().to_str().is_some_and(is_of_it)).map(|entry| entry.path());
-    let mut own: Vec<(Option<SystemTime>, PathBuf)> = own.map(|path| (written(&path), path)).collect();
-    own.sort();
-    own.into_iter().rev().map(|(_, path)| path).collect()
 }
 
 /// The bytes of a plain file, at most so many.
@@ -167,7 +149,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     put(path, bytes, false)
 }
 
-/// Writes a file and keeps what it was before, with the ending [`OLD`].
+/// Writes a file and keeps what it was before, where [`old`] says.
 ///
 /// # Errors
 /// As [`write()`].
@@ -204,25 +186,6 @@ pub fn clock(folder: &Path) -> io::Result<SystemTime> {
     File::create(&draft.0)?.metadata()?.modified()
 }
 
-/// Removes what was begun in a folder, and not written on since: who began it is gone.
-pub fn remove_drafts(folder: &Path, since: SystemTime) {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let is_draft = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().ends_with(NEW));
-    for path in entries.filter(is_draft) {
-        if written(&path).is_some_and(|time| time < since) {
-            // What can't be removed is in nobody's way.
-            let _ = fs::remove_file(path);
-        }
-    }
-}
-
-/// The same file with something behind its name.
-pub fn beside(path: &Path, ending: &str) -> PathBuf {
-    let mut name = OsString::from(path);
-    name.push(ending);
-    PathBuf::from(name)
-}
-
 fn put(path: &Path, bytes: &[u8], keep_old: bool) -> io::Result<()> {
     let old = fs::metadata(path).ok();
     if old.as_ref().is_some_and(|old| !old.is_file()) {
@@ -243,6 +206,9 @@ fn put(path: &Path, bytes: &[u8], keep_old: bool) -> io::Result<()> {
     }
     fs::rename(&draft.0, &path)?;
     sync_folder(&path);
+    if let Some(replaced) = old.and_then(|old| old.modified().ok()) {
+        neighbours::remove_superseded(&path, replaced);
+    }
     Ok(())
 }
 
@@ -251,30 +217,7 @@ fn keep(path: &Path) -> io::Result<()> {
     let draft = Draft::new(path);
     // A second name costs no space; not every file system has them.
     fs::hard_link(path, &draft.0).or_else(|_| fs::copy(path, &draft.0).map(drop))?;
-    fs::rename(&draft.0, beside(path, OLD))
-}
-
-/// A name beside a file that nobody else uses; what is still there in the end is removed.
-struct Draft(PathBuf);
-
-impl Draft {
-    fn new(path: &Path) -> Draft {
-        static DRAFTS: AtomicU64 = AtomicU64::new(0);
-        let number = DRAFTS.fetch_add(1, Ordering::Relaxed);
-        let ending = format!(".{}-{number}{NEW}", std::process::id());
-        // What is as long as a name can be has no room for an ending.
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let short: String = name.chars().take(LONGEST_NAME / 4).collect();
-        let is_long = name.len() + ending.len() > LONGEST_NAME;
-        Draft(if is_long { path.with_file_name(short + &ending) } else { beside(path, &ending) })
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        // After a rename it is gone already.
-        let _ = fs::remove_file(&self.0);
-    }
+    fs::rename(&draft.0, old(path))
 }
 
 /// Brings a rename to the disk, where a folder can be synchronised at all.
@@ -353,21 +296,8 @@ mod tests {
         assert_eq!((fs::read(&path).unwrap(), names(folder.path())), (b"two".to_vec(), vec!["a.txt".to_owned()]));
         write_keeping_old(&path, b"three").unwrap();
         write_keeping_old(&path, b"four").unwrap();
-        let old = beside(&path, OLD);
-        assert_eq!((fs::read(&path).unwrap(), fs::read(&old).unwrap()), (b"four".to_vec(), b"three".to_vec()));
+        assert_eq!((fs::read(&path).unwrap(), fs::read(old(&path)).unwrap()), (b"four".to_vec(), b"three".to_vec()));
         assert_eq!(names(folder.path()), ["a.txt", "a.txt.bak"]);
-    }
-
-    #[test]
-    fn a_name_may_be_as_long_as_names_can_be() {
-        let folder = tempfile::tempdir().unwrap();
-        for letter in ["x", "ü"] {
-            let path = folder.path().join(letter.repeat(LONGEST_NAME / letter.len()));
-            write(&path, b"one").unwrap();
-            write(&path, b"two").unwrap();
-            assert_eq!(fs::read(&path).unwrap(), b"two");
-        }
-        assert_eq!(names(folder.path()).len(), 2);
     }
 
     #[test]
@@ -403,23 +333,6 @@ mod tests {
         assert_eq!(before, mark(&path));
         File::options().write(true).open(&path).unwrap().set_modified(SystemTime::UNIX_EPOCH).unwrap();
         assert_ne!(before, mark(&path), "as large, but written at another time");
-    }
-
-    #[test]
-    fn what_is_left_of_a_file_is_found_newest_first() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.txt");
-        let at = |name: &str, second: u64| {
-            let path = folder.path().join(name);
-            fs::write(&path, name).unwrap();
-            let time = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(second);
-            File::options().write(true).open(path).unwrap().set_modified(time).unwrap();
-        };
-        for (name, second) in [("a.txt.bak", 1), ("a.txt.17-0.new", 2), ("a.txt2.bak", 3), ("b.txt.bak", 4)] {
-            at(name, second);
-        }
-        let found: Vec<PathBuf> = ["a.txt.17-0.new", "a.txt.bak"].map(|name| folder.path().join(name)).to_vec();
-        assert_eq!(remains(&path), found);
     }
 
     #[test]

@@ -5,8 +5,9 @@
 //!
 //! | floor | module | what lives there |
 //! |---|---|---|
-//! | 9 | [`cli`] | the command line; opens the window |
-//! | 8 | [`app`], [`selftest`] | the window; the program tries to break itself, and counts |
+//! | 10 | [`cli`] | the command line; opens the window |
+//! | 9 | [`selftest`] | the program tries to break itself, and counts |
+//! | 8 | [`app`] | the window |
 //! | 7 | [`lesson`] | what is asked of a student, judged by the session alone |
 //! | 6 | [`session`], [`work`], [`experiment`], [`trial`], [`export`] | the document and its commands; background jobs; data × models × seeds, resumable; how often the diagnosis is right; models as code, in robot files, as weights |
 //! | 5 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |

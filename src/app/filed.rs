@@ -19,11 +19,11 @@ pub struct Filed {
 }
 
 impl Filed {
-    /// The document was read from a file, or written into one.
-    pub fn is_in(&mut self, path: &Path, mark: Option<Mark>, generation: Generation) {
+    /// The document was read from a file, or written into one; what is in it is this session, or none that is known.
+    pub fn is_in(&mut self, path: &Path, mark: Option<Mark>, saved: Option<Generation>) {
         self.file = Some(path.to_owned());
         // Without a mark there is no such file any more.
-        self.saved = mark.map(|_| generation);
+        self.saved = saved.filter(|_| mark.is_some());
         match mark {
             Some(mark) => drop(self.known.insert(absolute(path), mark)),
             None => drop(self.known.remove(&absolute(path))),
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(filed.would_overwrite(&path), None, "there is none");
         file::write(&path, b"theirs").unwrap();
         assert!(filed.would_overwrite(&path).is_some_and(|text| text.contains("already")));
-        filed.is_in(&path, file::mark(&path), session.generation);
+        filed.is_in(&path, file::mark(&path), Some(session.generation));
         assert!(filed.would_overwrite(&path).is_none() && filed.is_saved(&session));
         file::write(&path, b"theirs again").unwrap();
         assert!(filed.would_overwrite(&path).is_some_and(|text| text.contains("was changed")));

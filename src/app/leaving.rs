@@ -108,7 +108,7 @@ impl TorquescopeApp {
         }
         match self.keeper.poll() {
             Some(Kept::Saved { path, mark, generation }) => {
-                self.filed.is_in(&path, mark, generation);
+                self.filed.is_in(&path, mark, Some(generation));
                 self.remember(&path);
                 self.messages.toast(Tone::Info, format!("Saved: {}.", path.display()), ctx);
                 if matches!(self.leaving, Some(Leaving::Saving)) {

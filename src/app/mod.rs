@@ -3,7 +3,8 @@
 //!
 //! From the ground up: [`theme`], [`plot`] and widgets are what screens are drawn with; `memo` keeps what is derived from the
 //! session; `desk` is what all screens share; [`screens`] has one file or folder per screen, each with its own memory; `shell`
-//! is what surrounds them. [`headless`] draws the same window without a display, [`pace`] measures how quick it is.
+//! is what surrounds them. [`headless`] draws the same window without a display, [`pace`] measures how quick it is,
+//! [`hand`] works in it.
 
 mod controls;
 pub mod desk;
@@ -13,6 +14,7 @@ mod filed;
 mod fonts;
 mod formula;
 mod glossary;
+pub mod hand;
 pub mod headless;
 mod icon;
 mod keeper;
@@ -672,11 +674,9 @@ impl TorquescopeApp {
                 self.filed.begin(false, generation);
                 self.keeper.restored(generation);
             }
-            None => self.filed.is_in(path, mark, generation),
-        }
-        if let Some(instead) = instead {
-            let text = format!("{} is gone; what is left of it was opened: {}.", path.display(), instead.display());
-            self.messages.tell(Tone::Warning, text, "Save the session to have its file back.");
+            // What is left of a file is in none.
+            None if crate::file::owner(path).is_some() => self.filed.begin(false, generation),
+            None => self.filed.is_in(path, mark, instead.is_none().then_some(generation)),
         }
         self.follow(before, Some(command));
         self.look(document.view);
@@ -944,10 +944,10 @@ fn pages(
 
 /// Before a file is overwritten that is not as this window knows it.
 fn overwriting(path: PathBuf, what: &str) -> Question {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let (name, old) = (path.file_name().unwrap_or_default().to_string_lossy(), crate::file::old(&path));
     Question {
         title: format!("Overwrite {name}?"),
-        text: format!("{what} What it is now stays beside it as {name}{}.", crate::file::OLD),
+        text: format!("{what} What it is now stays beside it as {}.", old.file_name().unwrap_or_default().display()),
         choices: vec![
             ("Overwrite it".to_owned(), Order::Overwrite(path)),
             ("Save elsewhere…".to_owned(), Order::SaveDialog),

@@ -13,16 +13,16 @@ use super::{Order, TorquescopeApp, screens};
 use crate::session::{Command, Session};
 
 /// Size of the measured window \[points, pixels\].
-const SIZE: [usize; 2] = [1600, 1000];
+pub(super) const SIZE: [usize; 2] = [1600, 1000];
 /// How often a screen shows a picture \[s\].
 const REFRESH: f64 = 1.0 / 60.0;
 /// Why nothing is measured.
-const NO_CLOCK: &str = "this system does not tell the CPU time of a thread";
+pub(super) const NO_CLOCK: &str = "this system does not tell the CPU time of a thread";
 
-/// A frame at this time \[s\].
-fn run(ctx: &egui::Context, app: &mut TorquescopeApp, time: f64) -> FullOutput {
+/// A frame at this time \[s\], in which this happens.
+pub(super) fn run(ctx: &egui::Context, app: &mut TorquescopeApp, time: f64, events: Vec<egui::Event>) -> FullOutput {
     let size = Rect::from_min_size(Pos2::ZERO, vec2(SIZE[0] as f32, SIZE[1] as f32));
-    let input = RawInput { screen_rect: Some(size), time: Some(time), ..RawInput::default() };
+    let input = RawInput { screen_rect: Some(size), time: Some(time), events, ..RawInput::default() };
     ctx.run_ui(input, |ui| {
         app.receive(ui.ctx());
         app.draw(ui);
@@ -52,7 +52,7 @@ pub fn frame_times(session: Session, background: Command) -> anyhow::Result<Fram
     let mut frame = |ctx: &egui::Context, app: &mut TorquescopeApp| -> anyhow::Result<f64> {
         time += REFRESH;
         let begin = ThreadTime::try_now().context(NO_CLOCK)?;
-        let mut output = run(ctx, app, time);
+        let mut output = run(ctx, app, time, Vec::new());
         output.textures_delta.clear();
         std::hint::black_box(ctx.tessellate(output.shapes, output.pixels_per_point));
         Ok(1e3 * begin.elapsed().as_secs_f64())
@@ -164,7 +164,7 @@ impl Watched {
     /// be drawn again.
     fn frame(&mut self) -> anyhow::Result<(f64, Duration)> {
         let own = ThreadTime::try_now().context(NO_CLOCK)?;
-        let mut output = run(&self.ctx, &mut self.app, self.begin.elapsed().as_secs_f64());
+        let mut output = run(&self.ctx, &mut self.app, self.begin.elapsed().as_secs_f64(), Vec::new());
         let wish = output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::ZERO, |root| root.repaint_delay);
         let triangles = self.ctx.tessellate(output.shapes, output.pixels_per_point);
         let own = own.elapsed().as_secs_f64();

@@ -441,7 +441,7 @@ impl OptionalData {
 
     /// Two saved sessions, if it is these that were named, each with its path.
     pub fn two_sessions(&self) -> anyhow::Result<Option<[(&Path, Document); 2]>> {
-        let is_session = |path: &&PathBuf| path.extension().is_some_and(|ending| ending == session::file::ENDING);
+        let is_session = |path: &&PathBuf| session::file::is_session(path);
         let sessions: Vec<&PathBuf> = self.files.iter().filter(is_session).collect();
         match sessions.as_slice() {
             [] | [_] if self.files.len() == sessions.len() || sessions.is_empty() => Ok(None),

@@ -4,11 +4,11 @@ use anyhow::{Context, bail};
 use clap::Args;
 
 use super::{output_folder, progress};
-use crate::selftest::{self, Effort, MEASURES, Measure, Taken, opener};
+use crate::selftest::{self, Effort, MEASURES, Measure, Taken, opener, window};
 
 /// Try to break the program, and count: what `tests/SCOREBOARD.md` promises, measured here.
 ///
-/// Damaged and crafted files are opened, faults are planted into clean logs, commands are killed, jobs panic. Nothing outside of a
+/// Damaged and crafted files are opened, faults are planted into clean logs, commands and windows are killed, jobs panic. Nothing outside of a
 /// folder of its own is written. The short way takes about a minute; --long takes as many cases as the scoreboard asks for.
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -19,7 +19,7 @@ pub struct Selftest {
     /// Which measures to take; all without it.
     #[arg(value_parser = measure)]
     measures: Vec<&'static Measure>,
-    /// As many cases as the scoreboard asks for: an hour.
+    /// As many cases as the scoreboard asks for: hours.
     #[arg(long)]
     long: bool,
     /// At most so many cases in each part of a measure.
@@ -37,6 +37,9 @@ pub struct Selftest {
     /// Be the process that opens files for another one.
     #[arg(long, hide = true)]
     opener: bool,
+    /// Be the process that works in the window for another one.
+    #[arg(long, hide = true, value_name = "TASK")]
+    window: Option<window::Task>,
 }
 
 fn measure(id: &str) -> Result<&'static Measure, String> {
@@ -50,6 +53,9 @@ impl Selftest {
     pub fn run(&self) -> anyhow::Result<()> {
         if self.opener {
             return opener::serve().context("the process that opens files lost its line");
+        }
+        if let Some(task) = &self.window {
+            return window::serve(task).context("the process that works in the window ended");
         }
         let measures = if self.measures.is_empty() { MEASURES.to_vec() } else { self.measures.clone() };
         self.keep.as_ref().map_or(Ok(()), output_folder)?;

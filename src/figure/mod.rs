@@ -40,6 +40,7 @@ use std::path::{Path, PathBuf};
 pub use axis::{Axis, Scale, with_unit};
 pub use colours::{Ink, Theme};
 pub use font::Family;
+pub use page::LARGEST_SIDE;
 pub use panel::{Figure, Panel};
 pub use place::{Area, Place};
 pub use script::script;

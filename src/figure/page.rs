@@ -13,7 +13,7 @@ use super::font::Family;
 /// Points of an inch, which are the units of our SVG.
 const POINTS_PER_INCH: f64 = 72.0;
 /// Largest side of a picture \[pixels\].
-const LARGEST_SIDE: f64 = 16384.0;
+pub const LARGEST_SIDE: f64 = 16384.0;
 
 fn failed(format: &'static str, reason: impl ToString) -> FigureError {
     FigureError::Conversion { format, reason: reason.to_string() }

@@ -488,6 +488,33 @@ mod tests {
     use crate::recording::torque::TorqueFacts;
     use crate::recording::{Channels, Joint, JointKind, Origin, Provenance};
 
+    /// Few stretches are cut into parts of about the same length in all, each sample once; many are blocks as they are.
+    #[test]
+    fn stretches_are_cut_into_blocks_without_a_gap() {
+        let blocks = |stretches: &[Range<usize>], every: usize| {
+            let segment = |samples: &Range<usize>| Segment { trajectory: 0, samples: samples.clone() };
+            let train: Vec<Segment> = stretches.iter().map(segment).collect();
+            cut_into_blocks(&train, &[Preparation { time_step: 0.01, cutoff: None, every }])
+        };
+        let [long, short] = [900, 300];
+        let total = long + short;
+        let found = blocks(&[0..long, long..total], 1);
+        assert_eq!(found.len(), TIME_BLOCKS);
+        assert_eq!((found[0].samples.start, found[found.len() - 1].samples.end), (0, total));
+        assert!(found.windows(2).all(|pair| pair[0].samples.end == pair[1].samples.start));
+        assert_eq!(found.iter().filter(|block| block.samples.end <= long).count(), TIME_BLOCKS * long / total);
+        let largest = found.iter().map(|block| block.samples.len()).max().unwrap();
+        assert!(found.iter().all(|block| block.samples.len() + 1 >= largest && block.trajectory == 0), "{largest}");
+        // One that is short beside the others is a block all the same.
+        assert_eq!(blocks(&[0..long, long..long + 1], 1).last().unwrap().samples, long..long + 1);
+        // They count what is left of the samples.
+        assert_eq!(blocks(std::slice::from_ref(&(0..long)), 3).last().unwrap().samples.end, long / 3);
+        let many: Vec<Range<usize>> = (0..FEWEST_BLOCKS).map(|number| 10 * number..10 * number + 7).collect();
+        let as_they_are: Vec<_> = blocks(&many, 1).into_iter().map(|block| block.samples).collect();
+        assert_eq!(as_they_are, many);
+        assert_eq!(blocks(&many[1..], 1).len(), 2 * (FEWEST_BLOCKS - 1), "each is cut in two");
+    }
+
     /// A sliding mass with dry friction that rests between its strokes. At rest dry friction has no direction: a column that
     /// says otherwise leaks through the filter into the strokes, and biases the mass.
     #[test]

@@ -120,12 +120,14 @@ fn check_whole(fitted: &Fitted) -> Result<(), ModelFileError> {
     if found != needed {
         return Err(ModelFileError::Factors { found, needed });
     }
-    let shapes_of = |term: &Term| match term {
+    let found: Vec<usize> = fitted.shapes().iter().map(Vec::len).collect();
+    let shapes_of = |(number, term): (usize, &Term)| match term {
+        // The value at which its column was taken, once one was found.
+        Term::Effect(term) if term.effect.changes_others() => found.get(number).map_or(0, |count| (*count).min(1)),
         Term::Effect(term) => term.effect.shapes().count(),
         Term::RigidBody(_) | Term::Learned(_) => 0,
     };
-    let needed: Vec<usize> = terms.iter().map(shapes_of).collect();
-    let found: Vec<usize> = fitted.shapes().iter().map(Vec::len).collect();
+    let needed: Vec<usize> = terms.iter().enumerate().map(shapes_of).collect();
     if found != needed {
         return Err(ModelFileError::Shapes { found, needed });
     }
@@ -196,11 +198,19 @@ mod tests {
         let motion = Excitation::PaperPointToPoint { trajectories: 4, duration: 4.0, samples: 60, range: 2.0 };
         let recording = simulate(&Scenario { motion, ..Scenario::embedded() }, &Monitor::new()).unwrap();
         let mut model = Preset::RigidBody.model(&recording).unwrap();
-        for (id, joint) in [("stribeck-friction", 0), ("load-friction", 1), ("torque-coupling", 2), ("actuator-lag", 0)]
-        {
+        for (id, joint) in [
+            ("stribeck-friction", 0),
+            ("load-friction", 1),
+            ("torque-coupling", 2),
+            ("actuator-lag", 0),
+            ("derivative-delay", 0),
+        ] {
             model = model.with_effect(registry::find(id).unwrap(), &[joint]).unwrap();
         }
         let fitted = fit(&model, &recording, &Split::automatic(&recording), &Monitor::new()).unwrap();
+        // Effects that change what others do keep the value at which their columns were taken.
+        assert!(fitted.shapes()[4..].iter().all(|found| found.len() == 1), "{:?}", fitted.shapes());
+        assert_eq!(Fitted::from_json(&fitted.to_json()).unwrap().shapes(), fitted.shapes());
         let whole: Value = serde_json::from_str(&fitted.to_json()).unwrap();
         let mut all = Vec::new();
         lists(&whole, "", &mut all);

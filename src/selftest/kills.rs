@@ -1,11 +1,13 @@
 //! Commands that are killed at any moment: what they had written is whole, and what goes on ends as if nothing had been.
 
+use std::io::{Read, Seek};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
+use super::window::{Said, Task, clock};
 use super::{Bench, Measure, Score, SelftestError, seeds};
 use crate::file;
 use crate::recording::write::to_npz_bytes;
@@ -16,7 +18,8 @@ use crate::work;
 pub static MEASURE: Measure = Measure {
     id: "kills",
     promise: "trainings (with and without --add) and experiments that are killed and go on end with the bytes of one that was left \
-              alone; files whose saving is killed are the old one or the new one",
+              alone; files whose saving is killed are the old one or the new one; of a window at work that is killed the next one \
+              offers a copy, and at most 10 s of work are lost",
     take,
 };
 
@@ -25,11 +28,13 @@ fn take(bench: &Bench) -> Result<Score, SelftestError> {
     let bytes = to_npz_bytes(&recording).map_err(|error| SelftestError::making("a recording")(&error))?;
     file::write(&bench.path("log.npz"), &bytes)?;
     let [trainings, experiments, savings] = [bench.cases(4, 200), bench.cases(1, 100), bench.cases(14, 500)];
-    let mut score = Score { cases: trainings + experiments + savings, ..Score::default() };
+    let windows = bench.cases(3, 100);
+    let mut score = Score { cases: trainings + experiments + savings + windows, ..Score::default() };
     let mut random = bench.random(0);
     train(bench, trainings, &mut random, &mut score)?;
     experiment(bench, experiments, &mut random, &mut score)?;
     save(bench, savings, &mut random, &mut score)?;
+    window(bench, windows, &mut random, &mut score)?;
     Ok(score)
 }
 
@@ -194,4 +199,121 @@ fn save(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Score)
         score.demand(now == old || now == *new, || format!("{name}: neither old nor new, {} bytes", now.len()));
     }
     Ok(())
+}
+
+/// So much work may be lost with a window \[s\].
+const MOST_LOST_S: f64 = 10.0;
+/// So long a window is worked in at most \[s\].
+const LONGEST_S: f64 = 25.0;
+
+fn window(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Score) -> Result<(), SelftestError> {
+    let mut most = 0.0_f64;
+    for case in 0..cases {
+        bench.report(case, cases, "killed windows")?;
+        let copies = bench.path(&format!("copies-{case}"));
+        let work = Task::Work { copies: copies.clone(), seed: random.random() };
+        // It is read after its writer's death: a pipe would be full by then.
+        let mut said = tempfile::tempfile()?;
+        let mut child = in_window(bench, &work)?.stdout(said.try_clone()?).spawn()?;
+        let patience = Duration::from_secs_f64(random.random_range(1.0..LONGEST_S));
+        let begin = Instant::now();
+        while begin.elapsed() < patience && child.try_wait()?.is_none() {
+            work::pause();
+        }
+        let was_at_work = child.try_wait()?.is_none();
+        child.kill()?;
+        let end = clock();
+        child.wait()?;
+        score.demand(was_at_work, || format!("window {case}: it ended before it was killed"));
+        said.rewind()?;
+        let mut text = String::new();
+        said.read_to_string(&mut text)?;
+        let worked = lines(&text);
+        let output = in_window(bench, &Task::GoOn { copies: copies.clone() })?.output()?;
+        let went_on = lines(&String::from_utf8_lossy(&output.stdout)).pop();
+        std::fs::remove_dir_all(&copies)?;
+        match lost(&worked, went_on.as_ref(), end) {
+            Ok(lost) => {
+                most = most.max(lost);
+                score.count("windows whose copy was offered");
+                score.demand(lost <= MOST_LOST_S, || format!("window {case}: {lost:.1} s of work are lost"));
+            }
+            Err(problem) => {
+                score.count("windows whose work is gone");
+                score.demand(false, || format!("window {case}: {problem}"));
+            }
+        }
+    }
+    score.counts.insert("most work lost with a window [ms]".to_owned(), (1000.0 * most).round() as usize);
+    Ok(())
+}
+
+fn in_window(bench: &Bench, task: &Task) -> std::io::Result<Command> {
+    let mut command = Command::new(&bench.program);
+    command.args(["selftest", "--window", &serde_json::to_string(task)?]).current_dir(bench.folder);
+    command.stdin(Stdio::null()).stderr(Stdio::null());
+    Ok(command)
+}
+
+/// What a window said; its last line may have been cut off.
+fn lines(text: &str) -> Vec<Said> {
+    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
+}
+
+/// How long ago that was done which did not come back \[s\]; an error is what came back in its place.
+fn lost(worked: &[Said], went_on: Option<&Said>, end: f64) -> Result<f64, String> {
+    let Some(Said::WentOn { offers, state: restored, epoch: offered }) = went_on else {
+        return Err("the next window did not go on".to_owned());
+    };
+    let states: Vec<(f64, &str)> = worked
+        .iter()
+        .filter_map(|said| if let Said::State { at, state } = said { Some((*at, state.as_str())) } else { None })
+        .collect();
+    let Some(&(first, _)) = states.first() else { return Ok(0.0) };
+    let Some(restored) = restored else {
+        return if *offers == 0 { Ok(end - first) } else { Err("what was offered can't be opened".to_owned()) };
+    };
+    if *offers != 1 {
+        return Err(format!("{offers} copies are offered of one window"));
+    }
+    let Some(known) = states.iter().rposition(|(_, state)| state == restored) else {
+        return Err(format!("it offers a session {restored} that never was"));
+    };
+    let of_states = states.get(known + 1).map_or(0.0, |(next, _)| end - next);
+    // The epochs of a training that was at work: those since the last session, and since it began anew, as one with an effect does.
+    let since = states[states.len() - 1].0;
+    let mut epochs: Vec<(f64, u64)> = Vec::new();
+    for said in worked {
+        if let Said::Epoch { at, epoch } = said
+            && *at > since
+        {
+            epochs.retain(|(_, before)| before < epoch);
+            epochs.push((*at, *epoch));
+        }
+    }
+    let missing = epochs.iter().find(|(_, epoch)| *epoch > offered.unwrap_or(0)).map_or(0.0, |(at, _)| end - at);
+    Ok(missing.max(of_states))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_lost_is_what_came_after_the_session_that_came_back() {
+        let state = |at: f64, state: &str| Said::State { at, state: state.to_owned() };
+        let went_on =
+            |offers, state: Option<&str>, epoch| Said::WentOn { offers, state: state.map(str::to_owned), epoch };
+        let worked =
+            [state(1.0, "a"), state(3.0, "b"), Said::Epoch { at: 4.0, epoch: 1 }, Said::Epoch { at: 9.0, epoch: 9 }];
+        let lost = |after: Said| lost(&worked, Some(&after), 10.0);
+        assert_eq!(lost(went_on(1, Some("b"), Some(9))), Ok(0.0));
+        assert_eq!(lost(went_on(1, Some("b"), Some(3))), Ok(1.0));
+        assert_eq!(lost(went_on(1, Some("b"), None)), Ok(6.0));
+        assert_eq!(lost(went_on(1, Some("a"), Some(9))), Ok(7.0));
+        assert_eq!(lost(went_on(0, None, None)), Ok(9.0));
+        let anew = [&worked[..], &[Said::Epoch { at: 9.5, epoch: 2 }]].concat();
+        assert_eq!(super::lost(&anew, Some(&went_on(1, Some("b"), Some(2))), 10.0), Ok(0.0), "it began anew");
+        assert!(lost(went_on(1, Some("c"), None)).is_err() && lost(went_on(2, Some("b"), None)).is_err());
+    }
 }

@@ -1,20 +1,23 @@
 //! The program tries to break itself, and counts: [`MEASURES`] are its promises of reliability, each with what passes.
 //!
-//! What may hang, die or take all memory does so in a process of its own: [`opener`] opens files there, and `kills` starts the
-//! program's own commands. The truth is known everywhere: `seeds` are clean files, `damage` breaks them. Everything follows from one
+//! What may hang, die or take all memory does so in a process of its own: [`opener`] opens files there, [`window`] works in the
+//! window, and `kills` starts the program's own commands. The truth is known everywhere: `seeds` are clean files, `damage` breaks them. Everything follows from one
 //! seed, but the moments of kills. A new measure is one file with a [`Measure`] and one line in the table.
 
 mod crafted;
 mod damage;
 mod documents;
+mod endurance;
 mod faults;
 mod jobs;
 mod kills;
 mod logs;
+mod memory;
 pub mod opener;
 mod places;
 mod sameness;
 pub(crate) mod seeds;
+pub mod window;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,7 +31,7 @@ use crate::file;
 use crate::progress::{Monitor, Stopped};
 
 /// All measures, in the order in which they are taken.
-pub static MEASURES: [&Measure; 8] = [
+pub static MEASURES: [&Measure; 9] = [
     &logs::MEASURE,
     &crafted::MEASURE,
     &documents::MEASURE,
@@ -37,6 +40,7 @@ pub static MEASURES: [&Measure; 8] = [
     &kills::MEASURE,
     &jobs::MEASURE,
     &places::MEASURE,
+    &endurance::MEASURE,
 ];
 
 /// One promise, and how it is tried.
@@ -75,6 +79,9 @@ pub enum SelftestError {
         /// What is wrong.
         problem: String,
     },
+    /// The window could not be worked in.
+    #[error("the window can't be worked in: {0}")]
+    Window(String),
     /// Somebody stopped it.
     #[error(transparent)]
     Stopped(#[from] Stopped),

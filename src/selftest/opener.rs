@@ -12,7 +12,9 @@ use cpu_time::ProcessTime;
 use serde::{Deserialize, Serialize};
 
 use super::logs::Difference;
+use super::memory;
 use crate::arm::Arm;
+use crate::arm::robot::SerialArm;
 use crate::experiment::catalogue;
 use crate::file;
 use crate::model::Evaluation;
@@ -47,6 +49,8 @@ pub enum Kind {
     Mapping,
     /// An arm.
     Arm,
+    /// A robot's own file, URDF or MJCF.
+    Robot,
 }
 
 /// A file to be opened.
@@ -205,8 +209,11 @@ fn log(path: &Path) -> Result<Import, String> {
     read(&[path.to_owned()], &ReadOptions::default(), &Monitor::new()).map_err(|error| error.to_string())
 }
 
-/// Opens a file as the commands do, and uses what it holds; an error is why it was refused.
-fn open(request: &Request) -> Result<Opened, String> {
+/// Opens a file in this process as the commands do, and uses what it holds.
+///
+/// # Errors
+/// Why it was refused.
+pub fn open(request: &Request) -> Result<Opened, String> {
     let Request { kind, path, clean: other } = request;
     let other = other.as_deref().map(clean).transpose()?;
     let said = |error: &dyn std::fmt::Display| error.to_string();
@@ -243,6 +250,13 @@ fn open(request: &Request) -> Result<Opened, String> {
             let arm: Arm = serde_json::from_str(&text()?).map_err(|error| said(&error))?;
             arm.check().map_err(|error| said(&error))?;
         }
+        (Kind::Robot, _) => {
+            let arm = SerialArm::parse(&text()?).map_err(|error| said(&error))?;
+            drop(arm.chain());
+            if !arm.stated_parameters().iter().all(|value| value.is_finite()) {
+                return Ok(Opened::Broke("it was accepted, but states parameters that are no numbers".to_owned()));
+            }
+        }
     }
     Ok(Opened::Accepted(Difference::None))
 }
@@ -253,28 +267,4 @@ fn resume(run: &fit::SavedRun, recording: &Recording) -> Result<(), String> {
     let monitor = Monitor::relaying(move |event| if matches!(event, Event::Epoch(_)) { ended() } else { Ok(()) });
     let split = Split::automatic(recording);
     fit::resume(run, recording, &split, &monitor, &mut |_| ()).map(drop).map_err(|error| error.to_string())
-}
-
-/// The most memory of this process, where Linux tells it.
-mod memory {
-    use std::io::Write;
-
-    /// Counts anew, and tells what there is now \[bytes\].
-    pub fn start() -> Option<u64> {
-        let mut door = std::fs::OpenOptions::new().write(true).open("/proc/self/clear_refs").ok()?;
-        // 5: the peak begins anew.
-        door.write_all(b"5").ok()?;
-        read("VmRSS:")
-    }
-
-    /// The most since then \[bytes\].
-    pub fn most() -> Option<u64> {
-        read("VmHWM:")
-    }
-
-    fn read(what: &str) -> Option<u64> {
-        let status = std::fs::read_to_string("/proc/self/status").ok()?;
-        let line = status.lines().find_map(|line| line.strip_prefix(what))?;
-        Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? << 10)
-    }
 }

@@ -173,7 +173,7 @@ impl Command {
     /// assert!(matches!(session, Command::Restore { .. }));
     /// ```
     pub fn open(mut paths: Vec<PathBuf>, options: ReadOptions, held_out: Vec<String>) -> Self {
-        if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == file::ENDING) {
+        if paths.len() == 1 && file::is_session(&paths[0]) {
             return Command::Restore { path: paths.remove(0) };
         }
         Command::Open { paths, options, held_out }

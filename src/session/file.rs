@@ -62,10 +62,16 @@ pub enum SessionFileError {
         problem: std::io::Error,
     },
     /// Not a session.
-    #[error(
-        "this is not a session ({0}): choose a file that was saved by this program, or its copy with the ending .bak"
-    )]
+    #[error("this is not a session ({0}): choose a file that was saved by this program")]
     Damaged(String),
+    /// It can't be opened, but what it was before can.
+    #[error("{problem}. What it was before can be opened: {left}", left = left.display())]
+    Left {
+        /// What is wrong with it.
+        problem: Box<SessionFileError>,
+        /// What is whole beside it.
+        left: PathBuf,
+    },
     /// Another version.
     #[error("the session has version {0}, this program reads up to version {VERSION}: use the program that saved it")]
     Version(u64),
@@ -558,6 +564,12 @@ pub fn save(path: &Path, document: &Document) -> Result<(), SessionFileError> {
     file::write_keeping_old(path, &to_bytes(document)?).map_err(problem)
 }
 
+/// Whether a file is a session by its name, or what is left of one beside it.
+pub fn is_session(path: &Path) -> bool {
+    let has_ending = |path: &Path| path.extension().is_some_and(|ending| ending == ENDING);
+    has_ending(path) || file::owner(path).is_some_and(|owner| has_ending(&owner))
+}
+
 /// What was opened.
 #[derive(Debug, Clone)]
 pub struct Opened {
@@ -565,28 +577,40 @@ pub struct Opened {
     pub document: Document,
     /// By which one tells later whether the file was changed; `None` if the file itself is gone.
     pub mark: Option<file::Mark>,
-    /// What was opened in its place, because the file is gone: what it was before it was saved last, or was to become.
+    /// What was opened in its place: what it was to become when its saving was cut off, or what is left of a file that is gone.
     pub instead: Option<PathBuf>,
 }
 
-/// Opens a saved document, or what is left of it if its file is gone.
+/// Opens a saved document. What was whole when its saving was cut off is opened in its place, as is what is left of a file that is
+/// gone; a warning tells so.
 ///
 /// # Errors
 /// [`SessionFileError`] says what is wrong; the file is left as it is.
 pub fn open(path: &Path, monitor: &Monitor) -> Result<Opened, SessionFileError> {
     // What is written while this reads is another file.
     let mark = file::mark(path);
-    let gone = match read(path, monitor) {
-        Ok(document) => return Ok(Opened { document, mark, instead: None }),
-        Err(error) if mark.is_some() => return Err(error),
-        Err(error) => error,
+    let first_whole = |of: Vec<PathBuf>| {
+        let whole = |path: PathBuf| Some((read(&path, &monitor.quiet()).ok()?, path));
+        of.into_iter().find_map(whole)
     };
-    for remains in file::remains(path) {
-        if let Ok(document) = read(&remains, monitor) {
-            return Ok(Opened { document, mark: None, instead: Some(remains) });
-        }
+    let opened = |(document, instead): (Document, PathBuf), why: &str| {
+        let warning = format!("{} {why}: {} was opened in its place", path.display(), instead.display());
+        monitor.tell(Event::Warning(warning));
+        Ok(Opened { document, mark, instead: Some(instead) })
+    };
+    if let Some(newer) = first_whole(file::unfinished(path)) {
+        return opened(newer, "is as it was before its last saving, which was cut off");
     }
-    Err(gone)
+    let problem = match read(path, monitor) {
+        Ok(document) => return Ok(Opened { document, mark, instead: None }),
+        Err(SessionFileError::Stopped(stopped)) => return Err(stopped.into()),
+        Err(problem) => problem,
+    };
+    match (first_whole(file::remains(path)), mark) {
+        (Some(left), None) => opened(left, "is gone"),
+        (Some((_, left)), Some(_)) => Err(SessionFileError::Left { problem: Box::new(problem), left }),
+        (None, _) => Err(problem),
+    }
 }
 
 fn read(path: &Path, monitor: &Monitor) -> Result<Document, SessionFileError> {
@@ -864,8 +888,41 @@ mod tests {
         let found = super::open(&path, &Monitor::new()).unwrap();
         assert_eq!((found.instead, found.mark), (Some(folder.path().join("mine.torquescope.bak")), None));
         assert_eq!(found.document.history.current().ladder.len(), 2);
+        // One that is there and damaged is not passed over, but its old one is named.
+        std::fs::write(&path, b"PK").unwrap();
+        let damaged = super::open(&path, &Monitor::new()).unwrap_err();
+        assert!(matches!(damaged, SessionFileError::Left { .. }) && damaged.to_string().contains("torquescope.bak"));
         let nothing = super::open(&folder.path().join("other.torquescope"), &Monitor::new());
         assert!(matches!(nothing, Err(SessionFileError::File { .. })));
+    }
+
+    /// A kill between writing and renaming: what was to be saved is there, and whole.
+    #[test]
+    fn what_was_being_saved_is_opened_and_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let path = at("mine.torquescope");
+        let session = repaired();
+        let shorter = Session { ladder: session.ladder[..1].to_vec(), ..session.clone() };
+        save(&path, &shorter.into()).unwrap();
+        let mine = file::mark(&path);
+        let drafts = [at("mine.torquescope.12-0.new"), at("mine.torquescope.12-1.new")];
+        let seconds = |late: u64| mine.unwrap().written().unwrap() + std::time::Duration::from_secs(late);
+        for (draft, bytes, late) in [(&drafts[0], bytes_of(&session), 1), (&drafts[1], b"PK".to_vec(), 2)] {
+            std::fs::write(draft, bytes).unwrap();
+            std::fs::File::options().write(true).open(draft).unwrap().set_modified(seconds(late)).unwrap();
+        }
+        let monitor = Monitor::new();
+        let opened = super::open(&path, &monitor).unwrap();
+        assert_eq!((opened.instead, opened.mark), (Some(drafts[0].clone()), mine));
+        assert_eq!(opened.document.history.current().ladder.len(), 2);
+        assert!(
+            monitor
+                .take_events()
+                .iter()
+                .any(|event| matches!(event, Event::Warning(text) if text.contains("12-0.new")))
+        );
+        assert!(is_session(&drafts[0]) && is_session(&path) && !is_session(&at("log.csv.bak")));
     }
 
     fn run_diagnosis(session: &Session) -> Session {

@@ -13,15 +13,15 @@ const FLOORS: &[&[&str]] = &[
     &["simulation", "training", "diagnosis"],
     &["session", "work", "experiment", "trial", "export"],
     &["lesson"],
-    &["app", "selftest"],
+    &["app"],
+    &["selftest"],
     &["cli"],
 ];
 
 /// Where threads may be started: the jobs, and the parallel kernels of learning.
 const THREADS: &[&str] = &["work", "network", "training"];
 /// Where files may be opened: the front door of the readers, what is saved, and the edges.
-const FILES: &[&str] =
-    &["file.rs", "recording/read/mod.rs", "session", "experiment/store.rs", "cli", "app", "selftest"];
+const FILES: &[&str] = &["file", "recording/read/mod.rs", "session", "experiment/store.rs", "cli", "app", "selftest"];
 /// Who may open a seal: the user's own command, a saved session in which the user had opened it, the seal's tests, and the
 /// scoring of simulated draws.
 const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "trial", "simulation"];
@@ -172,7 +172,7 @@ fn files_are_opened_only_at_the_doors() {
 /// Files are written whole, or not at all, in one way.
 #[test]
 fn files_are_written_at_one_door() {
-    only_in(&["fs::write", "File::create(", "fs::rename", "BufWriter"], &["file.rs"]);
+    only_in(&["fs::write", "File::create(", "fs::rename", "BufWriter"], &["file"]);
 }
 
 #[test]

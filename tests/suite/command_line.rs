@@ -101,6 +101,17 @@ fn several_seeds_are_trained_and_told_together() {
     assert!(fails(&["train", "x.npz", "--seeds", "2"], at, 1).contains("nothing to train"));
 }
 
+/// A figure of many plots has as many pixels an inch as fit, unless somebody asked for more.
+#[test]
+fn a_tall_figure_is_drawn_with_the_pixels_that_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let tall = ["figure", "residuals", "--size", "one-column", "-o", "tall.png"];
+    succeeds(&tall, folder.path());
+    assert!(std::fs::read(folder.path().join("tall.png")).unwrap().starts_with(b"\x89PNG"));
+    let message = fails(&[&tall[..], &["--dpi", "1200"]].concat(), folder.path(), 1);
+    assert!(message.contains("another resolution"), "{message}");
+}
+
 /// Columns, letters, fonts and greys of a figure are asked for; an SVG brings only the letters along that it has.
 #[test]
 fn a_figure_is_made_for_a_paper() {

@@ -241,6 +241,39 @@ fn a_file_that_somebody_else_changed_is_asked_about() {
     assert_eq!(std::fs::read(folder.path().join("mine.torquescope.bak")).unwrap(), b"theirs");
 }
 
+/// A kill between writing and renaming leaves what was saved beside the file: it is opened, told, and one key brings it into its place.
+#[test]
+fn a_saving_that_was_cut_off_is_finished() {
+    let folder = tempfile::tempdir().unwrap();
+    let [mine, draft] = ["mine.torquescope", "mine.torquescope.17-0.new"].map(|name| folder.path().join(name));
+    let mut first = working(&folder.path().join("copies"));
+    let model = fitted(&first);
+    first.state_mut().order(Order::Save(draft.clone()));
+    settle(&mut first);
+    click(&mut first, "Remove the last step");
+    first.state_mut().order(Order::Save(mine.clone()));
+    settle(&mut first);
+    let late = std::time::SystemTime::now() + std::time::Duration::from_secs(5);
+    std::fs::File::options().write(true).open(&draft).unwrap().set_modified(late).unwrap();
+
+    let mut second = window(Session::default(), &data::ABOUT, Theme::Dark);
+    second.state_mut().order(Order::open(vec![mine.clone()]));
+    settle(&mut second);
+    assert!(second.query_by_label_contains("which was cut off").is_some());
+    assert_eq!(fitted(&second), model);
+    second.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    settle(&mut second);
+    assert!(second.query_by_label("Overwrite mine.torquescope?").is_none());
+    // What was before is still there, and is a session of no file.
+    let old = folder.path().join("mine.torquescope.bak");
+    second.state_mut().order(Order::open(vec![old.clone()]));
+    settle(&mut second);
+    assert_ne!(fitted(&second), model);
+    close(&mut second);
+    second.run_steps(2);
+    assert!(second.query_by_label_contains("has changes that are in no file").is_some());
+}
+
 /// A recording that is set right is still in its file, and setting it right is work that is not to be lost.
 #[test]
 fn setting_a_recording_right_keeps_its_file() {

@@ -380,6 +380,37 @@ mod tests {
         assert!((table.column("time").unwrap().values[3] - 0.03).abs() < 1e-12);
     }
 
+    /// Rows and topics stand in a bag in any order; numbers are those of the topic that is asked for, in the order of their arrival.
+    #[test]
+    fn of_several_topics_the_one_that_is_asked_for_is_read() {
+        let database = Connection::open_in_memory().unwrap();
+        let tables = "CREATE TABLE topics(id INTEGER, name TEXT, type TEXT, serialization_format TEXT);
+             CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);
+             INSERT INTO topics VALUES (7, '/right', 'sensor_msgs/msg/JointState', 'cdr'),
+                 (3, '/left', 'sensor_msgs/msg/JointState', 'cdr'), (5, '/packed', 'sensor_msgs/msg/JointState', 'zip');";
+        database.execute_batch(tables).unwrap();
+        for number in (0..20).rev() {
+            for (topic, sign) in [(7, 1.0), (3, -1.0)] {
+                let message = message(0, &["a"], [&[sign * f64::from(number)], &[], &[sign]]);
+                let row = (topic, number * 10_000_000, message);
+                database.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)", row).unwrap();
+            }
+        }
+        let bytes = database.serialize(MAIN_DB).unwrap().to_vec();
+        let budget = || Budget::of(bytes.len() as u64, 1 << 30);
+        let asked = |topic| read(&bytes, topic, &mut budget(), &Monitor::new());
+        for (topic, sign, others) in
+            [(Some("/right"), 1.0, "/left"), (Some("/left"), -1.0, "/right"), (None, -1.0, "/right")]
+        {
+            let table = asked(topic).unwrap();
+            let positions: Vec<f64> = (0..20).map(|number| sign * f64::from(number)).collect();
+            assert_eq!(table.column("position[0]").unwrap().values, positions, "{topic:?}");
+            assert!(table.passed_over[0].contains("/packed") && table.passed_over[1].contains(others));
+        }
+        let missing = asked(Some("/middle")).unwrap_err();
+        assert!(matches!(missing, BagError::NoTopic(_)) && missing.to_string().contains("/left"), "{missing}");
+    }
+
     #[test]
     fn other_databases_and_damaged_bags_are_clear_errors() {
         let error = |bytes: &[u8]| parse(bytes).unwrap_err().to_string();

@@ -110,3 +110,37 @@ impl CdrWriter {
         self.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first bytes say in which order those of numbers stand.
+    #[test]
+    fn either_order_of_bytes_is_read() {
+        let numbers = |order: u8, bytes: fn(u32) -> [u8; 4], long: fn(f64) -> [u8; 8]| {
+            // A text of one letter, and a list behind the gap that it leaves.
+            let list = [long(0.5).to_vec(), long(-3.0).to_vec()].concat();
+            [vec![0, order, 0, 0], bytes(2).to_vec(), b"a\0".to_vec(), vec![9; 2], bytes(2).to_vec(), vec![9; 4], list]
+                .concat()
+        };
+        for message in [numbers(0, u32::to_be_bytes, f64::to_be_bytes), numbers(1, u32::to_le_bytes, f64::to_le_bytes)]
+        {
+            let mut cdr = Cdr::new(&message).unwrap();
+            assert_eq!((cdr.text().unwrap().as_str(), cdr.numbers().unwrap()), ("a", vec![0.5, -3.0]));
+            assert_eq!(cdr.u32(), Err("it ends too early"));
+        }
+        for other in [&[0, 2, 0, 0][..], &[1, 1, 0, 0], &[0, 1, 0]] {
+            assert!(Cdr::new(other).is_err(), "{other:?} is no plain CDR");
+        }
+    }
+
+    #[test]
+    fn no_list_is_longer_than_its_message() {
+        let claims =
+            |count: u32, bytes: usize| [vec![0, 1, 0, 0], count.to_le_bytes().to_vec(), vec![0; bytes]].concat();
+        let counted = |count, bytes, size| Cdr::new(&claims(count, bytes)).unwrap().count(size);
+        assert_eq!((counted(3, 24, 8), counted(4, 4, 1)), (Ok(3), Ok(4)));
+        assert!(counted(4, 24, 8).is_err() && counted(u32::MAX, 24, 8).is_err());
+    }
+}

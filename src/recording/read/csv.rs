@@ -384,6 +384,27 @@ mod tests {
         assert_eq!(table("t,q1,tau1\ns,deg,Nm\n1,2,3\n").names(), ["t[s]", "q1[deg]", "tau1[Nm]"]);
     }
 
+    /// Below the names stand units only if every cell may be one, one of them is no number, and none is missing.
+    #[test]
+    fn a_row_of_units_is_told_from_values() {
+        let names = |units: &str| table(&format!("t,q1,tau1\n{units}\n1,2,3\n4,5,6\n")).names().join(" ");
+        for (units, named) in [
+            ("[s],(rad),Nm", "t[s] q1[rad] tau1[Nm]"),
+            ("s,,Nm", "t[s] q1 tau1[Nm]"),
+            ("s,-,1", "t[s] q1[-] tau1[1]"),
+            ("S,A,V", "t[S] q1[A] tau1[V]"),
+        ] {
+            assert_eq!(names(units), named, "{units}");
+        }
+        // A value, and a row of nothing.
+        for values in ["1,1,1", ",,"] {
+            assert_eq!(names(values), "t q1 tau1", "{values}");
+        }
+        assert_eq!(table("t,q1,tau1\n1,1,1\n1,2,3\n").column("t").unwrap().values, [1.0, 1.0]);
+        assert_eq!(table("t,q1,note\n0,1,bool\n1,2,b\n").column("t").unwrap().values, [0.0, 1.0], "0 is no unit");
+        assert_eq!(problem("t,q1,tau1\ns,rad\n1,2,3\n"), CsvError::NoNumbers { line: 2 });
+    }
+
     #[test]
     fn cells_without_a_number_are_nan_or_text_with_its_line() {
         let table = table("# head\nt,q,label\n0,nan,a\n1,,b\n2,-inf,c\n3,x,d\n");
