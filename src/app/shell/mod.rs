@@ -3,6 +3,7 @@
 mod actions;
 mod ask;
 mod bar;
+mod ending;
 mod export;
 mod flow;
 mod frame;
