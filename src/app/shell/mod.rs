@@ -9,6 +9,7 @@ mod flow;
 mod frame;
 mod importing;
 mod keys;
+mod law;
 mod lesson;
 mod messages;
 mod models;
