@@ -8,7 +8,7 @@
   const said = (axis, at) => {
     const measured = axis.from + (at - axis.low) / (axis.high - axis.low) * (axis.to - axis.from);
     if (axis.names) return axis.names[Math.round(measured)] ?? '';
-    return `${short(axis.log ? 10 ** measured : measured)} ${axis.unit}`;
+    return `${short(axis.log ? 10 ** measured : measured)} ${axis.unit}`.trim();
   };
   const number = (element, key) => Number(element.getAttribute(key));
   // What a series can be asked for: y on the page at [x, y] of the page, or undefined.
@@ -48,7 +48,7 @@
       if (at.x < across.low || at.x > across.high || at.y < up.high || at.y > up.low) return hide();
       all ??= [...plot.querySelectorAll('g[data-series]:not([data-series=""])')].map(series => [series.dataset.series, parts(series, zero)]);
       const hits = all.map(([name, ask]) => [name, ask(at.x, at.y)]).filter(([, hit]) => hit);
-      const here = hits.length ? [] : [`${up.label} ${said(up, at.y)}`];
+      const here = hits.length ? [] : [`${up.label} ${said(up, at.y)}`.trim()];
       const lines = [`${across.label} ${said(across, at.x)}`, ...here, ...hits.map(([name, hit]) => `${name}: ${said(up, hit[1])}`)];
       note.replaceChildren(...lines.map(line => Object.assign(document.createElement('div'), { textContent: line })));
       Object.assign(note.style, { display: 'block', left: `${event.pageX + 14}px`, top: `${event.pageY + 14}px` });

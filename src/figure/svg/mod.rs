@@ -254,7 +254,9 @@ impl Paper {
             }
         }
         for mark in panel.marks.iter().filter(|mark| !mark.is_behind()) {
-            let name = mark.entry().map_or("", |entry| entry.name);
+            // Colours stand for values that no line of the drawing has.
+            let entry = mark.entry().filter(|entry| !matches!(entry.key, Key::Scale(_)));
+            let name = entry.map_or("", |entry| entry.name);
             put!(self, "<g data-series=\"{}\">", escaped(name));
             mark.draw(&place, self);
             put!(self, "</g>");
