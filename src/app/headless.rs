@@ -11,7 +11,7 @@ use super::raster::{Picture, Raster};
 use super::theme::{self, Palette};
 use super::{About, Order, Shown, TorquescopeApp, screens};
 use crate::figure::Panel;
-use crate::session::{Command, Session, View};
+use crate::session::{Session, View};
 
 /// Frames that are drawn when nothing is at work any more, since egui measures in one what it uses in the next.
 const FEWEST_FRAMES: usize = 4;
@@ -99,10 +99,8 @@ impl Over {
             Over::Models => Order::Models(true),
             Over::Lessons => Order::Lessons(true),
             Over::Commands => Order::Palette(true),
-            Over::Columns => match session.opened_by.as_deref() {
-                Some(Command::Open { paths, options, .. }) if paths.len() == 1 => {
-                    Order::Import(paths[0].clone(), Box::new(options.clone()))
-                }
+            Over::Columns => match session.source.as_deref().map(|source| (source.files(), &source.options)) {
+                Some((Some([path]), options)) => Order::Import(path.clone(), Box::new(options.clone())),
                 _ => bail!("only a log that was read from a file has columns: name one"),
             },
         })

@@ -789,13 +789,13 @@ impl TorquescopeApp {
         self.drawing = Some(Job::spawn("report", wake, move |monitor| {
             let Reporting { format, path, beside } = reporting;
             let page = match beside {
-                None => report(&session, &[], format, monitor),
+                None => report(&session, format, monitor),
                 Some(file) => {
                     let opened = file::open(&file, &monitor.part(0.0..0.2)).map_err(|error| error.to_string())?;
                     let beside = opened.document.knowing(&session.own_effects).history.reported();
                     let other = file.file_stem().unwrap_or_default().to_string_lossy();
                     let sides = [(name.as_str(), &session), (&*other, &beside)];
-                    comparison(sides, &[], format, &monitor.part(0.2..1.0))
+                    comparison(sides, format, &monitor.part(0.2..1.0))
                 }
             };
             let page = page.map_err(|error| error.to_string())?;

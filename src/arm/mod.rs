@@ -29,6 +29,7 @@ pub mod kinematics;
 pub mod possible;
 pub mod regressor;
 pub mod robot;
+pub mod skeleton;
 
 use serde::{Deserialize, Serialize};
 

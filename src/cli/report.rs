@@ -43,18 +43,18 @@ impl ReportCommand {
     /// Reads, diagnoses, writes.
     pub fn run(&self) -> anyhow::Result<()> {
         self.data.check_output(&self.output)?;
-        let (again, format) = ([this_command()], self.format());
+        let format = self.format();
         let page = match self.data.two_sessions()? {
             Some([(one, first), (two, second)]) => {
                 let names = [one, two].map(|path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned());
                 let [first, second] = [reported(&first)?, reported(&second)?];
                 progress::watch("report", move |monitor| {
-                    comparison([(&names[0], &first), (&names[1], &second)], &again, format, monitor)
+                    comparison([(&names[0], &first), (&names[1], &second)], format, monitor)
                 })
             }
             None => {
                 let session = reported(&self.data.document_or_embedded()?)?;
-                progress::watch("report", move |monitor| report(&session, &again, format, monitor))
+                progress::watch("report", move |monitor| report(&session, format, monitor))
             }
         }?;
         write_file(&self.output, &page)?;
@@ -78,14 +78,4 @@ fn reported(document: &Document) -> anyhow::Result<Session> {
     let session = prepared(&diagnose::ABOUT, document.history.current())?;
     // The ladder grows by what was found, which is told beside it.
     Ok(Session { report: session.report.clone(), ..prepared(&ladder::ABOUT, &session)? })
-}
-
-/// The command as it was typed, for a shell.
-fn this_command() -> String {
-    let quoted = |word: String| {
-        let is_plain = |c: char| c.is_alphanumeric() || "-_./=@,:+".contains(c);
-        if !word.is_empty() && word.chars().all(is_plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
-    };
-    let words = std::env::args().skip(1).map(quoted);
-    std::iter::once("torquescope".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }

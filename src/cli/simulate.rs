@@ -22,6 +22,7 @@ use crate::simulation::{Excitation, Level, Making, Scenario, world};
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope simulate --effect stribeck-friction@2 --strength 0.1 -o arm.npz
+  torquescope simulate --embedded -o embedded.npz
   torquescope simulate --mystery --seed 5 -o mystery.npz
   torquescope simulate --mystery=real --seed 5 -o real.npz
   torquescope simulate --joints 3 --motion paper --trajectories 200 --effect viscous-friction=0.5 -o paper.npz
@@ -35,6 +36,10 @@ pub struct Simulate {
     /// A whole scenario (JSON, or TOML with --world); the options below are then not used, except the seed.
     #[arg(long, value_name = "SCENARIO")]
     scenario: Option<PathBuf>,
+    /// The arm that the program begins with where no recording is named, with its hidden effect; the options below
+    /// are then not used.
+    #[arg(long, conflicts_with_all = ["scenario", "mystery", "effect", "world"])]
+    embedded: bool,
     /// Hide what the seed draws, so hard to find; open the seal to learn what it was.
     #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "medium", value_parser = level())]
     mystery: Option<Level>,
@@ -171,6 +176,9 @@ impl Simulate {
     }
 
     fn build_scenario(&self) -> anyhow::Result<Scenario> {
+        if self.embedded {
+            return Ok(Scenario::embedded());
+        }
         if let Some(path) = &self.scenario {
             let mut scenario = read_scenario(path).or_usage()?;
             scenario.seed = self.seed.unwrap_or(scenario.seed);

@@ -47,6 +47,28 @@ fn text(figure: &Figure, format: Format) -> String {
     String::from_utf8(render(figure, format, &Style::default()).unwrap()).unwrap()
 }
 
+/// What a reader on a screen is told at a mark is the value that was drawn there.
+#[test]
+fn values_can_be_read_off_a_drawing() {
+    let svg = text(&everything(), Format::Svg);
+    let attribute = |from: &str, name: &str| {
+        let value = from.split_once(&format!(" {name}=\"")).unwrap().1.split_once('"').unwrap().0;
+        value.replace("&quot;", "\"")
+    };
+    let error = &svg[svg.find("#plot1)").unwrap()..];
+    let seeds = &error[error.find("data-series=\"seeds\"").unwrap()..];
+    let value = |axis: &str, key: &str| {
+        let told: serde_json::Value = serde_json::from_str(&attribute(error, axis)).unwrap();
+        let [low, high, from, to] = ["low", "high", "from", "to"].map(|key| told[key].as_f64().unwrap());
+        let at: f64 = attribute(seeds, key).parse().unwrap();
+        let measured = from + (at - low) / (high - low) * (to - from);
+        if told["log"] == true { 10f64.powf(measured) } else { measured }
+    };
+    let (x, y) = (value("data-x", "cx"), value("data-y", "cy"));
+    assert!((x - 1.0).abs() < 1e-3 && (y / 3e-6 - 1.0).abs() < 1e-2, "{x} {y}");
+    assert!(svg.contains("data-series=\"predicted τ̂ &amp; q̈ &lt;1&gt;\""), "a name is data, not markup");
+}
+
 /// Of plots below each other over the same time the last one names it, each of those beside each other does.
 #[test]
 fn the_axis_is_named_below_each_column() {

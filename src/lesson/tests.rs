@@ -83,7 +83,9 @@ impl Student {
         }
         for wish in wishes {
             let commands = match wish {
-                Wish::OwnRecording if self.session.opened_by.is_none() => vec![open_log()],
+                Wish::OwnRecording if self.session.source.as_ref().is_none_or(|source| source.files().is_none()) => {
+                    vec![open_log()]
+                }
                 Wish::HasHidden | Wish::ErrorFell(_) => {
                     let hidden = case.iter().flat_map(|truth| &truth.effects);
                     let add = |effect: &str, joint: Option<usize>| Command::AddEffect {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Deserializer};
 use crate::effect::place::Place;
 use crate::model::{EffectTerm, Parameter, Preset, Term};
 use crate::recording::seal::HiddenEffect;
-use crate::session::{Session, Step};
+use crate::session::{Session, Source, Step};
 use crate::simulation::extrapolation::Stretch;
 
 /// Something that the session is to fulfil.
@@ -47,7 +47,7 @@ impl Wish {
         let lacks = |text: &str| Err(text.to_owned());
         let Some(recording) = session.recording.as_deref() else { return lacks("there is no recording yet") };
         if let Wish::OwnRecording = self {
-            return match session.opened_by {
+            return match session.source.as_deref().and_then(Source::files) {
                 Some(_) => Ok(()),
                 None => lacks("open a recording of your own"),
             };

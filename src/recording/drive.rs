@@ -38,6 +38,38 @@ pub enum Drive {
     },
 }
 
+/// What a constant of a law is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Constant {
+    /// Its name in mapping files.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it says.
+    pub about: &'static str,
+    /// Whether a drive may have it 0.
+    pub may_be_zero: bool,
+}
+
+const KP: Constant =
+    Constant { name: "kp", unit: "N m/rad", about: "torque of an error of position", may_be_zero: false };
+const KD: Constant =
+    Constant { name: "kd", unit: "N m s/rad", about: "torque that a velocity takes off", may_be_zero: true };
+const KV: Constant =
+    Constant { name: "kv", unit: "N m s/rad", about: "torque of an error of velocity", may_be_zero: false };
+const KT: Constant =
+    Constant { name: "kt", unit: "N m/A", about: "torque of a current, at the motor", may_be_zero: false };
+const KE: Constant =
+    Constant { name: "ke", unit: "V s/rad", about: "back-EMF of a speed of the motor", may_be_zero: true };
+const RESISTANCE: Constant =
+    Constant { name: "resistance", unit: "Ω", about: "of the winding, with that of the drive", may_be_zero: false };
+const RATIO: Constant = Constant {
+    name: "ratio",
+    unit: "",
+    about: "how often the motor turns while the joint turns once",
+    may_be_zero: false,
+};
+
 /// A constant of a drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a constant of a drive is a number, or a list with one a joint")]
@@ -55,6 +87,25 @@ impl PerJoint {
             PerJoint::One(value) => *value,
             PerJoint::Several(values) => values.get(joint).copied().unwrap_or(f64::NAN),
         }
+    }
+}
+
+impl std::fmt::Display for PerJoint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            PerJoint::One(value) => write!(f, "{value}"),
+            PerJoint::Several(values) => f.write_str(&values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")),
+        }
+    }
+}
+
+impl std::str::FromStr for PerJoint {
+    type Err = std::num::ParseFloatError;
+
+    /// A number, or one a joint with commas between them.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let values: Vec<f64> = text.split(',').map(|value| value.trim().parse()).collect::<Result<_, _>>()?;
+        Ok(if let [value] = values[..] { PerJoint::One(value) } else { PerJoint::Several(values) })
     }
 }
 
@@ -86,6 +137,26 @@ pub enum DriveError {
 }
 
 impl Drive {
+    /// Every law with its name; constants that only the maker of a drive knows are not a number.
+    pub fn laws() -> [(&'static str, Drive); 3] {
+        let unknown = || PerJoint::One(f64::NAN);
+        let number = PerJoint::One;
+        [
+            ("position command", Drive::Position { kp: unknown(), kd: number(0.0) }),
+            ("velocity command", Drive::Velocity { kv: unknown() }),
+            ("voltage", Drive::Voltage { kt: unknown(), ke: unknown(), resistance: unknown(), ratio: number(1.0) }),
+        ]
+    }
+
+    /// What it is a law of, as [`Drive::laws`] calls it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Drive::Position { .. } => "position command",
+            Drive::Velocity { .. } => "velocity command",
+            Drive::Voltage { .. } => "voltage",
+        }
+    }
+
     /// The channel whose units its command has; `None` for volts.
     pub fn command(&self) -> Option<Channel> {
         match self {
@@ -100,7 +171,7 @@ impl Drive {
     /// # Errors
     /// [`DriveError`] names the first that can't.
     pub fn check_for(&self, joints: usize) -> Result<(), DriveError> {
-        for (name, constant, may_be_zero) in self.constants() {
+        for (Constant { name, may_be_zero, .. }, constant) in self.constants() {
             if let PerJoint::Several(values) = constant
                 && values.len() != joints
             {
@@ -115,14 +186,23 @@ impl Drive {
         Ok(())
     }
 
-    /// Its constants with their names, and whether they may be 0.
-    fn constants(&self) -> Vec<(&'static str, &PerJoint, bool)> {
+    /// Its constants, and what they are.
+    pub fn constants(&self) -> Vec<(Constant, &PerJoint)> {
         match self {
-            Drive::Position { kp, kd } => vec![("kp", kp, false), ("kd", kd, true)],
-            Drive::Velocity { kv } => vec![("kv", kv, false)],
+            Drive::Position { kp, kd } => vec![(KP, kp), (KD, kd)],
+            Drive::Velocity { kv } => vec![(KV, kv)],
             Drive::Voltage { kt, ke, resistance, ratio } => {
-                vec![("kt", kt, false), ("ke", ke, true), ("resistance", resistance, false), ("ratio", ratio, false)]
+                vec![(KT, kt), (KE, ke), (RESISTANCE, resistance), (RATIO, ratio)]
             }
+        }
+    }
+
+    /// Its constants, in the same order, to be set.
+    pub fn constants_mut(&mut self) -> Vec<&mut PerJoint> {
+        match self {
+            Drive::Position { kp, kd } => vec![kp, kd],
+            Drive::Velocity { kv } => vec![kv],
+            Drive::Voltage { kt, ke, resistance, ratio } => vec![kt, ke, resistance, ratio],
         }
     }
 
@@ -196,6 +276,20 @@ mod tests {
         assert!((drive.torque(&one(12.0), &one(0.3), &one(0.0))[0][0] - 3.0).abs() < 1e-12);
         assert!(drive.torque(&one(12.0), &one(0.3), &one(24.0))[0][0].abs() < 1e-12);
         assert!(drive.absorbs(1)[1].contains("takes 0.1250 N m s/rad"), "{:?}", drive.absorbs(1));
+    }
+
+    #[test]
+    fn constants_are_written_as_they_are_read() {
+        for text in ["3.5", "1, -2, 0.25"] {
+            assert_eq!(text.parse::<PerJoint>().unwrap().to_string(), text);
+        }
+        assert!("1, two".parse::<PerJoint>().is_err() && "".parse::<PerJoint>().is_err());
+        for (name, mut law) in Drive::laws() {
+            assert_eq!((law.name(), law.constants().len()), (name, law.clone().constants_mut().len()));
+            assert!(law.check_for(2).is_err(), "nobody but its maker knows {name}");
+            law.constants_mut().into_iter().for_each(|constant| *constant = PerJoint::One(2.0));
+            law.check_for(2).unwrap();
+        }
     }
 
     #[test]

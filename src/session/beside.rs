@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::error::SessionError;
 use super::models::Kept;
 use super::name::unique;
-use super::{Command, Session, Step};
+use super::{Session, Step};
 use crate::model::Evaluation;
 use crate::progress::Monitor;
 use crate::recording::read::{self, ReadOptions};
@@ -41,19 +41,18 @@ pub(super) fn add(session: &Session, paths: &[PathBuf], monitor: &Monitor) -> Re
     let models = session.models.iter().map(|kept| Kept { preset: kept.preset, ladder: ladder(&kept.ladder) }).collect();
     let ladder = ladder(&session.ladder);
     let findings = session.findings.iter().cloned().chain(import.findings).collect();
-    let opened_by = session.opened_by.as_deref().and_then(|command| opened_with(command, paths, &recording, &split));
+    let source = session.source.as_deref().and_then(|source| source.beside(paths, held_out(&recording, &split)));
+    let source = source.map(Arc::new);
     let recording = Some(Arc::new(recording));
     let (report, proposals, sweep) = (None, None, None);
     let findings = Arc::new(findings);
-    Ok(Session { recording, findings, opened_by, split, models, ladder, report, proposals, sweep, ..session.clone() })
+    Ok(Session { recording, findings, source, split, models, ladder, report, proposals, sweep, ..session.clone() })
 }
 
 /// As the first recording was read.
 fn options(session: &Session) -> ReadOptions {
-    match session.opened_by.as_deref() {
-        Some(Command::Open { options, .. }) => options.clone(),
-        _ => ReadOptions::default(),
-    }
+    let read = session.source.as_ref().filter(|source| source.files().is_some());
+    read.map_or_else(ReadOptions::default, |source| source.options.clone())
 }
 
 /// Both recordings as one, of which all of the other is held out as far as its readings are some.
@@ -72,19 +71,18 @@ fn joined(own: &Recording, other: Recording, split: &Split) -> (Recording, Split
     (recording, split)
 }
 
-/// What reads both again; `None` if the first was not read from files.
-fn opened_with(command: &Command, more: &[PathBuf], recording: &Recording, split: &Split) -> Option<Arc<Command>> {
-    let Command::Open { paths, options, .. } = command else { return None };
+/// The names of the trajectories of which nothing trains.
+fn held_out(recording: &Recording, split: &Split) -> Vec<String> {
     let trains = |index: usize| split.train.iter().any(|segment| segment.trajectory == index);
     let held_out = (0..recording.trajectories.len()).filter(|index| !trains(*index));
-    let held_out = held_out.map(|index| recording.trajectories[index].name.clone()).collect();
-    Some(Arc::new(Command::Open { paths: [paths, more].concat(), options: options.clone(), held_out }))
+    held_out.map(|index| recording.trajectories[index].name.clone()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::recording::write;
+    use crate::session::Command;
     use crate::simulation::{Excitation, Scenario, simulate};
 
     fn scenario(seed: u64, samples: usize) -> Scenario {

@@ -7,7 +7,7 @@ use super::error::SessionError;
 use super::step::{step, trained};
 use super::study::{self, Note, SetUp};
 use super::terms::{self, TermEdit};
-use super::{Bets, Generation, Guess, Session, Step, beside, default_name, file, models, seeds};
+use super::{Bets, Generation, Guess, Session, Source, Step, beside, default_name, file, models, seeds};
 use crate::diagnosis;
 use crate::diagnosis::proposal::propose;
 use crate::effect::registry;
@@ -200,7 +200,7 @@ impl Command {
                 let loaded = Session {
                     recording: Some(Arc::new(import.recording)),
                     findings: Arc::new(findings),
-                    opened_by: Some(Arc::new(self.clone())),
+                    source: Source::of(self).map(Arc::new),
                     mapping: Some(Arc::new(import.mapping)),
                     split,
                     checkpoint_file: session.checkpoint_file.clone(),
@@ -214,10 +214,10 @@ impl Command {
                 let document = file::open(path, monitor)?.document.knowing(&session.own_effects);
                 Ok(document.history.current().clone())
             }
-            Command::Simulate(scenario) => simulated(session, simulation::simulate(scenario, monitor)?, monitor),
-            Command::SimulateWorld(scenario) => simulated(session, world::simulate(scenario, monitor)?, monitor),
+            Command::Simulate(scenario) => self.simulated(session, simulation::simulate(scenario, monitor)?, monitor),
+            Command::SimulateWorld(scenario) => self.simulated(session, world::simulate(scenario, monitor)?, monitor),
             Command::DrawMystery { level, seed } => {
-                simulated(session, Making::mystery(*level, *seed)?.simulate(monitor)?, monitor)
+                self.simulated(session, Making::mystery(*level, *seed)?.simulate(monitor)?, monitor)
             }
             Command::ChoosePreset(preset) => {
                 let recording = session.recording.as_ref().ok_or(SessionError::NoRecording)?;
@@ -325,6 +325,13 @@ impl Command {
                 Ok(Session { study: Some(Arc::new(study)), ..session.clone() })
             }
         }
+    }
+
+    /// A session with a recording that this command just simulated.
+    fn simulated(&self, session: &Session, recording: Recording, monitor: &Monitor) -> Result<Session, SessionError> {
+        let (split, source) = (Split::automatic(&recording), Source::of(self).map(Arc::new));
+        let loaded = Session { recording: Some(Arc::new(recording)), split, source, ..emptied(session) };
+        fitted_if_possible(loaded, monitor)
     }
 
     /// What it does, for undo and for the status line.
@@ -451,13 +458,6 @@ fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session
     }
 }
 
-/// A session with a recording that was just simulated.
-fn simulated(session: &Session, recording: Recording, monitor: &Monitor) -> Result<Session, SessionError> {
-    let split = Split::automatic(&recording);
-    let loaded = Session { recording: Some(Arc::new(recording)), split, ..emptied(session) };
-    fitted_if_possible(loaded, monitor)
-}
-
 /// An empty session in which still holds what was chosen for any recording.
 fn emptied(session: &Session) -> Session {
     Session {
@@ -524,18 +524,11 @@ fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -
     let held_out = (0..recording.trajectories.len()).filter(|&index| !trains(index));
     let held_out: Vec<String> = held_out.map(|index| recording.trajectories[index].name.clone()).collect();
     let split = split(&recording, &held_out, &mut findings, monitor)?;
-    let opened_by = session.opened_by.as_ref().map(|command| match command.as_ref() {
-        Command::Open { paths, options, held_out } => {
-            let mut options = options.clone();
-            options.set_right.extend_from_slice(corrections);
-            Arc::new(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() })
-        }
-        _ => Arc::clone(command),
-    });
+    let source = session.source.as_ref().map(|source| Arc::new(source.set_right(corrections, held_out)));
     let loaded = Session {
         recording: Some(Arc::new(recording)),
         findings: Arc::new(findings),
-        opened_by,
+        source,
         mapping: session.mapping.clone(),
         split,
         checkpoint_file: session.checkpoint_file.clone(),

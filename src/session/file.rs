@@ -15,7 +15,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::history::Entry;
 use super::name::unique;
-use super::{Bets, Document, Generation, History, Kept, Session, Step, Study, View, default_name};
+use super::{Bets, Document, Generation, History, Kept, Session, Source, Step, Study, View, default_name};
 use crate::diagnosis::proposal::Proposals;
 use crate::diagnosis::{Evidence, Report};
 use crate::effect::own::{self, OwnEffectError};
@@ -104,6 +104,9 @@ struct Contents {
     torquescope_session: u32,
     findings: Vec<Finding>,
     mapping: Option<Mapping>,
+    /// Not of one that spells out what is sealed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    source: Option<Source>,
     split: Split,
     /// The files of effects of one's own; loaded before the rest, which has them by their ids.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -210,6 +213,7 @@ impl OldContents {
             torquescope_session: self.torquescope_session,
             findings: self.findings,
             mapping: self.mapping,
+            source: None,
             split: self.split,
             own_effects: self.own_effects,
             steps: self.steps,
@@ -347,6 +351,7 @@ pub fn to_bytes(document: &Document) -> Result<Vec<u8>, SessionFileError> {
         torquescope_session: VERSION,
         findings: session.findings.to_vec(),
         mapping: session.mapping.as_deref().cloned(),
+        source: source(session),
         split: session.split.clone(),
         own_effects: own_effects(&known, &parts),
         steps: parts.steps.0.iter().map(about).collect(),
@@ -388,6 +393,12 @@ pub fn to_bytes(document: &Document) -> Result<Vec<u8>, SessionFileError> {
         archive.write_all(&bytes).map_err(damaged)?;
     }
     Ok(archive.finish().map_err(damaged)?.into_inner())
+}
+
+/// Where its recording comes from, unless that spells out what nobody looked at yet.
+fn source(session: &Session) -> Option<Source> {
+    let source = session.source.as_deref()?;
+    (session.truth.is_some() || !source.tells_the_truth()).then(|| source.clone())
 }
 
 /// The files of all effects of one's own that the sessions know or have in a model.
@@ -520,6 +531,7 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
         recording: Some(Arc::new(recording)),
         findings: Arc::new(contents.findings),
         mapping: contents.mapping.map(Arc::new),
+        source: contents.source.map(Arc::new),
         split: contents.split,
         own_effects,
         truth,

@@ -4,6 +4,7 @@
 //! [`Document`] is what a [`mod@file`] keeps of all that. Large parts are shared, so a session costs little to keep. The window and the
 //! command line run the same commands.
 
+mod again;
 mod beside;
 mod bet;
 mod command;
@@ -16,6 +17,7 @@ mod models;
 mod name;
 pub mod runs;
 mod seeds;
+mod source;
 mod step;
 pub mod study;
 mod terms;
@@ -23,6 +25,7 @@ mod terms;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+pub use again::again;
 pub use bet::{Bet, Bets, Guess};
 pub use command::Command;
 pub use document::{Document, View};
@@ -32,6 +35,7 @@ pub use history::History;
 pub use models::Kept;
 pub use name::default_name;
 pub use seeds::Spread;
+pub use source::{Origin, Source};
 pub use study::{SetUp, Study};
 pub use terms::TermEdit;
 
@@ -59,8 +63,8 @@ pub struct Session {
     pub recording: Option<Arc<Recording>>,
     /// What was found at import.
     pub findings: Arc<Vec<Finding>>,
-    /// The command that read it from files, to read them again in another way; `None` if it was not read by one.
-    pub opened_by: Option<Arc<Command>>,
+    /// Where it comes from; `None` where that can't be said in a word, as in a lesson.
+    pub source: Option<Arc<Source>>,
     /// Which columns of the file are which channels; `None` for simulated recordings.
     pub mapping: Option<Arc<Mapping>>,
     /// Which part trains and which is held out.

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // a test fails where something is not as it should be
 
+mod again;
 mod architecture;
 mod arm_oracle;
 mod catalogue;

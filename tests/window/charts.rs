@@ -1,5 +1,7 @@
 //! What charts are asked for: a formula of one's own, what a model has learned, time that goes on, a figure for a paper.
 
+use torquescope::recording::read::ReadOptions;
+
 use super::*;
 
 fn titles(window: &mut Window) -> Vec<String> {
@@ -287,8 +289,92 @@ fn a_report_is_written_from_the_window() {
     }
     let text = |path: &Path| String::from_utf8(std::fs::read(path).unwrap()).unwrap();
     assert!(text(&page).contains("What was ruled out") && text(&page).contains("<svg"));
+    let again = ["simulate --embedded -o three-joint-demo.npz", "train three-joint-demo.npz --add coulomb-friction@1"];
+    assert!(again.iter().all(|line| text(&page).contains(line)), "the commands that lead to it");
     assert!(std::fs::read(&paper).unwrap().starts_with(b"%PDF"));
     assert!(text(&both).contains("before") && text(&both).contains("beside"));
+}
+
+/// The choice of a format and the ending of the path say the same, whichever is changed; what names no format is not written.
+#[test]
+fn a_format_and_the_ending_of_its_file_are_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    let is_on = |window: &Window, name: &str| {
+        let toggled = window.get_by_role_and_label(Role::RadioButton, name).accesskit_node().toggled();
+        format!("{toggled:?}").contains("True")
+    };
+    for (plots, typed, format) in [(true, "a.PDF", "PDF"), (true, "a.png", "PNG"), (false, "a.md", "Markdown")] {
+        click(&mut window, "Export");
+        settle(&mut window);
+        if !plots {
+            click(&mut window, "Report");
+            settle(&mut window);
+        }
+        assert!(!is_on(&window, format));
+        write_into(&mut window, "File", &folder.path().join("a.doc").display().to_string());
+        assert!(window.query_by_label_contains("names no format: end it with .").is_some());
+        assert!(window.get_by_role_and_label(Role::Button, "Write the file").accesskit_node().is_disabled());
+        write_into(&mut window, "File", &folder.path().join(typed).display().to_string());
+        assert!(is_on(&window, format) && window.query_by_label_contains("names no format").is_none());
+        window.get_by_role_and_label(Role::Button, "Write the file").click();
+        settle(&mut window);
+    }
+    let begins = |name: &str, bytes: &[u8]| std::fs::read(folder.path().join(name)).unwrap().starts_with(bytes);
+    assert!(begins("a.PDF", b"%PDF") && begins("a.png", b"\x89PNG") && begins("a.md", b"# What a model"));
+}
+
+/// An arm in space stands at the cursor in lines, in the window as in its figure, and a drag turns it.
+#[test]
+fn an_arm_in_space_is_drawn_and_turned() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("swing.csv");
+    let row = |sample: u32| {
+        let t = 0.02 * f64::from(sample);
+        let [a, b] = [(2.0 * t).sin(), 0.7 * (3.1 * t).cos()];
+        format!("{t},{a},{b},{},{}\n", -3.0 * a, 2.0 * b.cos())
+    };
+    let rows: String = (0..600).map(row).collect();
+    std::fs::write(&log, format!("time,q1,q2,tau1,tau2\n{rows}")).unwrap();
+    let axes = "[arm]\nconvention = \"standard\"\naxes = [{ d = 0.3, alpha = 1.5707963267948966 }, { a = 0.5 }]";
+    let mapping = Some(torquescope::recording::mapping::MappingSpec::from_toml(axes).unwrap());
+    let options = ReadOptions { mapping, ..ReadOptions::default() };
+    let session = run(Command::open(vec![log], options, Vec::new()), &Session::default());
+    let mut window = window(session, &compare::ABOUT, Theme::Light);
+    settle(&mut window);
+    // Where the second link is seen to begin and end, in metres of the page.
+    let link = |window: &mut Window| -> Vec<[f64; 2]> {
+        let panel =
+            window.state_mut().figures().into_iter().find(|panel| panel.title.starts_with("the arm at")).unwrap();
+        let mut ends = Vec::new();
+        for mark in panel.marks.iter().filter(|mark| mark.entry().is_some_and(|entry| entry.name == "link 2")) {
+            mark.rows(&panel.x, &mut |row| ends.push([row.x, row.y]));
+        }
+        ends
+    };
+    let before = link(&mut window);
+    let length = |ends: &[[f64; 2]]| (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]);
+    // The first joint stands 0.3 m above the base: that is 0.3 √⅔ in an isometric view.
+    assert!((before[0][1] - 0.3 * (2.0f64 / 3.0).sqrt()).abs() < 1e-9 && before[0][0].abs() < 1e-9, "{before:?}");
+    assert!(length(&before) <= 0.5 + 1e-9 && length(&before) > 0.0);
+    let image =
+        |window: &Window| window.get_by_role_and_label(Role::Image, "the arm at the time cursor").rect().center();
+    let from = image(&window);
+    window.drag_at(from);
+    window.run_steps(2);
+    window.hover_at(from + egui::vec2(60.0, 0.0));
+    window.run_steps(2);
+    window.drop_at(from + egui::vec2(60.0, 0.0));
+    window.run_steps(2);
+    let turned = link(&mut window);
+    // About the vertical: heights stay, all else is seen from elsewhere.
+    assert!((turned[0][1] - before[0][1]).abs() < 1e-9 && (turned[1][0] - before[1][0]).abs() > 0.01, "{turned:?}");
+    window.get_by_role_and_label(Role::Image, "the arm at the time cursor").focus();
+    window.run_steps(2);
+    window.key_press(egui::Key::ArrowUp);
+    window.run_steps(2);
+    let higher = link(&mut window);
+    assert!(higher[0][1] < turned[0][1], "seen from above, what stands upright is shorter: {higher:?}");
 }
 
 /// The dialog shows what the file will be, and how it is laid out can be chosen there.

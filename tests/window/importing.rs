@@ -89,3 +89,42 @@ fn a_template_is_offered_again_for_logs_of_the_same_columns() {
     let recording = window.state().session().recording.clone().unwrap();
     assert_eq!((recording.name.as_str(), recording.torque.has(TorqueFact::WithoutFriction)), ("next", true));
 }
+
+/// A servo that reports its angle and what it was told: the law of its drive is stated in the assistant, and what it absorbs is said.
+#[test]
+fn a_log_without_torque_is_opened_by_the_law_of_its_drive() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("servo.csv");
+    let row = |sample: u32| {
+        let t = 0.01 * f64::from(sample);
+        let (q, qd) = ((2.0 * t).sin(), 2.0 * (2.0 * t).cos());
+        format!("{t},{q},{qd},{}\n", (q + 0.1 * (3.0 * t).cos()).to_degrees())
+    };
+    let rows: String = (0..400).map(row).collect();
+    std::fs::write(&log, format!("time,q1,qd1,\"q_cmd1[deg]\"\n{rows}")).unwrap();
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    window.state_mut().order(Order::open(vec![log]));
+    settle(&mut window);
+    click(&mut window, "Say what its columns are…");
+    settle(&mut window);
+    choose(&mut window, "how the torque is known", "from a position command");
+    assert!(window.query_by_label_contains("command of joint 1").is_some() && !is_enabled(&window, "Open it so"));
+    assert!(window.query_by_label_contains("An error of kp").is_none());
+    type_into(&mut window, "kp [N m/rad]", "20");
+    type_into(&mut window, "kd [N m s/rad]", "0.5");
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("one of kd is viscous friction (kd is 0.5000").is_some());
+    click(&mut window, "Open it so");
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    let run = &recording.trajectories[0];
+    for (sample, tau) in run.tau[0].iter().enumerate() {
+        let (t, qd) = (run.time[sample], run.qd[0][sample]);
+        let expected = 20.0 * 0.1 * (3.0 * t).cos() - 0.5 * qd;
+        assert!((tau - expected).abs() < 1e-6, "{tau}, not {expected}");
+    }
+    // Whoever looks again finds the law as it was stated.
+    click(&mut window, "Columns…");
+    settle(&mut window);
+    assert!(window.query_by_label_contains("(kd is 0.5000").is_some() && is_enabled(&window, "Open it so"));
+}

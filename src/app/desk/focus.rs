@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::Stretch;
 use super::overlaid::Overlaid;
+use crate::app::plot::spatial::Sight;
 use crate::app::plot::{Along, Views};
 use crate::model::Preset;
 use crate::recording::{Recording, Trajectory};
@@ -54,6 +55,8 @@ pub struct Focus {
     pub loops: bool,
     /// Whether the view moves with the time cursor.
     pub follows: bool,
+    /// From where an arm in space is looked at.
+    pub sight: Sight,
 }
 
 impl Default for Focus {
@@ -72,6 +75,7 @@ impl Default for Focus {
             speed: 1.0,
             loops: true,
             follows: true,
+            sight: Sight::default(),
         }
     }
 }

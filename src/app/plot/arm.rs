@@ -7,15 +7,15 @@ use crate::figure::mark::{Arrow, Frame, Line, Points, Word};
 use crate::figure::{Axis, Ink, Panel};
 
 /// An arc of the largest torque goes this far about its joint \[rad\].
-const LARGEST_ARC: f64 = 4.5;
+pub(super) const LARGEST_ARC: f64 = 4.5;
 /// Points of an arc.
-const ARC_POINTS: usize = 40;
+pub(super) const ARC_POINTS: usize = 40;
 /// Radii of the arcs of measured and predicted torque, as parts of the arm's reach.
-const RADII: [f64; 2] = [0.13, 0.18];
+pub(super) const RADII: [f64; 2] = [0.13, 0.18];
 /// The drawing reaches so much farther than the arm.
-const ROOM: f64 = 1.16;
+pub(super) const ROOM: f64 = 1.16;
 /// Smaller arcs have no arrow \[rad\].
-const SMALLEST_ARC: f64 = 0.02;
+pub(super) const SMALLEST_ARC: f64 = 0.02;
 
 /// What is drawn.
 pub struct Pose<'a> {
@@ -77,7 +77,7 @@ fn around([x, z]: [f64; 2], radius: f64, angle: f64) -> Vec<[f64; 2]> {
 }
 
 /// An arc with an arrow at its end, if it is long enough for one.
-fn arc(panel: Panel, line: Line) -> Panel {
+pub(super) fn arc(panel: Panel, line: Line) -> Panel {
     let (ink, len) = (line.ink, line.x.len());
     let end = |n: usize| [line.x[n], line.y[n]];
     let ends = (len > 1).then(|| [end(len - 2), end(len - 1)]);

@@ -10,6 +10,7 @@ mod linked;
 mod menu;
 mod screen;
 pub mod series;
+pub mod spatial;
 #[cfg(test)]
 mod tests;
 mod view;

@@ -11,12 +11,7 @@ use crate::session::{Session, Step};
 pub type Side<'a> = (&'a str, &'a Session);
 
 /// The page of both.
-pub(super) fn document(
-    sides: [Side; 2],
-    again: &[String],
-    has_figures: bool,
-    monitor: &Monitor,
-) -> Result<Document, Stopped> {
+pub(super) fn document(sides: [Side; 2], has_figures: bool, monitor: &Monitor) -> Result<Document, Stopped> {
     let names = sides.map(|(name, _)| name.to_owned());
     let mut blocks = vec![
         Block::Heading("In short".to_owned()),
@@ -26,7 +21,7 @@ pub(super) fn document(
     ];
     let report_of = |(_, session): Side, mark: &str, monitor: &Monitor| {
         let pictures = has_figures.then_some(Pictures { mark, size: Size::OneColumn, monitor });
-        Ok(sections(super::document(session, &[], pictures)?.blocks))
+        Ok(sections(super::document(session, pictures)?.blocks))
     };
     let first = report_of(sides[0], "left-", &monitor.part(0.0..0.5))?;
     let second = report_of(sides[1], "right-", &monitor.part(0.5..1.0))?;
@@ -36,9 +31,6 @@ pub(super) fn document(
         blocks.push(Block::Beside([(one, own), (two, other)]));
     }
     blocks.push(Block::Text(this_program()));
-    if !again.is_empty() {
-        blocks.push(Block::Code(again.join("\n")));
-    }
     Ok(Document { title: format!("{} beside {}", names[0], names[1]), blocks })
 }
 

@@ -8,7 +8,11 @@ table{border-collapse:collapse;margin:1em 0;font-size:.87em}caption{text-align:l
 th,td{border-bottom:1px solid #ddd;padding:.25em .7em;text-align:left;vertical-align:top}th{border-bottom:2px solid #888}\
 pre{background:#f3f3f3;padding:.8em;overflow-x:auto}figure{margin:1.2em 0;break-inside:avoid}figcaption{font-size:.87em}\
 svg{max-width:100%;height:auto}.beside{display:grid;grid-template-columns:1fr 1fr;gap:2em}.beside>div{min-width:0;overflow-x:auto}\
-.beside h3{font-size:1em;color:#555;margin:.8em 0 0}body:has(.beside){max-width:110em}@media print{body{margin:0;max-width:none}table{break-inside:auto}}";
+.beside h3{font-size:1em;color:#555;margin:.8em 0 0}.note{display:none;position:absolute;pointer-events:none;background:#fff;border:1px solid #888;border-radius:3px;padding:.2em .6em;\
+font-size:.8em;white-space:nowrap}body:has(.beside){max-width:110em}@media print{.note{display:none!important}body{margin:0;max-width:none}table{break-inside:auto}}";
+
+/// What lets charts tell the values at the pointer.
+const HOVER: &str = include_str!("hover.js");
 
 /// The page.
 pub(super) fn page(document: &Document) -> String {
@@ -19,7 +23,7 @@ pub(super) fn page(document: &Document) -> String {
          <h1>{title}</h1>\n"
     );
     document.blocks.iter().for_each(|part| page.push_str(&block(part)));
-    page.push_str("</body>\n</html>\n");
+    page.push_str(&format!("<script>\n{HOVER}</script>\n</body>\n</html>\n"));
     page
 }
 

@@ -18,7 +18,7 @@ use crate::figure::{self, Figure, FigureError, Panel, Size, Style, Theme};
 use crate::model::{JointError, Term};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::{Origin, Recording, joints_text};
-use crate::session::{Session, Step, View};
+use crate::session::{Session, Step, View, again};
 
 /// What a report is written as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,34 +53,24 @@ pub enum ReportError {
     Stopped(#[from] Stopped),
 }
 
-/// The report of a session with a recording; `again` are the commands that make it anew.
+/// The report of a session with a recording.
 ///
 /// # Errors
 /// [`ReportError`] if a PDF can't be written, or somebody stopped it.
-pub fn report(
-    session: &Session,
-    again: &[String],
-    format: ReportFormat,
-    monitor: &Monitor,
-) -> Result<Vec<u8>, ReportError> {
+pub fn report(session: &Session, format: ReportFormat, monitor: &Monitor) -> Result<Vec<u8>, ReportError> {
     let drawn = monitor.part(0.0..DRAWN);
     let pictures = Pictures { mark: "", size: Size::TwoColumn, monitor: &drawn };
-    let document = document(session, again, format.has_figures().then_some(pictures))?;
+    let document = document(session, format.has_figures().then_some(pictures))?;
     monitor.report(DRAWN, "writing")?;
     Ok(format.written(&document)?)
 }
 
-/// Two sessions side by side, each with its name; `again` are the commands that make it anew.
+/// Two sessions side by side, each with its name.
 ///
 /// # Errors
 /// As [`report`].
-pub fn comparison(
-    sides: [Side; 2],
-    again: &[String],
-    format: ReportFormat,
-    monitor: &Monitor,
-) -> Result<Vec<u8>, ReportError> {
-    let document = comparison::document(sides, again, format.has_figures(), &monitor.part(0.0..DRAWN))?;
+pub fn comparison(sides: [Side; 2], format: ReportFormat, monitor: &Monitor) -> Result<Vec<u8>, ReportError> {
+    let document = comparison::document(sides, format.has_figures(), &monitor.part(0.0..DRAWN))?;
     monitor.report(DRAWN, "writing")?;
     Ok(format.written(&document)?)
 }
@@ -119,7 +109,7 @@ struct Pictures<'a> {
     monitor: &'a Monitor,
 }
 
-fn document(session: &Session, again: &[String], pictures: Option<Pictures>) -> Result<Document, Stopped> {
+fn document(session: &Session, pictures: Option<Pictures>) -> Result<Document, Stopped> {
     let name = session.recording.as_ref().map_or("no recording", |recording| &recording.name);
     let mut document = Document { title: format!("What a model of {name} is missing"), blocks: Vec::new() };
     let Some(recording) = session.recording.as_deref() else { return Ok(document) };
@@ -157,7 +147,7 @@ fn document(session: &Session, again: &[String], pictures: Option<Pictures>) -> 
         ruled_out(report, blocks);
         not_known(report, blocks);
     }
-    reproduce(session, again, blocks);
+    reproduce(session, blocks);
     Ok(document)
 }
 
@@ -353,7 +343,7 @@ fn not_known(report: &Report, blocks: &mut Vec<Block>) {
     }
 }
 
-fn reproduce(session: &Session, again: &[String], blocks: &mut Vec<Block>) {
+fn reproduce(session: &Session, blocks: &mut Vec<Block>) {
     blocks.push(Block::Heading("How to do it again".to_owned()));
     blocks.push(Block::Text(this_program()));
     let is_learned =
@@ -370,9 +360,7 @@ fn reproduce(session: &Session, again: &[String], blocks: &mut Vec<Block>) {
         }
         false => blocks.push(Block::List(seeds)),
     }
-    if !again.is_empty() {
-        blocks.push(Block::Code(again.join("\n")));
-    }
+    blocks.push(Block::Code(again(session).join("\n")));
 }
 
 fn this_program() -> String {
@@ -408,40 +396,46 @@ mod tests {
         let monitor = Monitor::new();
         let session = Command::Simulate(Box::new(Scenario::embedded())).run(&Session::default(), &monitor).unwrap();
         let session = Command::Diagnose.run(&session, &monitor).unwrap();
-        let again = ["torquescope report \"a & b.csv\" -o report.html".to_owned()];
         let text_of = |bytes: Result<Vec<u8>, ReportError>| String::from_utf8(bytes.unwrap()).unwrap();
-        let page = text_of(report(&session, &again, ReportFormat::Html, &monitor));
-        for word in ["Coulomb friction, joint", "What was ruled out", "What is not known", "<svg", "a &amp; b.csv"] {
+        let page = text_of(report(&session, ReportFormat::Html, &monitor));
+        for word in [
+            "Coulomb friction, joint",
+            "What was ruled out",
+            "What is not known",
+            "<svg",
+            "torquescope diagnose three-joint-demo.npz",
+        ] {
             assert!(page.contains(word), "{word}");
         }
         // It is read without a network, and each mark in it is there once.
         let without_names = page.replace("http://www.w3.org/", "");
+        assert!(page.contains("data-series=\"measured") && page.contains("<script>"), "its charts tell values");
         assert!(!without_names.contains("http") && !page.contains("<script src") && !page.contains("<link"));
         let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
         let unique: std::collections::HashSet<&&str> = marks.iter().collect();
         assert_eq!(unique.len(), marks.len());
-        let tex = text_of(report(&session, &again, ReportFormat::Latex, &monitor));
+        let tex = text_of(report(&session, ReportFormat::Latex, &monitor));
         assert!(tex.contains("\\toprule") && tex.contains("Coulomb friction") && tex.contains("95 \\%"), "{tex}");
         assert_eq!(tex.matches("\\begin{table}").count(), tex.matches("\\end{table}").count());
-        let text = text_of(report(&session, &again, ReportFormat::Markdown, &monitor));
+        let text = text_of(report(&session, ReportFormat::Markdown, &monitor));
         assert!(text.starts_with("# What a model of") && text.contains("| model |"), "{text}");
         assert_eq!([0.0, 1.5, 1.23456e-7, 123_456.0].map(number), ["0", "1.500", "1.235e-7", "123456"]);
 
-        let pdf = report(&session, &again, ReportFormat::Pdf, &monitor).unwrap();
+        let pdf = report(&session, ReportFormat::Pdf, &monitor).unwrap();
         assert!(pdf.starts_with(b"%PDF") && pdf.len() > 50_000, "its figures are in it");
 
         let effect = &session.report.as_ref().unwrap().effects[0];
         let add = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };
         let repaired = Session { report: session.report.clone(), ..add.run(&session, &monitor).unwrap() };
         let sides = [("before", &session), ("after", &repaired)];
-        let text = text_of(comparison(sides, &again, ReportFormat::Markdown, &monitor));
+        let text = text_of(comparison(sides, ReportFormat::Markdown, &monitor));
         assert!(text.contains("| what | before | after |") && text.contains("### before"), "{text}");
         let coulomb = text.lines().find(|line| line.contains("coulomb_torque")).unwrap();
         assert!(coulomb.contains("| – |"), "only one of them has it: {coulomb}");
-        let page = text_of(comparison(sides, &again, ReportFormat::Html, &monitor));
+        let page = text_of(comparison(sides, ReportFormat::Html, &monitor));
         let marks: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
         assert!(marks.len() > 10 && marks.iter().collect::<std::collections::HashSet<_>>().len() == marks.len());
-        let tex = text_of(comparison(sides, &again, ReportFormat::Latex, &monitor));
+        let tex = text_of(comparison(sides, ReportFormat::Latex, &monitor));
         assert!(tex.contains("% before") && tex.matches("\\toprule").count() > 6, "{tex}");
     }
 }

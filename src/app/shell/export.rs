@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use egui::{Button, ComboBox, DragValue, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
+use egui::{Button, ComboBox, DragValue, Modal, RichText, ScrollArea, Ui, WidgetInfo, vec2};
 
+use super::ending;
 use super::frame::Shell;
 use super::preview::Preview;
 use super::primary::primary;
@@ -78,8 +79,14 @@ impl Exporting {
 
     /// It goes into this file.
     pub fn set_path(&mut self, path: &Path) {
-        let own = if self.is_report { &mut self.report.path } else { &mut self.path };
-        *own = path.display().to_string();
+        let path = path.display().to_string();
+        match self.is_report {
+            true => self.report.set_path(path),
+            false => {
+                ending::follow(&FORMATS, &mut self.format, &path);
+                self.path = path;
+            }
+        }
     }
 
     /// This session stands beside the present one.
@@ -220,13 +227,7 @@ fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
         }
     });
     ui.add_space(GAP);
-    ui.horizontal_wrapped(|ui| {
-        for (choice, name, ending) in FORMATS {
-            if ui.radio_value(format, choice, name).clicked() {
-                *path = std::path::Path::new(&*path).with_extension(ending).to_string_lossy().into_owned();
-            }
-        }
-    });
+    ending::choose(ui, &FORMATS, format, path);
     ui.add_enabled_ui(*format != Format::Csv, |ui| {
         ui.horizontal_wrapped(|ui| {
             let label = ui.label("Size");
@@ -250,8 +251,7 @@ fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
         layout(ui, style);
     });
     ui.add_space(GAP);
-    let label = ui.label("File");
-    ui.add(TextEdit::singleline(path).desired_width(f32::INFINITY)).labelled_by(label.id);
+    ending::ask(ui, &FORMATS, format, path, *all);
     ui.checkbox(all, "Every screen, a file for each in a folder of this name");
     let text = match all {
         true => "All samples of the shown trajectory; what was never computed is left out.",
@@ -260,7 +260,7 @@ fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
     ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     ui.add_space(GAP);
     let chosen = plots.iter().filter(|(_, on)| *on).count();
-    let ready = (chosen > 0 || *all) && !path.trim().is_empty();
+    let ready = if *all { !path.trim().is_empty() } else { chosen > 0 && ending::is_named(&FORMATS, path) };
     ui.horizontal_wrapped(|ui| {
         let write = primary(ui, ready, "Write the file");
         write.widget_info(|| WidgetInfo::labeled(egui::Role::Button, ready, "Write the file"));

@@ -7,6 +7,7 @@ use egui::{
 };
 
 use super::frame::Shell;
+use super::law::Law;
 use super::primary::primary;
 use crate::app::desk::Order;
 use crate::app::facts;
@@ -17,8 +18,9 @@ use crate::figure::mark::Line;
 use crate::figure::{Axis, Ink, Panel};
 use crate::file;
 use crate::progress::Monitor;
+use crate::recording::drive::DriveError;
 use crate::recording::encoders::Side;
-use crate::recording::mapping::{Channel, Draft, MappingError, MappingSpec, Role};
+use crate::recording::mapping::{Channel, Draft, Mapping, MappingError, MappingSpec, Role};
 use crate::recording::read::{Preview, ReadOptions, preview};
 use crate::recording::torque::TorqueFacts;
 use crate::session::Command;
@@ -43,6 +45,8 @@ pub struct Importing {
     torque: TorqueFacts,
     /// On which side of the gears the encoders are.
     encoders: Option<Side>,
+    /// How the torque follows from a command, as it is typed.
+    law: Law,
     job: Option<Job<Preview>>,
     log: Option<Result<Log, String>>,
     /// The file for the template, as it is typed.
@@ -89,6 +93,7 @@ impl Importing {
         Importing {
             torque: options.stated_torque().cloned().unwrap_or_default(),
             encoders: options.stated_encoders(),
+            law: Law::default(),
             job: Some(Job::spawn("look into the log", wake, look)),
             path,
             options,
@@ -115,8 +120,14 @@ impl Importing {
         self.job = None;
         self.log = Some(match outcome {
             Outcome::Done(preview) => {
-                let draft = Draft::guess(&preview.names());
-                let shown = draft.columns.iter().position(|role| role.channel == Some(Channel::Torque)).unwrap_or(0);
+                let mut draft = Draft::guess(&preview.names());
+                let stated = self.options.mapping.as_ref();
+                let found = stated.and_then(|mapping| Mapping::find(&preview.names(), mapping).ok());
+                if let (Some(drive), Some(found)) = (stated.and_then(|mapping| mapping.drive.clone()), found) {
+                    draft.state_command(drive, &found.tau);
+                }
+                self.law = Law::of(draft.drive.as_ref());
+                let shown = first_torque(&draft).unwrap_or(0);
                 Ok(Log { preview, draft, shown, made: None })
             }
             Outcome::Failed(reason) | Outcome::Stopped(reason) | Outcome::Panicked(reason) => Err(reason),
@@ -145,6 +156,9 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
                 table(ui, log);
                 rate(ui, log);
                 ui.label("What is the torque?");
+                if open.law.ask(ui, &mut log.draft) {
+                    log.shown = first_torque(&log.draft).unwrap_or(log.shown);
+                }
                 facts::choose(ui, &mut open.torque);
                 facts::choose_encoders(ui, &mut open.encoders);
                 plot(ui, shell, log);
@@ -161,14 +175,14 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
 /// A row for each column of the log; where there is no room for all that is in a row it can be scrolled.
 fn table(ui: &mut Ui, log: &mut Log) {
     let Log { preview, draft, shown, .. } = log;
-    let mut chosen = None;
+    let (mut chosen, torque) = (None, torque_of(draft));
     ScrollArea::horizontal().id_salt("rows").show(ui, |ui| {
         titles(ui);
         let rows = ScrollArea::vertical().id_salt("columns").max_height(TABLE);
         rows.show_rows(ui, ROW, draft.columns.len(), |ui, rows| {
             for number in rows {
                 let (role, values) = (&mut draft.columns[number], &preview.columns[number].values);
-                let asked = ui.push_id(number, |ui| column(ui, role, values, number, shown)).inner;
+                let asked = ui.push_id(number, |ui| column(ui, role, values, number, shown, torque)).inner;
                 chosen = chosen.or(asked.map(|channel| (number, channel)));
             }
         });
@@ -207,7 +221,14 @@ fn row(ui: &mut Ui, content: impl FnOnce(&mut Ui, Cell)) {
 }
 
 /// One of them; what it is to be taken for, if that was chosen.
-fn column(ui: &mut Ui, role: &mut Role, values: &[f64], number: usize, shown: &mut usize) -> Option<Option<Channel>> {
+fn column(
+    ui: &mut Ui,
+    role: &mut Role,
+    values: &[f64],
+    number: usize,
+    shown: &mut usize,
+    torque: &'static str,
+) -> Option<Option<Channel>> {
     let (before, mut chosen) = (role.clone(), None);
     let name = role.name.clone();
     row(ui, |ui, cell| {
@@ -223,7 +244,7 @@ fn column(ui: &mut Ui, role: &mut Role, values: &[f64], number: usize, shown: &m
             let text = RichText::new(first.join("  ")).size(SMALL).color(Palette::in_ui(ui).weak);
             ui.add(Label::new(text).truncate());
         });
-        cell(ui, of_quantity, &mut |ui| chosen = quantity(ui, role));
+        cell(ui, of_quantity, &mut |ui| chosen = quantity(ui, role, torque));
         let is_of_joint = role.of_joint().is_some();
         cell(ui, of_joint, &mut |ui| {
             if is_of_joint {
@@ -254,9 +275,22 @@ fn column(ui: &mut Ui, role: &mut Role, values: &[f64], number: usize, shown: &m
     chosen
 }
 
-fn quantity(ui: &mut Ui, role: &Role) -> Option<Option<Channel>> {
+/// The first column that is taken for torque, or its command.
+fn first_torque(draft: &Draft) -> Option<usize> {
+    draft.columns.iter().position(|role| role.channel == Some(Channel::Torque))
+}
+
+/// What columns hold that are taken for torque.
+fn torque_of(draft: &Draft) -> &'static str {
+    draft.drive.as_ref().map_or(Channel::Torque.title(), |_| "command")
+}
+
+fn quantity(ui: &mut Ui, role: &Role, torque: &'static str) -> Option<Option<Channel>> {
     let mut chosen = None;
-    let title = |channel: Option<Channel>| channel.map_or("not used", Channel::title);
+    let title = |channel: Option<Channel>| match channel {
+        Some(Channel::Torque) => torque,
+        channel => channel.map_or("not used", Channel::title),
+    };
     let chooser = ComboBox::from_id_salt("quantity").width(100.0).selected_text(title(role.channel));
     let chooser = chooser.show_ui(ui, |ui| {
         for channel in std::iter::once(None).chain(Channel::ALL.map(Some)) {
@@ -305,6 +339,7 @@ fn plot(ui: &mut Ui, shell: &mut Shell, log: &Log) {
     let points = seen.values.iter().enumerate().step_by(step).map(|(sample, value)| [sample as f64, factor * value]);
     let quantity = match role.channel {
         Some(Channel::Time) => "time".to_owned(),
+        Some(Channel::Torque) => format!("{} of joint {}", torque_of(&log.draft), role.joint + 1),
         Some(channel) => format!("{} of joint {}", channel.title(), role.joint + 1),
         None => "not used".to_owned(),
     };
@@ -394,15 +429,18 @@ fn completed(spec: MappingSpec, open: &Importing) -> MappingSpec {
     let before = open.options.mapping.clone().unwrap_or_default();
     let (low_pass_hz, gaussian_samples) = (before.low_pass_hz, before.gaussian_samples);
     let kind = before.kind.or(spec.kind);
-    let (chain, topic, drive) = (before.chain, before.topic, before.drive);
+    let (chain, topic) = (before.chain, before.topic);
     let (torque, encoders) = (open.torque.clone(), open.encoders);
-    MappingSpec { low_pass_hz, gaussian_samples, kind, chain, topic, drive, torque, encoders, ..spec }
+    MappingSpec { low_pass_hz, gaussian_samples, kind, chain, topic, torque, encoders, ..spec }
 }
 
 /// What is wrong, without the list of all columns, which stand above.
 fn in_short(problem: &MappingError) -> String {
     match problem {
         MappingError::Missing { channel, .. } => format!("No column is taken for {}.", channel.title()),
+        MappingError::Drive(DriveError::Value { name, value, .. }) if value.is_nan() => {
+            format!("Say {name} of the drive: one number, or one a joint.")
+        }
         other => format!("{}.", widgets::sentence_case(&other.to_string())),
     }
 }

@@ -3,11 +3,13 @@
 mod actions;
 mod ask;
 mod bar;
+mod ending;
 mod export;
 mod flow;
 mod frame;
 mod importing;
 mod keys;
+mod law;
 mod lesson;
 mod messages;
 mod models;

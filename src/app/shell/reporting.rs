@@ -4,6 +4,7 @@ use std::path::Path;
 
 use egui::{RichText, TextEdit, Ui, WidgetInfo};
 
+use super::ending;
 use super::primary::primary;
 use crate::app::desk::{Desk, Order, Reporting};
 use crate::app::report::ReportFormat;
@@ -27,6 +28,12 @@ impl Report {
         let path = paths.find(|path| !Path::new(path).exists()).unwrap_or_default();
         Report { format: ReportFormat::Html, path, beside: None }
     }
+
+    /// It goes into this file.
+    pub fn set_path(&mut self, path: String) {
+        ending::follow(&ReportFormat::ALL, &mut self.format, &path);
+        self.path = path;
+    }
 }
 
 /// The questions, and whether they are answered.
@@ -36,13 +43,7 @@ pub fn ask(ui: &mut Ui, desk: &mut Desk, report: &mut Report) -> bool {
         widgets::weak(ui, "There is no recording yet that a report could be about.");
         return ui.button("Close").clicked();
     }
-    ui.horizontal_wrapped(|ui| {
-        for (choice, name, ending) in ReportFormat::ALL {
-            if ui.radio_value(format, choice, name).clicked() {
-                *path = Path::new(&*path).with_extension(ending).to_string_lossy().into_owned();
-            }
-        }
-    });
+    ending::choose(ui, &ReportFormat::ALL, format, path);
     ui.add_space(GAP);
     let mut compares = beside.is_some();
     if ui.checkbox(&mut compares, "Beside another session that was saved").changed() {
@@ -57,8 +58,7 @@ pub fn ask(ui: &mut Ui, desk: &mut Desk, report: &mut Report) -> bool {
         }
     }
     ui.add_space(GAP);
-    let label = ui.label("File");
-    ui.add(TextEdit::singleline(path).desired_width(f32::INFINITY)).labelled_by(label.id);
+    ending::ask(ui, &ReportFormat::ALL, format, path, false);
     let text = match beside {
         Some(_) => "What both are and found in one table each, then their reports, section beside section.",
         None => {
@@ -68,7 +68,8 @@ pub fn ask(ui: &mut Ui, desk: &mut Desk, report: &mut Report) -> bool {
     };
     ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
     ui.add_space(GAP);
-    let ready = !path.trim().is_empty() && beside.as_ref().is_none_or(|other| !other.trim().is_empty());
+    let ready =
+        ending::is_named(&ReportFormat::ALL, path) && beside.as_ref().is_none_or(|other| !other.trim().is_empty());
     ui.horizontal_wrapped(|ui| {
         let write = primary(ui, ready, "Write the file");
         write.widget_info(|| WidgetInfo::labeled(egui::Role::Button, ready, "Write the file"));

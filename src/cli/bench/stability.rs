@@ -9,7 +9,7 @@ use crate::cli::data::Files;
 use crate::cli::progress;
 use crate::cli::table::table;
 use crate::recording::read::ReadOptions;
-use crate::session::{Command, Session};
+use crate::session::Session;
 use crate::trial::stability::{CUTOFFS, Class, Said, Stability, Stays, Variant, stability, variants};
 
 /// Which names of the diagnosis stay when your recording is looked at in another way: halves of it, every second and fourth
@@ -51,14 +51,11 @@ impl StabilityBench {
 /// The log read again with other cut-offs, if anything in it was derived.
 fn filtered(session: &Session) -> anyhow::Result<Vec<Variant>> {
     let cutoff = session.recording.as_ref().and_then(|recording| recording.provenance.low_pass_hz);
-    let (Some(cutoff), Some(Command::Open { paths, options, held_out })) = (cutoff, session.opened_by.as_deref())
-    else {
-        return Ok(Vec::new());
-    };
+    let (Some(cutoff), Some(source)) = (cutoff, session.source.as_deref()) else { return Ok(Vec::new()) };
     let read = |factor: f64| {
         let low_pass = factor * cutoff;
-        let options = ReadOptions { low_pass_hz: Some(low_pass), ..options.clone() };
-        let open = Command::Open { paths: paths.clone(), options, held_out: held_out.clone() };
+        let options = ReadOptions { low_pass_hz: Some(low_pass), ..source.options.clone() };
+        let Some(open) = source.reading(options) else { return Ok(None) };
         let again = progress::run(open, &Session::default())?;
         let name = format!("derived with a cut-off of {low_pass:.1} Hz");
         let variant = |recording| Variant { name, recording, split: again.split };

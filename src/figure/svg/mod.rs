@@ -182,6 +182,18 @@ fn wrapped<'a>(entries: &[Entry<'a>], used: f64, room: f64, paper: &Paper) -> Ve
     rows
 }
 
+/// An attribute that tells which values lie where along an axis: from which place of the page to which, and from which value to which
+/// in the axis' own measure.
+fn values(key: &str, which: usize, place: &Place) -> String {
+    let (axis, [from, to]) = (place.axes[which], place.ranges[which]);
+    let names = if let Scale::Names(names) = &axis.scale { Some(names) } else { None };
+    let told = serde_json::json!({
+        "low": place.along(which, from), "high": place.along(which, to), "from": from, "to": to,
+        "log": axis.scale == Scale::Logarithmic, "names": names, "label": axis.label, "unit": axis.unit,
+    });
+    format!(" data-{key}=\"{}\"", escaped(&told.to_string()))
+}
+
 /// What the n-th panel is called: a, b, …, z, aa, ab, …
 fn letter_of(number: usize) -> String {
     let letter = char::from(b'a' + (number % 26) as u8).to_string();
@@ -218,7 +230,13 @@ impl Paper {
         if !panel.bare {
             self.rectangle(sides, &Fill { color: colours.canvas, opacity: 1.0 }, None, 0.0);
         }
-        put!(self, "<g clip-path=\"url(#plot{number})\">");
+        // Who reads the file on a screen can be told the values at the pointer.
+        let values = if panel.bare {
+            String::new()
+        } else {
+            [("x", 0), ("y", 1)].map(|(key, which)| values(key, which, &place)).concat()
+        };
+        put!(self, "<g clip-path=\"url(#plot{number})\"{values}>");
         for mark in panel.marks.iter().filter(|mark| style.shaded && mark.is_behind()) {
             mark.draw(&place, self);
         }
@@ -236,7 +254,12 @@ impl Paper {
             }
         }
         for mark in panel.marks.iter().filter(|mark| !mark.is_behind()) {
+            // Colours stand for values that no line of the drawing has.
+            let entry = mark.entry().filter(|entry| !matches!(entry.key, Key::Scale(_)));
+            let name = entry.map_or("", |entry| entry.name);
+            put!(self, "<g data-series=\"{}\">", escaped(name));
             mark.draw(&place, self);
+            put!(self, "</g>");
         }
         put!(self, "</g>");
         let edge = Stroke::new(colours.border, 0.6);

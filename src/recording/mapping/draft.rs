@@ -3,9 +3,10 @@
 use super::choosing::{Guesses, missing};
 use super::spec::LEAVE_OUT;
 use super::units::{Unit, choices, split_unit, unit_named};
-use super::words::why;
+use super::words::{COMMANDED, read_name, why};
 use super::{Channel, Mapping, MappingError, MappingSpec};
 use crate::recording::JointKind;
+use crate::recording::drive::Drive;
 use crate::recording::transform::{Factor, Transform};
 
 /// What each column of a log is taken for.
@@ -15,6 +16,8 @@ pub struct Draft {
     pub columns: Vec<Role>,
     /// Sampling rate \[Hz\], where no column is a clock.
     pub rate_hz: Option<f64>,
+    /// The law of the drive, where the columns of the torque hold its command.
+    pub drive: Option<Drive>,
 }
 
 /// What a column is taken for.
@@ -24,6 +27,8 @@ pub struct Role {
     pub name: String,
     /// Its channel; `None` where it is not used.
     pub channel: Option<Channel>,
+    /// The channel in whose units its numbers are: a command has those of what it commands, and volts have none.
+    pub measures: Option<Channel>,
     /// Its joint, counted from 0; of no meaning for time.
     pub joint: usize,
     /// In which unit its numbers are, one of [`Role::units`].
@@ -45,9 +50,10 @@ impl Draft {
                 .find_map(|(channel, columns)| Some((*channel, columns.iter().position(|it| it == name)?)));
             let (channel, joint) = found.map_or((None, 0), |(channel, joint)| (Some(channel), joint));
             let why = why(name, channel.is_some());
-            Role { name: name.clone(), channel, joint, unit: "", turned: false, why }.in_likely_unit()
+            Role { name: name.clone(), channel, measures: channel, joint, unit: "", turned: false, why }
+                .in_likely_unit()
         };
-        Draft { columns: names.iter().map(role).collect(), rate_hz: None }
+        Draft { columns: names.iter().map(role).collect(), rate_hz: None, drive: None }
     }
 
     /// Takes a column for something else: of the first joint that has none there, and in SI units unless its name says others.
@@ -58,9 +64,55 @@ impl Draft {
             others.any(|(_, role)| role.joint == *joint)
         };
         let joint = (0..).find(|joint| !is_taken(joint)).unwrap_or(0);
+        let measures = self.measured(channel);
         let Some(role) = self.columns.get_mut(column) else { return };
         let (name, why) = (role.name.clone(), "you say so".to_owned());
-        *role = Role { name, channel, joint, unit: "", turned: false, why }.in_likely_unit();
+        *role = Role { name, channel, measures, joint, unit: "", turned: false, why }.in_likely_unit();
+    }
+
+    /// States the law by which the torque follows from a command, or that it is logged. A law takes the columns whose names say that they
+    /// are its command, where none is taken for one yet.
+    pub fn state_drive(&mut self, drive: Option<Drive>) {
+        self.drive = drive;
+        let measures = self.measured(Some(Channel::Torque));
+        for role in self.columns.iter_mut().filter(|role| role.channel == Some(Channel::Torque)) {
+            *role = Role { measures, ..role.clone() }.in_likely_unit();
+        }
+        let commanded = self.drive.as_ref().and_then(Drive::command);
+        if commanded.is_none() || self.columns.iter().any(|role| role.channel == Some(Channel::Torque)) {
+            return;
+        }
+        let is_command = |role: &Role| {
+            let read = read_name(&role.name);
+            role.channel.is_none() && read.is_some_and(|read| Some(read.channel) == commanded && read.rank >= COMMANDED)
+        };
+        let commands: Vec<usize> =
+            (0..self.columns.len()).filter(|column| is_command(&self.columns[*column])).collect();
+        for column in commands {
+            self.take_for(column, Some(Channel::Torque));
+            self.columns[column].why = why(&self.columns[column].name, true);
+        }
+    }
+
+    /// States a law whose command is in columns that a mapping names, joint after joint.
+    pub fn state_command(&mut self, drive: Drive, columns: &[String]) {
+        self.state_drive(Some(drive));
+        for column in 0..self.columns.len() {
+            let joint = columns.iter().position(|name| *name == self.columns[column].name);
+            let was_taken = self.columns[column].channel == Some(Channel::Torque);
+            if was_taken || joint.is_some() {
+                self.take_for(column, joint.map(|_| Channel::Torque));
+                self.columns[column].joint = joint.unwrap_or(0);
+            }
+        }
+    }
+
+    /// In the units of which channel numbers are that are taken for one.
+    fn measured(&self, channel: Option<Channel>) -> Option<Channel> {
+        match (&self.drive, channel) {
+            (Some(drive), Some(Channel::Torque)) => drive.command(),
+            _ => channel,
+        }
     }
 
     /// The mapping that it makes, every channel stated.
@@ -68,7 +120,8 @@ impl Draft {
     /// # Errors
     /// [`MappingError`] if position or torque has no column, or a joint of a channel has none or several.
     pub fn spec(&self) -> Result<MappingSpec, MappingError> {
-        let mut spec = MappingSpec { rate_hz: self.rate_hz, kind: self.kind(), ..MappingSpec::default() };
+        let (rate_hz, drive) = (self.rate_hz, self.drive.clone());
+        let mut spec = MappingSpec { rate_hz, kind: self.kind(), drive, ..MappingSpec::default() };
         for channel in Channel::ALL {
             let mut roles: Vec<&Role> = self.columns.iter().filter(|role| role.channel == Some(channel)).collect();
             roles.sort_by_key(|role| role.joint);
@@ -89,7 +142,10 @@ impl Draft {
         }
         // What is said of joints has to fit; names that stand twice are told too.
         let names: Vec<String> = self.columns.iter().map(|role| role.name.clone()).collect();
-        Mapping::find(&names, &spec)?;
+        let found = Mapping::find(&names, &spec)?;
+        if let Some(drive) = &self.drive {
+            drive.check_for(found.q.len())?;
+        }
         Ok(spec)
     }
 
@@ -138,14 +194,14 @@ impl Role {
         self.channel.filter(|channel| *channel != Channel::Time).map(|_| self.joint)
     }
 
-    /// Units that numbers of its channel may be in, SI first; none where it is not used.
+    /// Units that its numbers may be in, SI first; none where it is not used, and of volts.
     pub fn units(&self) -> &'static [&'static str] {
-        self.channel.map_or(&[], choices)
+        self.measures.map_or(&[], choices)
     }
 
     /// The unit that its name states, if that is one of its channel.
     fn stated(&self) -> Option<Unit> {
-        split_unit(&self.name).1.filter(|unit| self.channel.is_some_and(|channel| unit.channels.contains(&channel)))
+        split_unit(&self.name).1.filter(|unit| self.measures.is_some_and(|channel| unit.channels.contains(&channel)))
     }
 
     /// From the numbers of the file to SI units.
@@ -191,6 +247,38 @@ mod tests {
         // What the name states is applied anyway.
         assert!(spec.transforms.is_empty());
         assert!((draft.columns[5].to_si() - 1f64.to_radians()).abs() < 1e-15);
+    }
+
+    /// A log of a servo: its command is found by its name, in degrees, and the template says the law.
+    #[test]
+    fn a_law_takes_the_columns_that_command() {
+        let mut draft = Draft::guess(&names("time q1 q2 q_cmd1[deg] q_cmd2[deg] u1 u2"));
+        assert!(matches!(draft.spec(), Err(MappingError::Missing { channel: Channel::Torque, .. })));
+        let [(_, position), (_, velocity), (_, voltage)] = Drive::laws();
+        draft.state_drive(Some(velocity));
+        assert!(matches!(draft.spec(), Err(MappingError::Missing { .. })), "nothing commands a velocity");
+        draft.state_drive(Some(position));
+        let taken: Vec<(&str, usize, &str)> = draft
+            .columns
+            .iter()
+            .filter(|role| role.channel == Some(Channel::Torque))
+            .map(|role| (role.name.as_str(), role.joint, role.unit))
+            .collect();
+        assert_eq!(taken, [("q_cmd1[deg]", 0, "deg"), ("q_cmd2[deg]", 1, "deg")]);
+        let told = draft.spec().unwrap_err().to_string();
+        assert!(told.contains("`kp` of the drive is NaN on joint 1"), "{told}");
+        if let Some(Drive::Position { kp, .. }) = &mut draft.drive {
+            *kp = "20, 15".parse().unwrap();
+        }
+        let spec = draft.spec().unwrap();
+        let text = spec.to_toml().unwrap();
+        assert!(text.contains("[command]") && text.contains("law = \"position\""), "{text}");
+        assert_eq!(MappingSpec::from_toml(&text).unwrap(), spec);
+        // What was opened so is so again; volts have no unit to be chosen.
+        let mut again = Draft::guess(&names("time q1 q2 q_cmd1[deg] q_cmd2[deg] u1 u2"));
+        again.state_command(voltage, &["u1".to_owned(), "u2".to_owned()]);
+        assert_eq!((again.columns[6].joint, again.columns[6].units().len()), (1, 0));
+        assert_eq!(again.columns[3].channel, None);
     }
 
     /// Every choice stands in the template, which reads back as what it was.

@@ -14,6 +14,7 @@ mod words;
 
 use serde::{Deserialize, Serialize};
 
+use super::drive::DriveError;
 pub use draft::{Draft, Role};
 pub use spec::MappingSpec;
 pub(super) use units::{Unit, split_unit, unit_named};
@@ -85,7 +86,7 @@ pub struct Mapping {
 }
 
 /// The columns can't be mapped.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MappingError {
     /// The text is not a mapping.
     #[error("the mapping has `{entry}`, which {problem}; write it like `q=pos*,tau=torque*,time=t`")]
@@ -141,6 +142,9 @@ pub enum MappingError {
         /// How many columns.
         count: usize,
     },
+    /// A constant of the drive can't be.
+    #[error(transparent)]
+    Drive(#[from] DriveError),
     /// Two channels have different joints.
     #[error(
         "position has {} joints ({}), but {} has {} ({}); map both for the same joints{}",

@@ -1,5 +1,6 @@
 //! Compare: measured against predicted torque of every joint, the residual under it, and the arm at the cursor.
 
+mod arm;
 mod errors;
 mod figures;
 mod parts;
@@ -7,7 +8,7 @@ mod sum;
 
 use std::sync::Arc;
 
-use egui::{ComboBox, RichText, Slider, Ui, WidgetText};
+use egui::{ComboBox, EventFilter, Key, Response, RichText, Sense, Slider, Ui, WidgetText};
 
 use errors::Sorting;
 use figures::{Beside, Moved, Overlay, Torques};
@@ -16,14 +17,13 @@ use parts::Decomposition;
 use crate::app::desk::{About, Desk, Focus, Needs, held_out_times, time_extent};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
-use crate::app::plot::{PanelView, arm, ticks};
+use crate::app::plot::spatial::Sight;
+use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{controls, formula, tables, widgets};
-use crate::arm::Arm;
 use crate::figure::Panel;
 use crate::figure::mark::nearest;
-use crate::recording::{JointKind, Recording};
 use crate::session::{Command, Generation, Session, Step};
 use crate::signals::Signals;
 
@@ -31,6 +31,9 @@ use crate::signals::Signals;
 const START: f64 = 0.35;
 /// How many times as fast as it was recorded time can go on.
 const SPEEDS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
+/// How far a drag of a point turns an arm in space, and a press of an arrow key \[rad\].
+const TURN_BY_DRAG: f32 = 0.01;
+const TURN_BY_KEY: f64 = 0.1;
 /// Points of the way of the arm's tip.
 const TIP_POINTS: usize = 400;
 
@@ -128,7 +131,7 @@ impl Screen for Compare {
         let mut panels: Vec<Panel> = joints.flat_map(|joint| [torques.torque(joint), torques.below(joint)]).collect();
         panels.extend(formula::figure(desk));
         panels.extend(figures::scatter(desk.session));
-        panels.extend(arm_panel(recording, step, facts, run, desk.focus.cursor));
+        panels.extend(arm::panel(recording, step, facts, run, desk.focus.cursor, desk.focus.sight));
         panels
     }
 
@@ -199,8 +202,8 @@ struct Facts {
     largest: Vec<f64>,
     /// Whether a term of the model acts on a joint at all: `acts[term][joint]`.
     acts: Vec<Vec<bool>>,
-    /// Where the tip of the arm goes \[m\].
-    tip: Vec<[f64; 2]>,
+    /// Where the tip of the arm goes \[m\]; nowhere if it slides in the plane.
+    tip: Vec<[f64; 3]>,
 }
 
 impl Question for Drawn {
@@ -213,10 +216,10 @@ impl Question for Drawn {
         let prediction = step.evaluation.predictions.get(self.trajectory).ok_or("it was not predicted")?;
         let largest = |torque: &[f64]| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         let acts = |torque: &[f64]| torque.iter().any(|value| *value != 0.0);
-        let arm = drawn_arm(recording);
+        let body = arm::Body::of(recording);
         let tip = |sample: usize| {
             let q: Vec<f64> = run.q.at(sample).collect();
-            arm.points(&q).last().copied()
+            body.as_ref().map(|body| body.tip(&q))
         };
         Ok(Facts {
             residual: step.evaluation.residual(recording, self.trajectory),
@@ -315,33 +318,6 @@ fn speed_text(speed: f64) -> String {
     format!("{speed} ×")
 }
 
-/// The arm at the cursor; `None` if it slides.
-fn arm_panel(recording: &Recording, step: &Step, facts: &Facts, run: usize, cursor: Option<f64>) -> Option<Panel> {
-    let signals = &recording.trajectories[run];
-    let [first, last] = time_extent(&signals.time);
-    let time = cursor.unwrap_or(first + START * (last - first)).clamp(first, last);
-    let sample = nearest(&signals.time, time);
-    let at = |signal: &Signals| -> Vec<f64> { signal.iter().filter_map(|joint| joint.get(sample).copied()).collect() };
-    let revolute = recording.joints.iter().all(|joint| joint.kind == JointKind::Revolute);
-    let pose = arm::Pose {
-        time,
-        arm: &drawn_arm(recording),
-        q: &at(&signals.q),
-        measured: &at(&signals.tau),
-        predicted: &at(&step.evaluation.predictions[run].total),
-        largest: &facts.largest,
-        path: &facts.tip,
-    };
-    revolute.then(|| arm::panel(&pose))
-}
-
-/// The arm as stated, or links of equal length.
-fn drawn_arm(recording: &Recording) -> Arm {
-    let mut arm = recording.stated_arm.clone().unwrap_or_else(|| Arm::uniform(recording.joint_count()));
-    arm.posture = recording.posture.unwrap_or(arm.posture);
-    arm
-}
-
 fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
     let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
         return;
@@ -379,11 +355,19 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
             signal.iter().map(|joint| joint.get(sample).copied().unwrap_or(f64::NAN)).collect()
         };
         let (q, measured, predicted) = (at(&run.q), at(&run.tau), at(&prediction.total));
-        if let Some(panel) = arm_panel(&recording, &step, &facts, index, Some(time)) {
-            let unit_links = recording.stated_arm.is_none();
+        if let Some(panel) = arm::panel(&recording, &step, &facts, index, Some(time), desk.focus.sight) {
+            let is_spatial = recording.chain.is_some();
+            let unit_links = recording.stated_arm.is_none() && !is_spatial;
             let drawing = PanelView::new(panel).drawing().spoken("the arm at the time cursor").height(250.0);
-            drawing.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
-            let legend = "Arcs: torque, counter-clockwise positive, full line measured, dashed predicted.";
+            let drawn = drawing.show(ui, &mut desk.focus.views, &mut desk.memo.decimator).response;
+            let legend = match is_spatial {
+                true => {
+                    turn(ui, &drawn, &mut desk.focus.sight);
+                    "Drag it to turn it (or arrow keys; a double click turns it back). Arcs about the axes: torque, full line measured, \
+                     dashed predicted."
+                }
+                false => "Arcs: torque, counter-clockwise positive, full line measured, dashed predicted.",
+            };
             ui.label(RichText::new(legend).size(SMALL).color(palette.weak));
             if unit_links {
                 let text = "The recording states no lengths: all links are drawn equally long.";
@@ -414,6 +398,23 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
         desk.focus.cursor = Some(time);
     }
     tables::errors(ui, &recording, &step);
+}
+
+/// Lets an arm in space be looked at from elsewhere.
+fn turn(ui: &Ui, drawn: &Response, sight: &mut Sight) {
+    let dragged = ui.interact(drawn.rect, drawn.id.with("turn"), Sense::drag());
+    let by = dragged.drag_delta() * TURN_BY_DRAG;
+    *sight = sight.turned([f64::from(-by.x), f64::from(by.y)]);
+    if drawn.double_clicked() {
+        *sight = Sight::default();
+    }
+    if drawn.has_focus() {
+        let keys = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(drawn.id, keys));
+        let pressed = |key| ui.input(|input| input.num_presses(key)) as f64 * TURN_BY_KEY;
+        let around = pressed(Key::ArrowLeft) - pressed(Key::ArrowRight);
+        *sight = sight.turned([around, pressed(Key::ArrowUp) - pressed(Key::ArrowDown)]);
+    }
 }
 
 /// What was marked in state space on another screen, and that it can be forgotten.

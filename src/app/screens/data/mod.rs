@@ -33,7 +33,7 @@ use crate::recording::correction::Correction;
 use crate::recording::read::{READABLE, ReadOptions};
 use crate::recording::torque::TorqueFact;
 use crate::recording::{JointKind, Origin, Recording};
-use crate::session::{Command, Session};
+use crate::session::{Command, Session, Source};
 use crate::simulation::Level;
 
 /// The screen's names and place.
@@ -111,12 +111,9 @@ impl Question for TimeSteps {
     }
 }
 
-/// The files of the session's recording, how they were read, and what is held out; `None` if it was not read from files.
-fn opening(session: &Session) -> Option<(&Vec<PathBuf>, &ReadOptions, &Vec<String>)> {
-    match session.opened_by.as_deref()? {
-        Command::Open { paths, options, held_out } => Some((paths, options, held_out)),
-        _ => None,
-    }
+/// Where the session's recording was read from; `None` if it was not read from files.
+fn opening(session: &Session) -> Option<&Source> {
+    session.source.as_deref().filter(|source| source.files().is_some())
 }
 
 fn measured(ui: &mut Ui, desk: &mut Desk) {
@@ -188,7 +185,7 @@ fn findings(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 
 /// A log hardly ever says where q = 0 points, but gravity depends on it: without the answer the model is wrong.
 fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
-    let Some((paths, options, held_out)) = opening(desk.session) else { return };
+    let Some(source) = opening(desk.session) else { return };
     // What slides does not point anywhere.
     if recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic) {
         return;
@@ -201,10 +198,10 @@ fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 let same = current.is_some_and(|posture| (posture.zero_angle - zero.zero_angle).abs() < 1e-6);
                 if ui.selectable_label(same, name).clicked() && !same {
                     let sense = current.unwrap_or_default().sense;
-                    let mut options = ReadOptions { zero: Some(Posture { sense, ..zero }), ..options.clone() };
+                    let mut options = ReadOptions { zero: Some(Posture { sense, ..zero }), ..source.options.clone() };
                     // What is chosen here is not set right once more.
                     options.set_right.retain(|correction| !matches!(correction, Correction::Zero { .. }));
-                    desk.run(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() });
+                    source.reading(options).into_iter().for_each(|again| desk.run(again));
                 }
             }
             if current.is_none() {
@@ -220,7 +217,7 @@ fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 
 /// Nothing in the numbers tells what had been taken out of the torque; what can be found depends on it.
 fn torque(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
-    let Some((paths, options, held_out)) = opening(desk.session) else { return };
+    let Some(source) = opening(desk.session) else { return };
     let title = format!("What is the {}?", recording.effort());
     widgets::card(ui, &title, |ui| {
         let mut stated = recording.torque.clone();
@@ -231,8 +228,8 @@ fn torque(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         }
         is_said_anew |= facts::choose_encoders(ui, &mut encoders);
         if is_said_anew {
-            let options = ReadOptions { torque: Some(stated), encoders, ..options.clone() };
-            desk.run(Command::Open { paths: paths.clone(), options, held_out: held_out.clone() });
+            let options = ReadOptions { torque: Some(stated), encoders, ..source.options.clone() };
+            source.reading(options).into_iter().for_each(|again| desk.run(again));
         }
     });
 }
@@ -283,8 +280,7 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 ui.horizontal(|ui| {
                     let held_out = held_out_times(desk.session, index);
                     split_line(ui, time_extent(&run.time), &held_out);
-                    if let Some((paths, options, _)) = opening(desk.session) {
-                        let (paths, options) = (paths.clone(), options.clone());
+                    if let Some(source) = opening(desk.session) {
                         let mut out = is_held_out(desk.session, index);
                         let check = ui.checkbox(&mut out, "");
                         let spoken = format!("Hold out {}", run.name);
@@ -295,7 +291,8 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                             };
                             let names = (0..recording.trajectories.len()).filter(chosen);
                             let held_out = names.map(|other| recording.trajectories[other].name.clone()).collect();
-                            desk.run(Command::Open { paths, options, held_out });
+                            let source = Source { held_out, ..source.clone() };
+                            source.reading(source.options.clone()).into_iter().for_each(|again| desk.run(again));
                         }
                     }
                     let text = match held_out.len() {
@@ -313,8 +310,8 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 
 /// Opens the import assistant on the file that is typed, else on the one that is open.
 fn columns(ui: &mut Ui, desk: &mut Desk, typed: &str) {
-    let log = match (typed, opening(desk.session)) {
-        ("", Some((paths, options, _))) if paths.len() == 1 => Some((paths[0].clone(), options.clone())),
+    let log = match (typed, opening(desk.session).map(|source| (source.files(), &source.options))) {
+        ("", Some((Some([path]), options))) => Some((path.clone(), options.clone())),
         ("", _) => None,
         (typed, _) => Some((PathBuf::from(typed), ReadOptions::default())),
     };

@@ -1,0 +1,91 @@
+//! Where the recording of a session comes from: enough to read it again in another way, or to make it anew.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::Command;
+use crate::recording::correction::Correction;
+use crate::recording::read::ReadOptions;
+use crate::simulation::{Level, Scenario, world};
+
+/// Where a recording comes from.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// What it is made of.
+    pub origin: Origin,
+    /// How it was read, and what was set right in it since.
+    pub options: ReadOptions,
+    /// Names of trajectories that are held out; with none, the split is automatic.
+    pub held_out: Vec<String>,
+}
+
+/// What a recording is made of.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// One or more files; each is a trajectory, or holds several.
+    Files(Vec<PathBuf>),
+    /// Formulas along a motion that is prescribed.
+    Simulated(Box<Scenario>),
+    /// Rigid bodies.
+    World(Box<world::Scenario>),
+    /// What a seed draws.
+    Mystery {
+        /// How hard it is.
+        level: Level,
+        /// By which all of it is drawn.
+        seed: u64,
+    },
+}
+
+impl Source {
+    /// Where a command takes its recording from; `None` if it brings none, or one of several.
+    pub(super) fn of(command: &Command) -> Option<Self> {
+        let made = |origin| Source { origin, options: ReadOptions::default(), held_out: Vec::new() };
+        match command {
+            Command::Open { paths, options, held_out } => Some(Source {
+                origin: Origin::Files(paths.clone()),
+                options: options.clone(),
+                held_out: held_out.clone(),
+            }),
+            Command::Simulate(scenario) => Some(made(Origin::Simulated(scenario.clone()))),
+            Command::SimulateWorld(scenario) => Some(made(Origin::World(scenario.clone()))),
+            Command::DrawMystery { level, seed } => Some(made(Origin::Mystery { level: *level, seed: *seed })),
+            _ => None,
+        }
+    }
+
+    /// Its files; `None` if it was not read from any.
+    pub fn files(&self) -> Option<&[PathBuf]> {
+        match &self.origin {
+            Origin::Files(paths) => Some(paths),
+            _ => None,
+        }
+    }
+
+    /// What reads its files in another way, with the same held out; `None` if it was not read from any.
+    pub fn reading(&self, options: ReadOptions) -> Option<Command> {
+        let paths = self.files()?.to_vec();
+        Some(Command::Open { paths, options, held_out: self.held_out.clone() })
+    }
+
+    /// The same with these files beside its own; `None` if it has none of its own.
+    pub(super) fn beside(&self, more: &[PathBuf], held_out: Vec<String>) -> Option<Self> {
+        let origin = Origin::Files([self.files()?, more].concat());
+        Some(Source { origin, options: self.options.clone(), held_out })
+    }
+
+    /// The same, set right.
+    pub(super) fn set_right(&self, corrections: &[Correction], held_out: Vec<String>) -> Self {
+        let mut options = self.options.clone();
+        options.set_right.extend_from_slice(corrections);
+        Source { origin: self.origin.clone(), options, held_out }
+    }
+
+    /// Whether it spells out what the seal of its recording hides.
+    pub(super) fn tells_the_truth(&self) -> bool {
+        matches!(self.origin, Origin::Simulated(_) | Origin::World(_))
+    }
+}
