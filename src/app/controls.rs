@@ -9,7 +9,7 @@ use crate::recording::Recording;
 pub const HINT: &str = "Drag: cursor. Ctrl+wheel, Ctrl+drag: zoom. Right click: limits, export. F1: all keys.";
 
 /// The most that time goes on in a frame \[s\].
-const LONGEST_STEP: f64 = 0.1;
+const LONGEST_STEP: f64 = 0.25;
 
 /// Lets the user choose a trajectory by name.
 pub fn trajectory(ui: &mut Ui, desk: &mut Desk) {
@@ -71,9 +71,10 @@ pub fn play(ui: &mut Ui, desk: &mut Desk, name: &str, what: &str) {
 /// While it plays, time goes on by what has passed since the last frame. Before anything is drawn, so that all of it shows the
 /// same moment.
 pub fn let_time_pass(ui: &Ui, desk: &mut Desk, recording: &Recording) {
-    desk.focus.play(recording, f64::from(ui.input(|input| input.stable_dt)).min(LONGEST_STEP));
+    // No prediction: the next frame is asked for after a time, and comes sooner where something else moves.
+    desk.focus.play(recording, f64::from(ui.input(|input| input.unstable_dt)).min(LONGEST_STEP));
     if desk.focus.is_playing {
-        ui.ctx().request_repaint();
+        ui.ctx().request_repaint_after(desk.focus.film.due());
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::Stretch;
+use super::film::Film;
 use super::overlaid::Overlaid;
 use crate::app::plot::spatial::Sight;
 use crate::app::plot::{Along, Views};
@@ -49,6 +50,8 @@ pub struct Focus {
     pub marked: Option<Arc<Vec<Stretch>>>,
     /// Whether time goes on by itself.
     pub is_playing: bool,
+    /// How often it is drawn then.
+    pub film: Film,
     /// How many times as fast as it was recorded.
     pub speed: f64,
     /// Whether it begins anew at the end.
@@ -72,6 +75,7 @@ impl Default for Focus {
             wanted: Vec::new(),
             marked: None,
             is_playing: false,
+            film: Film::default(),
             speed: 1.0,
             loops: true,
             follows: true,

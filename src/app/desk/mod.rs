@@ -2,6 +2,7 @@
 //! orders. Nothing here knows a screen.
 
 mod about;
+mod film;
 mod focus;
 mod notice;
 mod order;
