@@ -754,7 +754,12 @@ impl TorquescopeApp {
                 let name = path.file_name().unwrap_or_default().to_string_lossy();
                 let done = 0.5 + 0.4 * number as f32 / figures.len() as f32;
                 monitor.report(done, &format!("drawing {name}")).map_err(|stopped| stopped.to_string())?;
-                files.extend(crate::figure::files(figure, format, &style, path).map_err(|error| error.to_string())?);
+                let drawn = crate::figure::files_that_fit(figure, format, &style, path);
+                let (drawn, fewer) = drawn.map_err(|error| error.to_string())?;
+                if let Some(dpi) = fewer {
+                    monitor.tell(Event::Warning(format!("{name} has {dpi} pixels an inch: more would be too many")));
+                }
+                files.extend(drawn);
             }
             // From here on it is not stopped any more: either all files are there, or none.
             monitor.report(0.9, "writing").map_err(|stopped| stopped.to_string())?;

@@ -9,7 +9,7 @@ use super::data::OptionalData;
 use super::screenshot::{prepared, screen_choices};
 use super::{output_folder, progress, write_file};
 use crate::app::{self, About, screens};
-use crate::figure::{self, Family, Figure, FigureError, Format, Legend, Panel, Size, Style, Theme};
+use crate::figure::{self, Family, Figure, Format, Legend, Panel, Size, Style, Theme};
 
 /// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV with what plots them (matplotlib, pgfplots).
 ///
@@ -164,14 +164,15 @@ impl FigureCommand {
 
     fn write(&self, panels: Vec<Panel>, format: Format, path: &Path) -> anyhow::Result<()> {
         let (figure, style) = (Figure::new(panels), self.look.style());
-        let files = match figure::files(&figure, format, &style, path) {
+        let files = if self.look.dpi.is_some() {
+            figure::files(&figure, format, &style, path)?
+        } else {
             // Nobody asked for so many pixels an inch: a figure of many plots has fewer.
-            Err(FigureError::Pixels { width, height }) if self.look.dpi.is_none() => {
-                let dpi = (style.dpi * figure::LARGEST_SIDE / width.max(height)).floor();
+            let (files, fewer) = figure::files_that_fit(&figure, format, &style, path)?;
+            if let Some(dpi) = fewer {
                 progress::remark(format_args!("{} has {dpi} pixels an inch: more would be too many", path.display()));
-                figure::files(&figure, format, &Style { dpi, ..style }, path)?
             }
-            files => files?,
+            files
         };
         files.iter().try_for_each(|(path, bytes)| write_file(path, bytes))
     }

@@ -101,11 +101,9 @@ pub fn diagnose_among(
     };
     let blocks = search.library.equations.block_count();
     let judged = Judged::of(&search, Calibration::learned())?;
-    let [found, left_out] = judged.likely();
-    let (likely, doubtful): (Vec<usize>, Vec<usize>) = search.active.iter().partition(|group| found.contains(group));
-    let doubtful: Vec<_> = doubtful.into_iter().map(|group| (group, judged.presence_of(&search, group))).collect();
-    search.active = likely;
-    left_out.into_iter().for_each(|group| search.add_beside(group));
+    let presence = search.active.iter().map(|&group| (group, judged.presence_of(&search, group)));
+    let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(_, presence)| *presence >= presence::LIKELY);
+    search.active = likely.into_iter().map(|(group, _)| group).collect();
     let comparison = stated_arm::compare(&search, &fitted.model, recording.stated_arm.as_ref(), &absorbed);
     let named = naming::name_effects(&search, &comparison, recording, &judged);
     monitor.report(0.8, "adding what was found, step by step")?;

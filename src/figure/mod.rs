@@ -40,7 +40,7 @@ use std::path::{Path, PathBuf};
 pub use axis::{Axis, Scale, with_unit};
 pub use colours::{Ink, Theme};
 pub use font::Family;
-pub use page::LARGEST_SIDE;
+use page::LARGEST_SIDE;
 pub use panel::{Figure, Panel};
 pub use place::{Area, Place};
 pub use script::script;
@@ -184,6 +184,25 @@ pub fn files(figure: &Figure, format: Format, style: &Style, path: &Path) -> Res
         files.push((path.with_file_name(format!("{stem}.tex")), pgfplots::picture(figure, style, &table).into_bytes()));
     }
     Ok(files)
+}
+
+/// [`files`] with as many pixels an inch as fit, where those of the style are too many; in that case these come back too.
+///
+/// # Errors
+/// As [`files`].
+pub fn files_that_fit(
+    figure: &Figure,
+    format: Format,
+    style: &Style,
+    path: &Path,
+) -> Result<(Vec<Named>, Option<f64>), FigureError> {
+    match files(figure, format, style, path) {
+        Err(FigureError::Pixels { width, height }) => {
+            let dpi = (style.dpi * LARGEST_SIDE / width.max(height)).floor();
+            Ok((files(figure, format, &Style { dpi, ..style.clone() }, path)?, Some(dpi)))
+        }
+        files => Ok((files?, None)),
+    }
 }
 
 /// An SVG to stand in a page among others, without the font; `mark` begins its own ids, so that they are nobody else's.

@@ -529,8 +529,11 @@ mod tests {
         let (mass, friction) = (3.0, 8.0);
         let tau: Vec<f64> = qd.iter().zip(&qdd).map(|(&qd, qdd)| mass * qdd + friction * sign(qd)).collect();
         let alone = |signal: Vec<f64>| Signals::from_joints([signal]).unwrap();
-        let q = Signals::zeros(1, time.len());
-        let channels = Channels { q, qd: alone(qd), qdd: alone(qdd), tau: alone(tau), time };
+        let travel = |t: f64| {
+            phase(t).map_or(0.0, |x| (x - x.sin()) / std::f64::consts::TAU) + if t % 2.0 < 1.0 { 0.0 } else { 1.0 }
+        };
+        let q: Vec<f64> = time.iter().map(|&t| if t % 4.0 < 2.0 { travel(t) } else { 1.0 - travel(t) }).collect();
+        let channels = Channels { q: alone(q), qd: alone(qd), qdd: alone(qdd), tau: alone(tau), time };
         let run = Trajectory::new("strokes", channels).unwrap();
         let recording = Recording {
             name: String::new(),

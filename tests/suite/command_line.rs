@@ -123,7 +123,7 @@ fn a_figure_is_made_for_a_paper() {
     let svg = std::fs::read_to_string(at.join("a.svg")).unwrap();
     assert!(svg.contains("(a) joint 1: torque") && svg.contains("(c) joint 3: torque"), "{}", &svg[..2000]);
     assert!(svg.contains("DejaVu Serif") && svg.contains("font-size=\"9"));
-    assert_eq!(svg.matches("predicted τ̂").count(), 1, "one legend for all");
+    assert_eq!(svg.matches(">predicted τ̂").count(), 1, "one legend for all");
     let top = |text: &str| svg[..svg.find(text).unwrap()].rfind(" y=\"").map(|at| svg[at + 4..at + 9].to_owned());
     assert_eq!(top("(a) joint 1"), top("(c) joint 3"), "they stand beside each other");
     let font = svg.split("base64,").nth(1).unwrap().split(')').next().unwrap();
@@ -684,7 +684,7 @@ fn a_model_leaves_as_code_in_a_robot_file_and_as_a_report() {
 
     succeeds(&["report", "x.npz", "-o", "report.html"], at);
     let page = std::fs::read_to_string(at.join("report.html")).unwrap();
-    assert!(page.contains("Coulomb friction, joint 1") && page.contains("torquescope report x.npz -o report.html"));
+    assert!(page.contains("Coulomb friction, joint 1") && page.contains("torquescope diagnose x.npz"));
     succeeds(&["report", "x.npz", "-o", "report.pdf"], at);
     assert!(std::fs::read(at.join("report.pdf")).unwrap().starts_with(b"%PDF"));
     succeeds(&["figure", "compare", "x.npz", "--only", "torque", "-o", "t.csv"], at);

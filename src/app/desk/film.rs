@@ -2,27 +2,28 @@
 
 use std::time::Duration;
 
-use cpu_time::ProcessTime;
+use cpu_time::ThreadTime;
 
 /// As many pictures as a film has, and not as many as a screen could show: each of them costs.
 const FILM: Duration = Duration::from_millis(33);
-/// So rarely only where pictures are dear, or something else computes.
+/// So rarely only where pictures are dear.
 const RARELY: Duration = Duration::from_millis(125);
-/// The part of a core that pictures may take.
-const SHARE: f64 = 0.22;
+/// The part of a core that pictures may take of the thread that draws. Where there is no graphics card, the threads of the software
+/// renderer take two thirds as much again.
+const SHARE: f64 = 0.13;
 
-/// What pictures cost. Where there is no graphics card they are drawn by this process, too, on the cores that compute.
+/// What pictures cost, in time of the thread that draws them: a training beside it makes them no dearer.
 #[derive(Debug, Default)]
 pub struct Film {
-    last: Option<ProcessTime>,
-    /// CPU time of a picture \[s\], of the last few.
+    last: Option<ThreadTime>,
+    /// Time of a picture \[s\], of the last few.
     cost: f64,
 }
 
 impl Film {
     /// After which time the next picture is due; asked once a picture.
     pub fn due(&mut self) -> Duration {
-        let now = ProcessTime::try_now().ok();
+        let now = ThreadTime::try_now().ok();
         let spent = now.zip(self.last).map(|(now, last)| now.duration_since(last).as_secs_f64());
         self.last = now;
         self.after(spent.unwrap_or(0.0))

@@ -1,7 +1,7 @@
 //! What the clues of one search amount to: how likely each family is there, and how complete the answer is.
 
 use super::calibration::Calibration;
-use super::{LIKELY, Sighting, look};
+use super::{Sighting, look};
 use crate::diagnosis::report::{Completeness, Presence};
 use crate::diagnosis::search::Search;
 use crate::effect::Family;
@@ -43,14 +43,6 @@ impl Judged {
     fn presence(&self, family: Family, joint: Option<usize>) -> f64 {
         let is_it = |(one, _): &&(Sighting, f64)| one.family == family && one.joint == joint;
         self.sightings.iter().find(is_it).map_or(0.0, |(_, presence)| *presence)
-    }
-
-    /// The groups of the families that are likely there and that the search found, and of those that it left out.
-    pub fn likely(&self) -> [Vec<usize>; 2] {
-        let likely = self.sightings.iter().filter(|(_, presence)| *presence >= LIKELY).map(|(one, _)| one);
-        let of =
-            |found: bool| likely.clone().filter(|one| one.found == found).flat_map(|one| one.groups.clone()).collect();
-        [of(true), of(false)]
     }
 
     /// How likely something of the family of a group of the search is at its place.

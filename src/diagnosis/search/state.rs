@@ -281,14 +281,6 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Puts one more group into the set, unless something there covers or contradicts it.
-    pub fn add_beside(&mut self, group: usize) {
-        let with = self.with(group);
-        if self.is_open(group) && with.len() > self.active.len() {
-            self.active = with;
-        }
-    }
-
     /// The price of a group's parameters.
     pub fn price_of(&self, group: usize) -> f64 {
         self.library.groups[group].parameter_count() as f64 * self.price
