@@ -199,7 +199,7 @@ pub fn files_that_fit(
     match files(figure, format, style, path) {
         Err(FigureError::Pixels { width, height }) => {
             let dpi = (style.dpi * LARGEST_SIDE / width.max(height)).floor();
-            Ok((files(figure, format, &Style { dpi, ..style.clone() }, path)?, Some(dpi)))
+            Ok((files(figure, format, &Style { dpi, ..*style }, path)?, Some(dpi)))
         }
         files => Ok((files?, None)),
     }

@@ -2,7 +2,7 @@
 //!
 //! A [`Sighting`] is what the data say of one family at one place once the search has spoken: how much torque it carries, how
 //! much of that nothing else explains, how steady it is from block to block, in how many halves of the data it is found again
-//! ([`halves`]), and how much is left beside it. Each clue is a
+//! (`halves`), and how much is left beside it. Each clue is a
 //! ratio, so none has a unit. A posterior of the same data would be too sure of itself wherever the residual is not the noise that
 //! it assumes, which is on every real robot; so the clues pass a small map that was learned where the truth is known
 //! ([`calibration`]).
