@@ -841,7 +841,15 @@ impl TorquescopeApp {
     }
 
     fn poll_drawing(&mut self, ctx: &egui::Context) {
-        let Some(outcome) = self.drawing.as_mut().and_then(Job::poll) else { return };
+        let Some(job) = &mut self.drawing else { return };
+        // All that it told before its end is there once its end is.
+        let outcome = job.poll();
+        for event in job.events() {
+            if let Event::Warning(text) = event {
+                self.messages.tell(Tone::Warning, format!("{text}."), "");
+            }
+        }
+        let Some(outcome) = outcome else { return };
         self.drawing = None;
         match outcome {
             Outcome::Done(path) => {

@@ -19,6 +19,7 @@ pub(crate) mod line_search;
 pub mod preparation;
 mod rest;
 pub(crate) mod reversal;
+pub(crate) mod sweep;
 pub mod terms;
 mod waves;
 mod working;

@@ -1,5 +1,7 @@
 //! What charts are asked for: a formula of one's own, what a model has learned, time that goes on, a figure for a paper.
 
+use torquescope::app::desk::Drawing;
+use torquescope::figure::{Figure, Format, Size, Style};
 use torquescope::recording::read::ReadOptions;
 
 use super::*;
@@ -245,6 +247,22 @@ fn an_export_is_stopped() {
     settle(&mut window);
     assert!(window.query_by_label_contains("Nothing was exported, because you pressed Stop").is_some());
     assert!(!folder.path().join("paper").exists());
+}
+
+/// Where plots have more pixels than a picture can hold, it has as many as fit, and that is told.
+#[test]
+fn a_picture_that_is_too_tall_tells_its_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tall.png");
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    let panels = window.state_mut().figures().into_iter().cycle().take(3).collect();
+    let style = Style { size: Size::Slide, height: None, dpi: 4000.0, ..Style::default() };
+    let drawing = Drawing { figure: Some(Figure::new(panels)), format: Format::Png, style, path: path.clone() };
+    window.state_mut().order(Order::Draw(Box::new(drawing)));
+    settle(&mut window);
+    assert!(std::fs::read(path).unwrap().starts_with(b"\x89PNG"));
+    assert!(window.query_by_label_contains("tall.png has 1").is_some(), "of 16384 pixels");
+    assert!(window.query_by_label_contains("pixels an inch: more would be too many").is_some());
 }
 
 /// The report is where exports are, as a page and as paper, and two sessions stand side by side; it can be stopped.

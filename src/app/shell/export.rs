@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use egui::{Button, ComboBox, DragValue, Modal, RichText, ScrollArea, Ui, WidgetInfo, vec2};
+use egui::{Button, ComboBox, DragValue, RichText, ScrollArea, Ui, WidgetInfo, vec2};
 
 use super::ending;
 use super::frame::Shell;
+use super::hanging::hanging;
 use super::preview::Preview;
 use super::primary::primary;
 use super::reporting::{self, Report};
@@ -126,7 +127,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
     }
     let room = ui.ctx().content_rect();
     let mut closes = false;
-    let modal = Modal::new(egui::Id::unique("export")).show(ui.ctx(), |ui| {
+    let modal = hanging("export").show(ui.ctx(), |ui| {
         let width = (room.width() - 80.0).min(QUESTIONS + PICTURE);
         ui.set_width(width);
         ui.horizontal_top(|ui| {

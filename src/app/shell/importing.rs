@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{
-    Align, Button, ComboBox, DragValue, Id, Label, Layout, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2,
-};
+use egui::{Align, Button, ComboBox, DragValue, Label, Layout, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 
 use super::frame::Shell;
+use super::hanging::hanging;
 use super::law::Law;
 use super::primary::primary;
-use crate::app::desk::Order;
+use crate::app::desk::{Order, Templates};
 use crate::app::facts;
 use crate::app::plot::PanelView;
 use crate::app::theme::{GAP, Palette, SMALL};
@@ -51,6 +50,8 @@ pub struct Importing {
     log: Option<Result<Log, String>>,
     /// The file for the template, as it is typed.
     template: String,
+    /// The template that was there for a log like this one when it was looked into.
+    offered: Option<PathBuf>,
     /// What is wrong with the template that was offered.
     problem: Option<String>,
 }
@@ -99,6 +100,7 @@ impl Importing {
             options,
             log: None,
             template,
+            offered: None,
             problem: None,
         }
     }
@@ -114,8 +116,8 @@ impl Importing {
         draft.flat_map(|draft| draft.columns.iter().map(|role| role.name.as_str()))
     }
 
-    /// Receives what was read.
-    pub fn poll(&mut self) {
+    /// Receives what was read, and the template that was saved for its like.
+    fn poll(&mut self, templates: &Templates) {
         let Some(outcome) = self.job.as_mut().and_then(Job::poll) else { return };
         self.job = None;
         self.log = Some(match outcome {
@@ -132,16 +134,17 @@ impl Importing {
             }
             Outcome::Failed(reason) | Outcome::Stopped(reason) | Outcome::Panicked(reason) => Err(reason),
         });
+        self.offered = templates.of(self.columns()).map(Path::to_owned);
     }
 }
 
 /// The assistant, while it is open.
 pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
     let Some(mut open) = place.take() else { return };
-    open.poll();
+    open.poll(shell.desk.templates);
     let mut is_over = false;
     let room = ui.ctx().content_rect();
-    let modal = Modal::new(Id::unique("importing")).show(ui.ctx(), |ui| {
+    let modal = hanging("importing").show(ui.ctx(), |ui| {
         ui.set_width((room.width() - 80.0).min(940.0));
         ui.heading("What is in this log?");
         widgets::weak(ui, open.path.display().to_string());
@@ -353,7 +356,7 @@ fn plot(ui: &mut Ui, shell: &mut Shell, log: &Log) {
 
 /// The template that was saved for a log like this one; whether the log is opened by it.
 fn offer(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
-    let Some(template) = shell.desk.templates.of(open.columns()).map(Path::to_owned) else { return false };
+    let Some(template) = open.offered.clone() else { return false };
     let mut is_over = false;
     ui.horizontal_wrapped(|ui| {
         widgets::weak(ui, "A template was saved for logs with these columns.");

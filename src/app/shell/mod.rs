@@ -7,6 +7,7 @@ mod ending;
 mod export;
 mod flow;
 mod frame;
+mod hanging;
 mod importing;
 mod keys;
 mod law;

@@ -1,9 +1,10 @@
 //! The command palette: every command by its name.
 
-use egui::{Key, Modal, RichText, ScrollArea, TextEdit, Ui, WidgetInfo};
+use egui::{Key, RichText, ScrollArea, TextEdit, Ui, WidgetInfo};
 
 use super::actions;
 use super::frame::Shell;
+use super::hanging::hanging;
 use crate::app::desk::Order;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
@@ -32,7 +33,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<CommandPalette>) 
     let entered = ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, Key::Enter));
     let mut clicked = None;
     let room = ui.ctx().content_rect();
-    let modal = Modal::new(egui::Id::unique("command palette")).show(ui.ctx(), |ui| {
+    let modal = hanging("command palette").show(ui.ctx(), |ui| {
         ui.set_width((room.width() - 80.0).min(520.0));
         let edit = TextEdit::singleline(&mut open.text).hint_text("Type a command").desired_width(f32::INFINITY);
         let edit = ui.add(edit);

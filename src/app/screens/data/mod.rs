@@ -201,7 +201,7 @@ fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                     let mut options = ReadOptions { zero: Some(Posture { sense, ..zero }), ..source.options.clone() };
                     // What is chosen here is not set right once more.
                     options.set_right.retain(|correction| !matches!(correction, Correction::Zero { .. }));
-                    source.reading(options).into_iter().for_each(|again| desk.run(again));
+                    read_again(desk, source, options);
                 }
             }
             if current.is_none() {
@@ -229,9 +229,16 @@ fn torque(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
         is_said_anew |= facts::choose_encoders(ui, &mut encoders);
         if is_said_anew {
             let options = ReadOptions { torque: Some(stated), encoders, ..source.options.clone() };
-            source.reading(options).into_iter().for_each(|again| desk.run(again));
+            read_again(desk, source, options);
         }
     });
+}
+
+/// Reads the files of the recording once more, in another way.
+fn read_again(desk: &mut Desk, source: &Source, options: ReadOptions) {
+    if let Some(again) = source.reading(options) {
+        desk.run(again);
+    }
 }
 
 fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Arc<Recording>) {
@@ -292,7 +299,7 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                             let names = (0..recording.trajectories.len()).filter(chosen);
                             let held_out = names.map(|other| recording.trajectories[other].name.clone()).collect();
                             let source = Source { held_out, ..source.clone() };
-                            source.reading(source.options.clone()).into_iter().for_each(|again| desk.run(again));
+                            read_again(desk, &source, source.options.clone());
                         }
                     }
                     let text = match held_out.len() {
