@@ -372,6 +372,8 @@ impl TorquescopeApp {
             recent: self.recent.all(),
             templates: &self.templates,
         };
+        let drawing = self.drawing.as_ref().map(|job| (job.name(), job.progress()));
+        let aside = drawing.or_else(|| self.screens.at_work());
         let mut shell = Shell {
             desk,
             screens: &mut self.screens,
@@ -383,7 +385,7 @@ impl TorquescopeApp {
             filed: &self.filed,
             has_models_open: self.overlays.models.is_some(),
             is_unsaved: self.filed.is_unsaved(&session),
-            drawing: self.drawing.as_ref().map(|job| (job.name(), job.progress())),
+            aside,
             at_work,
             is_covered: self.overlays.cover(),
             is_leaving: self.leaving.is_some(),
@@ -409,7 +411,7 @@ impl TorquescopeApp {
                 match (&mut self.running, &mut self.drawing) {
                     (Some(running), _) => running.job.stop("you pressed Stop"),
                     (None, Some(drawing)) => drawing.stop("you pressed Stop"),
-                    (None, None) => (),
+                    (None, None) => self.screens.stop(),
                 }
                 self.poll_job(ctx);
             }

@@ -4,6 +4,7 @@ use egui::Ui;
 
 use super::desk::{About, Desk, Focus, Order};
 use crate::figure::Panel;
+use crate::progress::Progress;
 use crate::session::{Command, Session};
 
 /// A screen of the window. What it remembers from one frame to the next is its own; what it shares with the others is on the
@@ -48,6 +49,14 @@ pub trait Screen {
     fn is_busy(&self) -> bool {
         false
     }
+
+    /// Its job that takes long enough to be told of on every screen: a name, and how far it is.
+    fn at_work(&self) -> Option<(&'static str, Progress)> {
+        None
+    }
+
+    /// Stops that job.
+    fn stop(&mut self) {}
 }
 
 /// What comes after a screen.

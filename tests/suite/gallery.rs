@@ -14,6 +14,9 @@ use torquescope::trial::{answer_of, world::truth_of};
 /// What else a log says of itself: readings that end at a limit are told when it is opened.
 const TOLD: [(&str, FindingKind); 1] = [("clipped-sensor", FindingKind::Saturated)];
 
+/// What stands in for something that no catalogue has, and is named in its place: it must be doubted.
+const STANDS_IN: [(&str, &str); 1] = [("welding-hose", "lower-stop")];
+
 fn run(command: Command, session: &Session) -> Session {
     command.run(session, &Monitor::new()).unwrap()
 }
@@ -23,7 +26,7 @@ fn opened(sample: &Sample) -> Session {
 }
 
 /// Nothing unexpected is found when a sample is opened, a wrong set-up is told with what sets it right, and then the diagnosis
-/// names what is sealed and nothing else. What no catalogue has is told to be unknown, and what stands in for it is doubted.
+/// names what is sealed and nothing else. What no catalogue has is told to be unknown, and what is known to stand in for it is doubted.
 #[test]
 fn every_sample_is_diagnosed_as_its_seal_says() {
     let mut kinds = [0; 4];
@@ -51,7 +54,7 @@ fn every_sample_is_diagnosed_as_its_seal_says() {
         let is_unknown = truth.planted.iter().any(|planted| planted.unknown);
         for (effect, joint) in &named {
             let presence = report.effects.iter().find(|one| one.effect.id == *effect).map_or(1.0, |one| one.presence);
-            let is_doubted = is_unknown && presence < SURE;
+            let is_doubted = STANDS_IN.contains(&(name, effect.as_str())) && presence < SURE;
             assert!(truth.judge(effect, *joint).is_good() || is_doubted, "{name}: {effect} on {joint:?} is not there");
         }
         let is_nothing = truth.planted.is_empty();

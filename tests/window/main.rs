@@ -693,8 +693,19 @@ fn an_experiment_is_run_stopped_and_gone_on_with() {
     click(&mut window, "Look again");
     assert!(window.query_by_label("Cells: 6 of 9 are done").is_some());
     window.get_by_role_and_label(Role::Button, "Run").click();
-    step_until(&mut window, "something is trained", |window| window.query_by_label_contains("epoch").is_some());
+    step_until(&mut window, "something is trained", |window| {
+        window.query_all_by_label_contains("epoch").next().is_some()
+    });
+    assert!(is_enabled(&window, "Stop the run"));
+    // It is told on every screen, and can be stopped there.
+    window.state_mut().order(Order::Show(&data::ABOUT));
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("experiment: cell").is_some());
+    assert!(window.query_by_label("ready").is_none());
     window.get_by_role_and_label(Role::Button, "Stop").click();
+    settle(&mut window);
+    assert!(window.query_by_label("ready").is_some());
+    window.state_mut().order(Order::Show(&experiment::ABOUT));
     settle(&mut window);
     assert!(window.query_by_label_contains("Stopped. Cells that are done stay").is_some());
     assert!(window.query_by_label("Cells: 6 of 9 are done").is_some());
@@ -820,6 +831,12 @@ fn a_monkey_breaks_nothing() {
     use rand::{RngExt, SeedableRng};
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(11);
     let mut window = window(diagnosed(), &data::ABOUT, Theme::Dark);
+    // An experiment that it begins writes where nobody looks.
+    let results = tempfile::tempdir().unwrap();
+    let shown = Shown { results: results.path().to_str().unwrap().to_owned(), ..Shown::default() };
+    window.state_mut().order(Order::Experiment(shown));
+    window.state_mut().order(Order::Show(&data::ABOUT));
+    window.run_steps(2);
     let keys = [Key::Tab, Key::Enter, Key::ArrowRight, Key::ArrowLeft, Key::Space, Key::Escape, Key::Z, Key::Y, Key::E];
     let folder = tempfile::tempdir().unwrap();
     let files = [("good.csv", swing()), ("bad.csv", "q1,tau1\n1,what\n".to_owned())].map(|(name, text)| {
@@ -865,6 +882,10 @@ fn a_monkey_breaks_nothing() {
         window.step();
         assert!(window.state().session().recording.is_some());
     }
-    // An experiment that it may have begun would take hours: it ends with the window.
-    window.run_steps(3);
+    // What it began may take hours: a training, and beside it an experiment.
+    for _ in 0..3 {
+        window.state_mut().order(Order::Stop);
+        window.run_steps(2);
+    }
+    settle(&mut window);
 }

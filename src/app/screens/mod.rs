@@ -18,6 +18,7 @@ use super::desk::{About, Desk, Needs, Order};
 use super::screen::Screen;
 use super::widgets;
 use crate::figure::Panel;
+use crate::progress::Progress;
 use crate::recording::read::READABLE;
 use crate::session::{Command, Session};
 use crate::simulation::Scenario;
@@ -141,6 +142,16 @@ impl Screens {
     /// A screen of which a job is at work, if there is one.
     pub fn busy(&self) -> Option<&'static About> {
         self.iter().find(|(_, screen)| screen.is_busy()).map(|(about, _)| about)
+    }
+
+    /// The long job of a screen, if there is one: its name, and how far it is.
+    pub fn at_work(&self) -> Option<(&'static str, Progress)> {
+        self.iter().find_map(|(_, screen)| screen.at_work())
+    }
+
+    /// Stops the long jobs of all.
+    pub fn stop(&mut self) {
+        self.open.iter_mut().for_each(|screen| screen.stop());
     }
 
     /// Lets all receive what their jobs have.

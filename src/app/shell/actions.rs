@@ -47,7 +47,7 @@ pub fn all(shell: &Shell) -> Vec<Action> {
     if desk.session.current().is_some() {
         add("Models of the session".into(), "Ctrl+M", Order::Models(true));
     }
-    if desk.busy.is_some() {
+    if desk.busy.is_some() || shell.aside.is_some() {
         add("Stop".into(), "Esc", Order::Stop);
     }
     add("Open recordings, a session or an effect…".into(), "Ctrl+O", Order::OpenDialog);

@@ -29,8 +29,8 @@ pub struct Shell<'a> {
     pub has_models_open: bool,
     /// Whether somebody would lose work if the window closed now.
     pub is_unsaved: bool,
-    /// The file that is being written, and how far it is.
-    pub drawing: Option<(&'a str, Progress)>,
+    /// What is at work beside the session, and how far it is: a file that is written, an experiment.
+    pub aside: Option<(&'a str, Progress)>,
     /// What is at work, in words.
     pub at_work: Option<String>,
     /// Whether a dialog lies over the screens, whose answer comes next.

@@ -12,7 +12,7 @@ use crate::model::Term;
 use crate::progress::Progress;
 
 pub fn show(ui: &mut Ui, shell: &mut Shell) {
-    let Shell { desk, drawing, .. } = shell;
+    let Shell { desk, aside, .. } = shell;
     let palette = Palette::in_ui(ui);
     ui.horizontal(|ui| {
         ui.set_min_height(22.0);
@@ -21,7 +21,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell) {
             let name = if busy.paused { format!("paused: {}", busy.name) } else { busy.name.to_owned() };
             return at_work(ui, desk.orders, &name, busy.progress);
         }
-        if let Some((name, progress)) = drawing {
+        if let Some((name, progress)) = aside {
             return at_work(ui, desk.orders, name, progress);
         }
         match desk.session.recording.as_deref() {
@@ -50,7 +50,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell) {
 fn at_work(ui: &mut Ui, orders: &mut Vec<Order>, name: &str, progress: &Progress) {
     let palette = Palette::in_ui(ui);
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        if ui.add(Button::new("Stop").small()).on_hover_text("Stop this; nothing is changed (Esc)").clicked() {
+        if ui.add(Button::new("Stop").small()).on_hover_text("Stop this; the session is not changed (Esc)").clicked() {
             orders.push(Order::Stop);
         }
         widgets::progress(ui, progress.fraction, 160.0);

@@ -23,6 +23,7 @@ use crate::diagnosis::presence::LIKELY;
 use crate::diagnosis::{Alternative, Candidate, MissingEffect, NotKnown, Report, Verdict};
 use crate::effect::Scope;
 use crate::figure::Panel;
+use crate::progress::Progress;
 use crate::recording::check::Severity;
 use crate::recording::{Recording, joints_text};
 use crate::session::{Command, Session};
@@ -110,6 +111,14 @@ impl Screen for Diagnose {
 
     fn is_busy(&self) -> bool {
         self.sure.is_busy()
+    }
+
+    fn at_work(&self) -> Option<(&'static str, Progress)> {
+        self.sure.progress().map(|progress| ("plant effects", progress))
+    }
+
+    fn stop(&mut self) {
+        self.sure.stop();
     }
 }
 

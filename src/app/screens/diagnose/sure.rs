@@ -6,6 +6,7 @@ use egui::{RichText, Ui, WidgetText};
 use crate::app::desk::Desk;
 use crate::app::theme::{GAP, Palette};
 use crate::app::widgets;
+use crate::progress::Progress;
 use crate::session::Session;
 use crate::trial::planted::{Fared, Plan, Summary};
 use crate::work::{Job, Outcome};
@@ -25,8 +26,8 @@ impl Sure {
     /// Draws the card.
     pub fn card(&mut self, ui: &mut Ui, desk: &mut Desk) {
         widgets::card(ui, "How sure would you be?", |ui| {
-            if let Some(job) = &mut self.running {
-                return working(ui, job);
+            if let Some(progress) = self.progress() {
+                return self.working(ui, progress);
             }
             match &self.answer {
                 Some(Ok(summary)) => answer(ui, summary),
@@ -47,6 +48,14 @@ impl Sure {
                 self.begin(ui.ctx(), desk.session);
             }
         });
+    }
+
+    fn working(&mut self, ui: &mut Ui, progress: Progress) {
+        widgets::progress(ui, progress.fraction, ui.available_width());
+        widgets::weak(ui, progress.activity);
+        if ui.button("Stop planting").clicked() {
+            self.stop();
+        }
     }
 
     fn begin(&mut self, ctx: &egui::Context, session: &Session) {
@@ -78,6 +87,18 @@ impl Sure {
         self.running.is_some()
     }
 
+    /// How far the job is.
+    pub fn progress(&self) -> Option<Progress> {
+        self.running.as_ref().map(Job::progress)
+    }
+
+    /// Stops the job.
+    pub fn stop(&mut self) {
+        if let Some(job) = &mut self.running {
+            job.stop("you pressed Stop");
+        }
+    }
+
     /// What was found in another recording says nothing of this one.
     pub fn follow(&mut self, before: &Session, after: &Session) {
         if !after.has_recording_of(before) {
@@ -86,15 +107,6 @@ impl Sure {
             }
             *self = Sure::default();
         }
-    }
-}
-
-fn working(ui: &mut Ui, job: &mut Job<Summary>) {
-    let progress = job.progress();
-    widgets::progress(ui, progress.fraction, ui.available_width());
-    widgets::weak(ui, progress.activity);
-    if ui.button("Stop").clicked() {
-        job.stop("you pressed Stop");
     }
 }
 

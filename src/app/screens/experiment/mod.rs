@@ -19,6 +19,7 @@ use crate::experiment::Row;
 use crate::experiment::catalogue;
 use crate::experiment::run::State;
 use crate::figure::Panel;
+use crate::progress::Progress;
 use crate::session::Session;
 
 /// What the table can show: name in a row's data, name for people.
@@ -85,6 +86,15 @@ impl Screen for Experiments {
     fn is_busy(&self) -> bool {
         self.trials.is_busy()
     }
+
+    fn at_work(&self) -> Option<(&'static str, Progress)> {
+        let (progress, stopping) = self.trials.progress()?;
+        Some((if stopping { "stopping the experiment" } else { "experiment" }, progress))
+    }
+
+    fn stop(&mut self) {
+        self.trials.stop();
+    }
 }
 
 fn outcome(ui: &mut Ui, desk: &mut Desk, trials: &mut Trials) {
@@ -110,7 +120,7 @@ fn run(ui: &mut Ui, trials: &mut Trials) {
     widgets::card(ui, "", |ui| {
         ui.horizontal_wrapped(|ui| match &progress {
             Some((_, stopping)) => {
-                let word = if *stopping { "Stopping…" } else { "Stop" };
+                let word = if *stopping { "Stopping…" } else { "Stop the run" };
                 if ui.add_enabled(!stopping, egui::Button::new(word)).clicked() {
                     trials.stop();
                 }
