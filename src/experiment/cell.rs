@@ -17,7 +17,7 @@ const VERSION: u32 = 1;
 /// The same for the answers of the diagnosis, so that models without it need no new training.
 const DIAGNOSIS_VERSION: u32 = 5;
 /// The same for how networks are trained, so that what is solved for stays as it is.
-const TRAINING_VERSION: u32 = 2;
+const TRAINING_VERSION: u32 = 3;
 /// The same for what hidden effects do to the torque of a simulation.
 const EFFECTS_VERSION: u32 = 2;
 /// Letters of a key: enough that no two of them ever meet.

@@ -54,6 +54,7 @@ class Network:
         self.about = json.loads(self.arrays.pop("model.json"))
         model = self.about["architecture"]
         self.joints, self.features, self.scales = model["joints"], model["features"], model["scales"]
+        self.weights = np.array(self.scales.get("joints") or np.ones(self.joints))
         terms = (({term: {}} if isinstance(term, str) else term) for term in model["terms"])
         self.terms = {kind: options for term in terms for kind, options in term.items()}
 
@@ -80,10 +81,11 @@ class Network:
         """The jet of what networks see of the positions; its variables are the positions."""
         a = self.angles(skipped)
         jacobian = np.broadcast_to(a.T, q.shape[:-1] + a.T.shape)
+        weights = self.weights[[np.flatnonzero(row)[-1] for row in a]]
         if self.features == "raw":
-            return q, qd, jacobian, 0 * jacobian
+            return weights * q, weights * qd, weights * jacobian, 0 * jacobian
         angle, rate = q @ a.T, qd @ a.T
-        cos, sin = np.cos(angle), np.sin(angle)
+        cos, sin = weights * np.cos(angle), weights * np.sin(angle)
         beside = lambda left, right: np.concatenate([left, right], axis=-1)
         by = lambda row: row[..., None, :] * jacobian
         return (
@@ -116,13 +118,14 @@ class Network:
             slope = np.concatenate([sigmoid(raw), np.ones_like(o[..., n:])], axis=-1)
             o = np.concatenate([np.logaddexp(0, raw) + positive["floor"], o[..., n:]], axis=-1)
             dot, jacobian = slope * dot, slope[..., None, :] * jacobian
-        scale = self.scales.get("inertia", self.scales["torque"])
+        roots = np.sqrt(self.weights)
+        scale = self.scales.get("inertia", self.scales["torque"]) * roots[:, None] * roots
         c, c_dot, c_by = self.triangle(o), self.triangle(dot), self.triangle(jacobian)
         turned = lambda matrix: np.swapaxes(matrix, -1, -2)
         if not positive:
             return tuple(scale * (matrix + turned(matrix)) for matrix in (c, c_dot, c_by))
         both = lambda change, c: scale * (change @ turned(c) + c @ turned(change))
-        mass = scale * c @ turned(c) + positive["inertia"] * np.eye(n)
+        mass = scale * (c @ turned(c)) + positive["inertia"] * np.eye(n)
         return mass, both(c_dot, c), both(c_by, c[..., None, :, :])
 
     def triangle(self, packed):

@@ -38,7 +38,7 @@ pub enum Features {
 }
 
 /// Typical sizes, so that the networks see and give numbers about 1.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scales {
     /// Velocities are divided by this before they enter a network \[rad/s\].
@@ -52,11 +52,16 @@ pub struct Scales {
     /// are greater than 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<f64>,
+    /// How large the torque of each joint is beside the largest, from 0 to 1; empty: all alike. What a light joint does to the energy
+    /// is as small as its torque, so a Lagrangian network sees its angle, and gives its inertia, so much smaller: else each step
+    /// that suits the heavy joints shakes the light ones.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<f64>,
 }
 
 impl Default for Scales {
     fn default() -> Self {
-        Scales { velocity: 1.0, acceleration: 1.0, torque: 1.0, inertia: None }
+        Scales { velocity: 1.0, acceleration: 1.0, torque: 1.0, inertia: None, joints: Vec::new() }
     }
 }
 
@@ -228,6 +233,14 @@ pub enum ArchitectureError {
     /// More hidden layers than is sensible.
     #[error("{0} hidden layers: choose between 0 and {MOST_LAYERS}")]
     Depth(usize),
+    /// Weights of other joints.
+    #[error("there are {weights} weights of joints for {joints} joints: one for each, or none")]
+    Weights {
+        /// How many weights there are.
+        weights: usize,
+        /// How many joints.
+        joints: usize,
+    },
     /// A number out of its range.
     #[error("{quantity} is {value}, but must be {must}")]
     Number {
@@ -330,13 +343,17 @@ impl Architecture {
                 }
             }
         }
-        let Scales { velocity, acceleration, torque, inertia } = self.scales;
-        for (quantity, value) in [
-            ("velocity scale", velocity),
-            ("acceleration scale", acceleration),
-            ("torque scale", torque),
-            ("inertia scale", inertia.unwrap_or(torque)),
-        ] {
+        let Scales { velocity, acceleration, torque, inertia, joints } = &self.scales;
+        if ![0, self.joints].contains(&joints.len()) {
+            return Err(ArchitectureError::Weights { weights: joints.len(), joints: self.joints });
+        }
+        let scales = [
+            ("velocity scale", *velocity),
+            ("acceleration scale", *acceleration),
+            ("torque scale", *torque),
+            ("inertia scale", inertia.unwrap_or(*torque)),
+        ];
+        for (quantity, value) in scales.into_iter().chain(joints.iter().map(|weight| ("weight of a joint", *weight))) {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(ArchitectureError::Number { quantity, value, must: "a finite number above 0" });
             }

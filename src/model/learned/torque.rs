@@ -63,13 +63,14 @@ impl Architecture {
         let mut part = |index: usize| graph.rows(state, index * n, n);
         let motion = Motion { q: part(0), qd: part(1), qdd: part(2) };
         let measured = part(3);
-        let features = features(&mut graph, self.features, motion.q);
+        let weights = if self.scales.joints.is_empty() { vec![1.0; n] } else { self.scales.joints.clone() };
+        let features = features(&mut graph, self.features, motion.q, &weights);
         let (mut terms, mut lagrangian, mut penalised) = (Vec::new(), None, None);
         for term in &self.terms {
             let torque = match term {
                 LearnedTerm::StructuredLagrangian { layers, positive } => {
-                    let seen = [inertia_features(&mut graph, self.features, motion.q, features), features];
-                    let nodes = structured(&mut graph, seen, motion, layers, *positive, self.scales);
+                    let seen = [inertia_features(&mut graph, self.features, motion.q, features, &weights), features];
+                    let nodes = structured(&mut graph, seen, motion, layers, *positive, &self.scales);
                     lagrangian = Some(nodes);
                     nodes.torque
                 }
@@ -111,26 +112,46 @@ impl Architecture {
     }
 }
 
-/// What the networks see of the positions.
-fn features(graph: &mut Graph, features: Features, q: Node) -> Node {
+/// What the networks see of the positions, of each joint as much as it weighs.
+fn features(graph: &mut Graph, features: Features, q: Node, weights: &[f64]) -> Node {
     let angles = match features {
-        Features::Raw => return q,
-        Features::CosSin => q,
+        Features::Raw | Features::CosSin => q,
         Features::LinkAngles => neighbour_sums(graph, q),
     };
-    let (cos, sin) = (graph.apply(Function::Cos, angles), graph.apply(Function::Sin, angles));
-    graph.stack(&[cos, sin])
+    let weights: Vec<f64> = match features {
+        Features::Raw | Features::CosSin => weights.to_vec(),
+        // A direction against another link's is that of its last joint.
+        Features::LinkAngles => (0..weights.len()).flat_map(|first| weights[first..].to_vec()).collect(),
+    };
+    if features == Features::Raw {
+        return weighed(graph, angles, &weights);
+    }
+    let functions = [Function::Cos, Function::Sin].map(|function| {
+        let seen = graph.apply(function, angles);
+        weighed(graph, seen, &weights)
+    });
+    graph.stack(&functions)
+}
+
+/// Each feature as often as it weighs.
+fn weighed(graph: &mut Graph, x: Node, weights: &[f64]) -> Node {
+    if weights.iter().all(|weight| *weight == 1.0) {
+        return x;
+    }
+    let weights: Vec<Node> = weights.iter().map(|weight| graph.constant(*weight, 1)).collect();
+    let weights = graph.stack(&weights);
+    graph.mul(weights, x)
 }
 
 /// What the network of H sees. The inertia of an arm is the same wherever its first joint stands, which the directions of links
 /// against each other say; a single joint keeps its angle.
-fn inertia_features(graph: &mut Graph, kind: Features, q: Node, all: Node) -> Node {
+fn inertia_features(graph: &mut Graph, kind: Features, q: Node, all: Node, weights: &[f64]) -> Node {
     let n = graph.features(q);
     if kind != Features::LinkAngles || n == 1 {
         return all;
     }
     let rest = graph.rows(q, 1, n - 1);
-    features(graph, kind, rest)
+    features(graph, kind, rest, &weights[1..])
 }
 
 /// q_i + … + q_j for all i ≤ j.
@@ -156,18 +177,20 @@ fn structured(
     motion: Motion,
     layers: &Layers,
     positive: Option<Positive>,
-    scales: Scales,
+    scales: &Scales,
 ) -> LagrangianNodes {
     let n = graph.features(motion.qd);
     let size = n * (n + 1) / 2;
+    let roots: Vec<f64> = scales.joints.iter().map(|weight| weight.sqrt()).collect();
+    let weighed_qd = weighed(graph, motion.qd, &roots);
     let o = dense(graph, "mass_matrix", seen[0], &layers.hidden, size, layers.activation);
     let scale = scales.inertia.unwrap_or(scales.torque);
     let kinetic = match positive {
-        Some(positive) => positive_energy(graph, o, motion.qd, positive, scale),
+        Some(positive) => positive_energy(graph, o, [weighed_qd, motion.qd], positive, scale),
         None => {
             // ½ q̇ᵀ (C + Cᵀ) q̇
-            let product = graph.lower(o, motion.qd, true);
-            let product = graph.mul(motion.qd, product);
+            let product = graph.lower(o, weighed_qd, true);
+            let product = graph.mul(weighed_qd, product);
             let sum = graph.sum_features(product);
             graph.scale(scale, sum)
         }
@@ -179,8 +202,9 @@ fn structured(
     LagrangianNodes { lagrangian, potential: Some(potential), torque }
 }
 
-/// ½ scale ‖Cᵀq̇‖² + ½ ε ‖q̇‖², where `o` holds the diagonal of C before it is made positive, then the rest of it.
-fn positive_energy(graph: &mut Graph, o: Node, qd: Node, positive: Positive, scale: f64) -> Node {
+/// ½ scale ‖Cᵀv‖² + ½ ε ‖q̇‖², where v is q̇ by the weight of each joint, and `o` holds the diagonal of C before it is made positive,
+/// then the rest of it.
+fn positive_energy(graph: &mut Graph, o: Node, [weighed, qd]: [Node; 2], positive: Positive, scale: f64) -> Node {
     let (n, size) = (graph.features(qd), graph.features(o));
     let diagonal = graph.rows(o, 0, n);
     let shifted = graph.shift(positive.shift, diagonal);
@@ -192,7 +216,7 @@ fn positive_energy(graph: &mut Graph, o: Node, qd: Node, positive: Positive, sca
     } else {
         diagonal
     };
-    let half_momentum = graph.lower(triangle, qd, true);
+    let half_momentum = graph.lower(triangle, weighed, true);
     let square = graph.mul(half_momentum, half_momentum);
     let sum = graph.sum_features(square);
     let kinetic = graph.scale(0.5 * scale, sum);
