@@ -1,5 +1,7 @@
 //! Controls that several screens have: which trajectory, which joint, and all of it.
 
+use std::time::Duration;
+
 use egui::{ComboBox, Ui};
 
 use super::desk::{Desk, Order, is_held_out};
@@ -9,7 +11,7 @@ use crate::recording::Recording;
 pub const HINT: &str = "Drag: cursor. Ctrl+wheel, Ctrl+drag: zoom. Right click: limits, export. F1: all keys.";
 
 /// The most that time goes on in a frame \[s\].
-const LONGEST_STEP: f64 = 0.25;
+const LONGEST_STEP: f64 = 0.5;
 
 /// Lets the user choose a trajectory by name.
 pub fn trajectory(ui: &mut Ui, desk: &mut Desk) {
@@ -74,7 +76,10 @@ pub fn let_time_pass(ui: &Ui, desk: &mut Desk, recording: &Recording) {
     // No prediction: the next frame is asked for after a time, and comes sooner where something else moves.
     desk.focus.play(recording, f64::from(ui.input(|input| input.unstable_dt)).min(LONGEST_STEP));
     if desk.focus.is_playing {
-        ui.ctx().request_repaint_after(desk.focus.film.due());
+        // A frame that is asked for comes sooner, by the time that egui thinks it takes.
+        let sooner = Duration::from_secs_f32(ui.input(|input| input.predicted_dt));
+        let frame = ui.ctx().cumulative_frame_nr();
+        ui.ctx().request_repaint_after(desk.focus.film.due(frame, desk.busy.is_none()) + sooner);
     }
 }
 

@@ -8,7 +8,7 @@ use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 
 use super::desk::Change;
 use super::raster::{Picture, Raster};
-use super::theme::{self, Palette};
+use super::theme;
 use super::{About, Order, Shown, TorquescopeApp, screens};
 use crate::figure::Panel;
 use crate::session::{Session, View};
@@ -153,7 +153,7 @@ pub fn plots(session: Session, view: View, screen: &About) -> Vec<Panel> {
 /// # Errors
 /// If the size can't be, or the window does not settle.
 pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::Result<Picture> {
-    let ScreenshotOptions { theme, size: [width, height], scale, .. } = *options;
+    let ScreenshotOptions { size: [width, height], scale, .. } = *options;
     let fits = |side: f32| (64.0..=LARGEST_SIDE).contains(&(side * scale));
     if !(fits(width) && fits(height) && scale > 0.0) {
         bail!(
@@ -165,7 +165,7 @@ pub fn render(app: &mut TorquescopeApp, options: &ScreenshotOptions) -> anyhow::
     let output = settle(&ctx, app, options, |output| raster.update_textures(&mut output.textures_delta))?;
     let primitives = ctx.tessellate(output.shapes, output.pixels_per_point);
     let pixels = [width, height].map(|side| (side * scale).round() as usize);
-    let ground = Palette::of(egui::Theme::from(theme)).background;
+    let ground = ctx.global_style().visuals.panel_fill;
     Ok(raster.paint(&primitives, pixels, output.pixels_per_point, ground))
 }
 

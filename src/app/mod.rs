@@ -391,6 +391,8 @@ impl TorquescopeApp {
             is_leaving: self.leaving.is_some(),
         };
         self.overlays.show(ui, &mut shell);
+        let is_sketch = self.focus.film.is_sketch();
+        ui.ctx().tessellation_options_mut(|options| options.feathering = !is_sketch);
         if !self.orders.is_empty() {
             ui.ctx().request_repaint();
         }
@@ -1005,6 +1007,10 @@ impl eframe::App for TorquescopeApp {
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         self.draw(ui);
+    }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        visuals.panel_fill.to_normalized_gamma_f32()
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {

@@ -8,7 +8,7 @@ use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 
 use super::raster::Raster;
 use super::screens::compare;
-use super::theme::{self, Palette};
+use super::theme;
 use super::{Order, TorquescopeApp, screens};
 use crate::session::{Command, Session};
 
@@ -169,7 +169,7 @@ impl Watched {
         let triangles = self.ctx.tessellate(output.shapes, output.pixels_per_point);
         let own = own.elapsed().as_secs_f64();
         self.raster.update_textures(&mut output.textures_delta);
-        let ground = Palette::of(self.ctx.theme()).background;
+        let ground = self.ctx.global_style().visuals.panel_fill;
         std::hint::black_box(self.raster.paint(&triangles, SIZE, output.pixels_per_point, ground));
         Ok((own, wish))
     }

@@ -79,17 +79,22 @@ const MOST_BETWEEN: f32 = 16.0;
 /// A table: header, then rows. Numbers are aligned at their right, texts at their left.
 pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
     let palette = Palette::in_ui(ui);
+    let key = ui.scope_id().with((id, header, rows.len()));
     let header: Vec<WidgetText> =
         header.iter().map(|title| RichText::new(*title).size(SMALL).color(palette.weak).into()).collect();
     let width = |cell: &WidgetText| {
         let galley = cell.clone().into_galley(ui, None, f32::INFINITY, egui::TextStyle::Body);
         galley.size().x.ceil()
     };
+    // While its numbers change a column keeps the most room that it had: each change of width costs a frame.
+    let before: Vec<f32> = ui.data(|data| data.get_temp(key)).unwrap_or_else(|| vec![0.0; header.len()]);
     let widths: Vec<f32> = (0..header.len())
         .map(|column| {
-            rows.iter().filter_map(|row| row.get(column)).chain([&header[column]]).map(width).fold(0.0, f32::max)
+            let cells = rows.iter().filter_map(|row| row.get(column)).chain([&header[column]]);
+            cells.map(width).fold(before[column], f32::max)
         })
         .collect();
+    ui.data_mut(|data| data.insert_temp(key, widths.clone()));
     let is_number = |column: usize| {
         let cells = rows.iter().filter_map(|row| row.get(column));
         cells

@@ -34,7 +34,8 @@ impl TestRenderer for CpuRenderer {
         let scale = output.pixels_per_point;
         let size = (ctx.content_rect().size() * scale).round();
         let primitives = ctx.tessellate(output.shapes.clone(), scale);
-        let picture = self.0.paint(&primitives, [size.x as usize, size.y as usize], scale, egui::Color32::BLACK);
+        let ground = ctx.global_style().visuals.panel_fill;
+        let picture = self.0.paint(&primitives, [size.x as usize, size.y as usize], scale, ground);
         image::RgbaImage::from_raw(picture.width as u32, picture.height as u32, picture.rgba)
             .ok_or_else(|| "the picture has a wrong size".to_owned())
     }

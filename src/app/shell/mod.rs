@@ -137,7 +137,8 @@ impl Overlays {
         }
         lesson::show(ui, shell, &mut self.lesson);
         let room = if is_narrow(ui) { GROUP / 2.0 } else { GROUP };
-        let ground = Frame::new().fill(palette.background).inner_margin(Margin::same(room as i8));
+        // The window is cleared with the ground's colour; painting it once more costs as much as all the rest without a graphics card.
+        let ground = Frame::new().inner_margin(Margin::same(room as i8));
         CentralPanel::default().frame(ground).show(ui, |ui| {
             messages::notices(ui, shell);
             shell.screens.ui(ui, &mut shell.desk);
