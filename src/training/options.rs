@@ -9,8 +9,6 @@ use super::schedule::Schedule;
 use crate::model::learned::{Architecture, Features, Layers, LearnedPreset, LearnedTerm, Positive, Scales};
 use crate::network::{Activation, Element};
 
-/// The channel of samples that holds the torque.
-const TORQUE: usize = 3;
 /// How the weight of a joint grows with its torque, and the least there is. `bench stuck --first 200 --seeds 30` set them: with powers of 0.5,
 /// 0.7 and 1 the largest error of a mystery is 2.2, 1.8 and 2.1 times that of the rigid body, without weights 3.8.
 const WEIGHT_BY_TORQUE: f64 = 0.7;
@@ -183,18 +181,22 @@ impl Recipe {
 /// joints need.
 pub fn scale_to<E: Element>(architecture: &mut Architecture, samples: &Samples<E>) {
     let n = architecture.joints;
-    let typical = |channel: usize| {
+    let mean_squares = |channel: usize| -> Vec<f64> {
         let mean_square = |joint| {
             let (mean, variance) = samples.mean_and_variance(channel, joint);
             mean * mean + variance
         };
-        let size = ((0..n).map(mean_square).sum::<f64>() / n as f64).sqrt();
+        (0..n).map(mean_square).collect()
+    };
+    let typical = |mean_squares: &[f64]| {
+        let size = (mean_squares.iter().sum::<f64>() / n as f64).sqrt();
         if size > 0.0 && size.is_finite() { size } else { 1.0 }
     };
-    let [velocity, acceleration, torque] = [1, 2, TORQUE].map(typical);
+    let [velocities, accelerations, torques] = [1, 2, 3].map(mean_squares);
+    let [velocity, acceleration, torque] = [&velocities, &accelerations, &torques].map(|squares| typical(squares));
+    let is_lagrangian = architecture.terms.iter().any(LearnedTerm::is_lagrangian);
+    let joints = if is_lagrangian { weights(&torques) } else { Vec::new() };
     // Of a slow arm gravity makes the torque, which says nothing of its inertia.
-    let joints =
-        if architecture.terms.iter().any(LearnedTerm::is_lagrangian) { weights(samples, n) } else { Vec::new() };
     architecture.scales =
         Scales { velocity, acceleration, torque, inertia: Some(torque / acceleration.max(1.0)), joints };
     for term in &mut architecture.terms {
@@ -204,14 +206,9 @@ pub fn scale_to<E: Element>(architecture: &mut Architecture, samples: &Samples<E
     }
 }
 
-/// How much each joint weighs in the energy ([`Scales::joints`]), by its torque beside the largest.
-fn weights<E: Element>(samples: &Samples<E>, joints: usize) -> Vec<f64> {
-    let sizes: Vec<f64> = (0..joints)
-        .map(|joint| {
-            let (mean, variance) = samples.mean_and_variance(TORQUE, joint);
-            (mean * mean + variance).sqrt()
-        })
-        .collect();
+/// How much each joint weighs in the energy ([`Scales::joints`]), by the mean square of its torque.
+fn weights(mean_squares: &[f64]) -> Vec<f64> {
+    let sizes: Vec<f64> = mean_squares.iter().map(|square| square.sqrt()).collect();
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let weight = |size: f64| (size / largest).powf(WEIGHT_BY_TORQUE).max(LEAST_WEIGHT);
     sizes.into_iter().map(|size| if largest > 0.0 { weight(size) } else { 1.0 }).collect()

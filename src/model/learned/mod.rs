@@ -52,9 +52,9 @@ pub struct Scales {
     /// are greater than 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<f64>,
-    /// How large the torque of each joint is beside the largest, from 0 to 1; empty: all alike. What a light joint does to the energy
-    /// is as small as its torque, so a Lagrangian network sees its angle, and gives its inertia, so much smaller: else each step
-    /// that suits the heavy joints shakes the light ones.
+    /// The weight of each joint, from 0 to 1, the smaller the smaller its torque is; empty: all alike. What a light joint does to the
+    /// energy is as small as its torque, so a Lagrangian network sees its angle, and gives its inertia, so many times as small: else
+    /// each step that suits the heavy joints shakes the light ones.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<f64>,
 }

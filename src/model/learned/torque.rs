@@ -63,13 +63,13 @@ impl Architecture {
         let mut part = |index: usize| graph.rows(state, index * n, n);
         let motion = Motion { q: part(0), qd: part(1), qdd: part(2) };
         let measured = part(3);
-        let weights = if self.scales.joints.is_empty() { vec![1.0; n] } else { self.scales.joints.clone() };
-        let features = features(&mut graph, self.features, motion.q, &weights);
+        let weights = &self.scales.joints;
+        let features = features(&mut graph, self.features, motion.q, weights);
         let (mut terms, mut lagrangian, mut penalised) = (Vec::new(), None, None);
         for term in &self.terms {
             let torque = match term {
                 LearnedTerm::StructuredLagrangian { layers, positive } => {
-                    let seen = [inertia_features(&mut graph, self.features, motion.q, features, &weights), features];
+                    let seen = [inertia_features(&mut graph, self.features, motion.q, features, weights), features];
                     let nodes = structured(&mut graph, seen, motion, layers, *positive, &self.scales);
                     lagrangian = Some(nodes);
                     nodes.torque
@@ -114,18 +114,15 @@ impl Architecture {
 
 /// What the networks see of the positions, of each joint as much as it weighs.
 fn features(graph: &mut Graph, features: Features, q: Node, weights: &[f64]) -> Node {
-    let angles = match features {
-        Features::Raw | Features::CosSin => q,
-        Features::LinkAngles => neighbour_sums(graph, q),
-    };
-    let weights: Vec<f64> = match features {
-        Features::Raw | Features::CosSin => weights.to_vec(),
+    let (angles, weights) = match features {
+        Features::Raw => return weighed(graph, q, weights),
+        Features::CosSin => (q, weights.to_vec()),
         // A direction against another link's is that of its last joint.
-        Features::LinkAngles => (0..weights.len()).flat_map(|first| weights[first..].to_vec()).collect(),
+        Features::LinkAngles => {
+            let weights = (0..weights.len()).flat_map(|first| weights[first..].to_vec()).collect();
+            (neighbour_sums(graph, q), weights)
+        }
     };
-    if features == Features::Raw {
-        return weighed(graph, angles, &weights);
-    }
     let functions = [Function::Cos, Function::Sin].map(|function| {
         let seen = graph.apply(function, angles);
         weighed(graph, seen, &weights)
@@ -133,7 +130,7 @@ fn features(graph: &mut Graph, features: Features, q: Node, weights: &[f64]) -> 
     graph.stack(&functions)
 }
 
-/// Each feature as often as it weighs.
+/// Each feature by its weight; without weights as it is.
 fn weighed(graph: &mut Graph, x: Node, weights: &[f64]) -> Node {
     if weights.iter().all(|weight| *weight == 1.0) {
         return x;
@@ -151,7 +148,7 @@ fn inertia_features(graph: &mut Graph, kind: Features, q: Node, all: Node, weigh
         return all;
     }
     let rest = graph.rows(q, 1, n - 1);
-    features(graph, kind, rest, &weights[1..])
+    features(graph, kind, rest, weights.get(1..).unwrap_or_default())
 }
 
 /// q_i + … + q_j for all i ≤ j.
