@@ -51,7 +51,7 @@ pub trait Screen {
     }
 
     /// Its job that takes long enough to be told of on every screen: a name, and how far it is.
-    fn at_work(&self) -> Option<(&'static str, Progress)> {
+    fn at_work(&self) -> Option<(&str, Progress)> {
         None
     }
 

@@ -145,13 +145,15 @@ impl Screens {
     }
 
     /// The long job of a screen, if there is one: its name, and how far it is.
-    pub fn at_work(&self) -> Option<(&'static str, Progress)> {
+    pub fn at_work(&self) -> Option<(&str, Progress)> {
         self.iter().find_map(|(_, screen)| screen.at_work())
     }
 
-    /// Stops the long jobs of all.
+    /// Stops the one that [`Screens::at_work`] tells of.
     pub fn stop(&mut self) {
-        self.open.iter_mut().for_each(|screen| screen.stop());
+        if let Some(screen) = self.open.iter_mut().find(|screen| screen.at_work().is_some()) {
+            screen.stop();
+        }
     }
 
     /// Lets all receive what their jobs have.

@@ -30,7 +30,7 @@ pub struct Shell<'a> {
     /// Whether somebody would lose work if the window closed now.
     pub is_unsaved: bool,
     /// What is at work beside the session, and how far it is: a file that is written, an experiment.
-    pub aside: Option<(&'a str, Progress)>,
+    pub aside: Option<(String, Progress)>,
     /// What is at work, in words.
     pub at_work: Option<String>,
     /// Whether a dialog lies over the screens, whose answer comes next.

@@ -113,8 +113,8 @@ impl Screen for Diagnose {
         self.sure.is_busy()
     }
 
-    fn at_work(&self) -> Option<(&'static str, Progress)> {
-        self.sure.progress().map(|progress| ("plant effects", progress))
+    fn at_work(&self) -> Option<(&str, Progress)> {
+        self.sure.at_work()
     }
 
     fn stop(&mut self) {

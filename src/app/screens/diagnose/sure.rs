@@ -26,7 +26,7 @@ impl Sure {
     /// Draws the card.
     pub fn card(&mut self, ui: &mut Ui, desk: &mut Desk) {
         widgets::card(ui, "How sure would you be?", |ui| {
-            if let Some(progress) = self.progress() {
+            if let Some((_, progress)) = self.at_work() {
                 return self.working(ui, progress);
             }
             match &self.answer {
@@ -87,9 +87,9 @@ impl Sure {
         self.running.is_some()
     }
 
-    /// How far the job is.
-    pub fn progress(&self) -> Option<Progress> {
-        self.running.as_ref().map(Job::progress)
+    /// The job: its name, and how far it is.
+    pub fn at_work(&self) -> Option<(&str, Progress)> {
+        self.running.as_ref().map(|job| (job.name(), job.progress()))
     }
 
     /// Stops the job.

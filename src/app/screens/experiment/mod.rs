@@ -87,7 +87,7 @@ impl Screen for Experiments {
         self.trials.is_busy()
     }
 
-    fn at_work(&self) -> Option<(&'static str, Progress)> {
+    fn at_work(&self) -> Option<(&str, Progress)> {
         let (progress, stopping) = self.trials.progress()?;
         Some((if stopping { "stopping the experiment" } else { "experiment" }, progress))
     }
