@@ -78,8 +78,8 @@ pub fn let_time_pass(ui: &Ui, desk: &mut Desk, recording: &Recording) {
     if desk.focus.is_playing {
         // A frame that is asked for comes sooner, by the time that egui thinks it takes.
         let sooner = Duration::from_secs_f32(ui.input(|input| input.predicted_dt));
-        let frame = ui.ctx().cumulative_frame_nr();
-        ui.ctx().request_repaint_after(desk.focus.film.due(frame, desk.busy.is_none()) + sooner);
+        let due = desk.focus.film.due(ui.ctx().cumulative_frame_nr());
+        ui.ctx().request_repaint_after(due + sooner);
     }
 }
 

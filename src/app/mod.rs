@@ -373,7 +373,7 @@ impl TorquescopeApp {
             templates: &self.templates,
         };
         let drawing = self.drawing.as_ref().map(|job| (job.name(), job.progress()));
-        let aside = drawing.or_else(|| self.screens.at_work());
+        let aside = drawing.or_else(|| self.screens.at_work()).map(|(name, progress)| (name.to_owned(), progress));
         let mut shell = Shell {
             desk,
             screens: &mut self.screens,
@@ -391,7 +391,8 @@ impl TorquescopeApp {
             is_leaving: self.leaving.is_some(),
         };
         self.overlays.show(ui, &mut shell);
-        let is_sketch = self.focus.film.is_sketch();
+        let is_alone = !self.is_busy();
+        let is_sketch = self.focus.film.end_frame(is_alone);
         ui.ctx().tessellation_options_mut(|options| options.feathering = !is_sketch);
         if !self.orders.is_empty() {
             ui.ctx().request_repaint();

@@ -1,11 +1,13 @@
 //! How quick the window is: how long its frames take, when a file is on the screen, and what an arm costs that is played.
 
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 use cpu_time::{ProcessTime, ThreadTime};
 use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 
+use super::headless::PATIENCE;
 use super::raster::Raster;
 use super::screens::compare;
 use super::theme;
@@ -113,9 +115,7 @@ pub struct Opening {
 /// If it can't be opened, or holds nothing that could be played.
 pub fn opened_and_played(open: Command, seconds: f64) -> anyhow::Result<Opening> {
     let begin = Instant::now();
-    let ctx = egui::Context::default();
-    theme::install(&ctx);
-    let mut watched = Watched { ctx, app: TorquescopeApp::new(Session::default()), raster: Raster::default(), begin };
+    let mut watched = Watched::new(begin);
     watched.app.order(Order::run(open));
     watched.until("there is a recording", |app| app.session().recording.is_some() || !app.is_busy())?;
     if watched.app.session().current().is_none() {
@@ -133,10 +133,7 @@ pub fn opened_and_played(open: Command, seconds: f64) -> anyhow::Result<Opening>
     while start.elapsed().as_secs_f64() < seconds {
         let (own, wish) = watched.frame()?;
         (pictures, window) = (pictures + 1, window + own);
-        // As with a real screen: not before its next picture, and not before the window asks for one.
-        let ticks = (start.elapsed().as_secs_f64() / REFRESH).floor() + 1.0;
-        let next = (ticks * REFRESH).max(start.elapsed().as_secs_f64() + wish.as_secs_f64()).min(seconds);
-        std::thread::sleep(Duration::from_secs_f64(next).saturating_sub(start.elapsed()));
+        watched.wait(wish, start + Duration::from_secs_f64(seconds));
     }
     let passed = start.elapsed().as_secs_f64();
     let recording = watched.app.session().recording.clone();
@@ -157,9 +154,22 @@ struct Watched {
     app: TorquescopeApp,
     raster: Raster,
     begin: Instant,
+    /// When the window asked to be drawn, from whichever thread.
+    wishes: Receiver<Instant>,
 }
 
 impl Watched {
+    fn new(begin: Instant) -> Self {
+        let ctx = egui::Context::default();
+        theme::install(&ctx);
+        let (asked, wishes) = mpsc::channel();
+        ctx.set_request_repaint_callback(move |wish| {
+            // Who no longer waits needs no answer.
+            let _ = asked.send(Instant::now() + wish.delay.min(PATIENCE));
+        });
+        Watched { ctx, app: TorquescopeApp::new(Session::default()), raster: Raster::default(), begin, wishes }
+    }
+
     /// A frame and its picture: the CPU time of this thread from input to triangles \[s\], and after which time the window wants to
     /// be drawn again.
     fn frame(&mut self) -> anyhow::Result<(f64, Duration)> {
@@ -174,18 +184,31 @@ impl Watched {
         Ok((own, wish))
     }
 
+    /// Waits as a real screen does: until the window asks to be drawn, and for the screen's next picture.
+    fn wait(&self, wish: Duration, latest: Instant) {
+        let mut next = latest.min(Instant::now() + wish.min(PATIENCE));
+        loop {
+            match self.wishes.recv_timeout(next.saturating_duration_since(Instant::now())) {
+                Ok(asked) => next = next.min(asked),
+                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        let since = self.begin.elapsed().as_secs_f64();
+        std::thread::sleep(Duration::from_secs_f64(REFRESH - since % REFRESH));
+    }
+
     /// Frames until something is so, and a picture that shows it.
     fn until(&mut self, what: &str, is_so: impl Fn(&TorquescopeApp) -> bool) -> anyhow::Result<()> {
-        let begin = Instant::now();
+        let latest = Instant::now() + PATIENCE;
         loop {
-            self.frame()?;
+            let (_, wish) = self.frame()?;
             if is_so(&self.app) && self.app.orders.is_empty() {
                 return Ok(());
             }
-            if begin.elapsed() > super::headless::PATIENCE {
+            if Instant::now() > latest {
                 bail!("it was waited in vain until {what}");
             }
-            crate::work::pause();
+            self.wait(wish, latest);
         }
     }
 }

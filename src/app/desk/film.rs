@@ -9,10 +9,10 @@ const FILM: Duration = Duration::from_millis(33);
 /// So rarely only where pictures are dear.
 const RARELY: Duration = Duration::from_millis(250);
 /// The part of a core that pictures may take, a little less than the quarter that is the goal.
-const SHARE: f64 = 0.22;
-/// Pictures that come no sooner than this \[s\] are sketches, with edges that are not smoothed: that halves what they cost without a
-/// graphics card, where the eye would see them one by one.
-const SKETCHED: f64 = 0.066;
+const SHARE: f64 = 0.23;
+/// Pictures that are further apart than this \[s\] are sketches, with edges that are not smoothed: that halves what they cost without
+/// a graphics card, where the eye would see them one by one.
+const SKETCHED: f64 = 0.085;
 /// Threads of a software renderer take no more than so many times what the thread that draws takes: more is other work.
 const MOST_HELP: f64 = 8.0;
 
@@ -26,6 +26,8 @@ pub struct Film {
     cost: f64,
     /// Time of all threads over that of the one that draws, seen while nothing else was at work.
     threads: f64,
+    /// Whether nothing else was at work when the last frame was drawn.
+    is_alone: bool,
     is_sketch: bool,
     /// Whether this frame is a picture of the film.
     is_moving: bool,
@@ -33,14 +35,22 @@ pub struct Film {
 
 impl Default for Film {
     fn default() -> Self {
-        Film { last: None, frame: (0, FILM), cost: 0.0, threads: 1.0, is_sketch: false, is_moving: false }
+        Film {
+            last: None,
+            frame: (0, FILM),
+            cost: 0.0,
+            threads: 1.0,
+            is_alone: true,
+            is_sketch: false,
+            is_moving: false,
+        }
     }
 }
 
 impl Film {
-    /// After which time the picture after this frame is due, in whichever of its passes that is asked. What else is at work makes
-    /// pictures no dearer: their threads are counted only while the program is alone with them.
-    pub fn due(&mut self, frame: u64, is_alone: bool) -> Duration {
+    /// After which time the picture after this frame is due, in whichever of its passes that is asked. It counts from now, while this
+    /// one is drawn, so it is the time from picture to picture.
+    pub fn due(&mut self, frame: u64) -> Duration {
         self.is_moving = true;
         if self.last.is_some() && self.frame.0 == frame {
             return self.frame.1;
@@ -50,22 +60,24 @@ impl Film {
             [own.duration_since(last.0), all.duration_since(last.1)].map(|time| time.as_secs_f64())
         });
         self.last = now;
-        self.frame = (frame, self.after(spent.unwrap_or_default(), is_alone));
+        self.frame = (frame, self.after(spent.unwrap_or_default()));
         self.frame.1
     }
 
-    fn after(&mut self, [own, all]: [f64; 2], is_alone: bool) -> Duration {
-        if is_alone && own > 0.0 {
+    fn after(&mut self, [own, all]: [f64; 2]) -> Duration {
+        if self.is_alone && own > 0.0 {
             self.threads += 0.5 * ((all / own).clamp(1.0, MOST_HELP) - self.threads);
         }
         self.cost += 0.5 * (own * self.threads - self.cost);
-        let rest = self.cost * (1.0 / SHARE - 1.0);
-        self.is_sketch |= rest > SKETCHED;
-        Duration::from_secs_f64(rest).clamp(FILM, RARELY)
+        let apart = self.cost / SHARE;
+        self.is_sketch |= apart > SKETCHED;
+        Duration::from_secs_f64(apart).clamp(FILM, RARELY)
     }
 
-    /// Whether the frame that was drawn is a sketch; asked once a frame. The first one that stands still is not.
-    pub fn is_sketch(&mut self) -> bool {
+    /// A frame was drawn. What else is at work makes pictures no dearer: their threads are counted only while the program is alone
+    /// with them. Says whether it is to be a sketch; the first frame that stands still is not.
+    pub fn end_frame(&mut self, is_alone: bool) -> bool {
+        self.is_alone = is_alone;
         if !std::mem::take(&mut self.is_moving) {
             (self.last, self.is_sketch) = (None, false);
         }
@@ -78,14 +90,15 @@ mod tests {
     use super::*;
 
     fn settled(film: &mut Film, spent: [f64; 2], is_alone: bool) -> f64 {
-        (0..30).map(|_| film.after(spent, is_alone)).last().unwrap().as_secs_f64()
+        film.is_alone = is_alone;
+        (0..30).map(|_| film.after(spent)).last().unwrap().as_secs_f64()
     }
 
     #[test]
     fn dear_pictures_are_drawn_as_often_as_their_share_of_a_core_pays() {
         let due = |own: f64, all: f64| settled(&mut Film::default(), [own, all], true);
         assert!((due(0.001, 0.001) - 0.033).abs() < 1e-3, "thirty a second, if they cost nothing");
-        assert!((0.03 / (0.03 + due(0.01, 0.03)) - SHARE).abs() < 1e-3, "the threads of the renderer count");
+        assert!((0.03 / due(0.01, 0.03) - SHARE).abs() < 1e-3, "the threads of the renderer count");
         assert!((due(1.0, 1.0) - 0.25).abs() < 1e-9, "it moves all the same");
     }
 
@@ -103,8 +116,8 @@ mod tests {
             let mut film = Film::default();
             settled(&mut film, [own, own], true);
             film.is_moving = true;
-            assert_eq!(film.is_sketch(), is_sketch);
-            assert!(!film.is_sketch(), "it stands still");
+            assert_eq!(film.end_frame(true), is_sketch);
+            assert!(!film.end_frame(true), "it stands still");
         }
     }
 }
