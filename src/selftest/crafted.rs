@@ -80,6 +80,7 @@ fn archives() -> Result<Vec<Crafted>, SelftestError> {
             Kind::Log,
             archive(&[("q.npy", zeros("<f8", &[rows, 1])), ("tau.npy", zeros("<f8", &[rows, 1]))])?,
         ));
+        all.push(("wide.npz", Kind::Log, archive(&[("tau.npy", zeros("<f8", &[rows / 2, 2]))])?));
         all.push(("objects.npz", Kind::Log, archive(&[("a.npy", zeros("|O", &[rows]))])?));
         all.push(("cubes.npz", Kind::Log, archive(&[("a.npy", zeros("<f8", &[rows / 100, 10, 10, 1]))])?));
         all.push(("notes.npz", Kind::Log, archive(&[("notes.txt", vec![b' '; 8 * rows])])?));

@@ -194,13 +194,16 @@ pub(super) fn table(
                 // One clock for many runs takes its memory once for each.
                 budget.unpack((rows - samples) as u64 * BYTES)?;
                 let repeated = match runs {
-                    1 => array.into_iter().collect(),
+                    1 => flat(array),
                     _ => array.iter().copied().cycle().take(rows).collect(),
                 };
                 table.columns.push(column(name, repeated));
             }
             [first, second] if runs > 1 && (first, second) == (runs, samples) => {
-                table.columns.push(column(name, array.into_iter().collect()))
+                table.columns.push(column(name, flat(array)))
+            }
+            [.., 1] if array.ndim() > 1 && extent(array.shape()) == Some((runs, samples)) => {
+                table.columns.push(column(format!("{name}[0]"), flat(array)));
             }
             [.., width] if array.ndim() > 1 && extent(array.shape()) == Some((runs, samples)) => {
                 if table.columns.len().saturating_add(width) > MOST_COLUMNS {
@@ -223,6 +226,18 @@ pub(super) fn table(
     }
     table.passed_over = passed_over;
     Ok(table)
+}
+
+/// The numbers of an array, row after row. Those that lie so in memory are not copied: a log of one joint may be all that fits.
+fn flat(array: ArrayD<f64>) -> Vec<f64> {
+    let count = array.len();
+    if !array.is_standard_layout() {
+        return array.into_iter().collect();
+    }
+    let (mut numbers, offset) = array.into_raw_vec_and_offset();
+    numbers.drain(..offset.unwrap_or(0));
+    numbers.truncate(count);
+    numbers
 }
 
 /// The time step \[s\] that an array of one number states.

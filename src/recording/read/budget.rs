@@ -31,8 +31,11 @@ pub enum TooMuch {
     },
 }
 
-/// Every file may take so much \[bytes\], however small it is.
-const LEAST: u64 = 48 << 20;
+/// Every file may be unpacked to so much \[bytes\], however small it is: arrays and the columns that are made of them stand in memory
+/// together for a moment, and are to take less than 64 MiB.
+const LEAST: u64 = 30 << 20;
+/// Every file may hold so much beside its numbers \[bytes\].
+const LEAST_BESIDE: u64 = 48 << 20;
 /// How many times its size may be unpacked: logs of 64-bit numbers are packed to a tenth of their size, not to a thousandth.
 const DENSEST: u64 = 32;
 /// How many times its size may be held beside the numbers.
@@ -55,7 +58,7 @@ impl Budget {
     /// For a file of so many bytes, whose numbers may take `limit` bytes.
     pub fn of(size: u64, limit: u64) -> Budget {
         let dense = LEAST.max(size.saturating_mul(DENSEST));
-        let beside = LEAST.max(size.saturating_mul(BESIDE));
+        let beside = LEAST_BESIDE.max(size.saturating_mul(BESIDE));
         let if_unpacked = match limit <= dense {
             true => TooMuch::Limit { limit: limit >> 20 },
             false => TooMuch::Dense { limit: dense >> 20 },
@@ -102,10 +105,10 @@ mod tests {
         assert_eq!(budget.unpack(1 << 19), Ok(()));
         assert_eq!(budget.unpack(1 << 19), Ok(()));
         assert_eq!(budget.unpack(1), Err(TooMuch::Limit { limit: 1 }));
-        assert_eq!(Budget::of(1000, 1 << 30).unpack(LEAST + 1), Err(TooMuch::Dense { limit: 48 }));
+        assert_eq!(Budget::of(1000, 1 << 30).unpack(LEAST + 1), Err(TooMuch::Dense { limit: 30 }));
         assert_eq!(Budget::of(10 << 20, 1 << 30).unpack(320 << 20), Ok(()));
         assert_eq!(Budget::of(100 << 20, 1 << 30).hold(400 << 20), Ok(()));
-        assert_eq!(Budget::of(1000, 1 << 30).hold(LEAST + 1), Err(TooMuch::Beside { limit: 48 }));
+        assert_eq!(Budget::of(1000, 1 << 30).hold(LEAST_BESIDE + 1), Err(TooMuch::Beside { limit: 48 }));
         assert!(Budget::of(1000, 1 << 30).name(&"x".repeat(1 << 21)).is_err());
     }
 }
