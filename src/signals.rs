@@ -7,6 +7,7 @@
 use std::ops::{Index, IndexMut, Range};
 
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis, concatenate, s};
+use rayon::prelude::*;
 
 /// Joints × samples: `signals[joint]` is the slice of a joint's samples, `signals[joint][sample]` one value.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -166,11 +167,11 @@ impl Signals {
         Signals { values: self.values.mapv(value) }
     }
 
-    /// Something else of each joint's samples: a filter, a derivative.
+    /// Something else of each joint's samples: a filter, a derivative. Joints are worked on at once.
     ///
     /// # Panics
     /// If it gives more samples for one joint than for another, although all have as many: a programming error.
-    pub fn map_joints(&self, mut joint: impl FnMut(&[f64]) -> Vec<f64>) -> Signals {
+    pub fn map_joints(&self, joint: impl Fn(&[f64]) -> Vec<f64> + Sync) -> Signals {
         self.map_each(|_, samples| joint(samples))
     }
 
@@ -178,8 +179,9 @@ impl Signals {
     ///
     /// # Panics
     /// As [`Signals::map_joints`].
-    pub fn map_each(&self, mut joint: impl FnMut(usize, &[f64]) -> Vec<f64>) -> Signals {
-        let mapped: Vec<Vec<f64>> = self.iter().enumerate().map(|(number, samples)| joint(number, samples)).collect();
+    pub fn map_each(&self, joint: impl Fn(usize, &[f64]) -> Vec<f64> + Sync) -> Signals {
+        let joints = (0..self.joint_count()).into_par_iter();
+        let mapped: Vec<Vec<f64>> = joints.map(|number| joint(number, &self[number])).collect();
         Signals::from_joints(mapped).unwrap_or_else(|error| panic!("joints of one length became different: {error}"))
     }
 

@@ -5,7 +5,6 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 use super::equations::{Block, Equations, PreparedColumn};
 use super::preparation::Preparation;
@@ -269,20 +268,20 @@ impl<'a> Design<'a> {
     ) -> Result<Vec<PreparedColumn>, ModelError> {
         let mut prepared: Vec<PreparedColumn> = Vec::new();
         for (index, trajectory) in self.recording.trajectories.iter().enumerate() {
-            let of_column = |column: Column| {
-                let mut column = self.preparations[index].apply_column(&column);
-                for (joint, values) in &mut column.parts {
-                    blank(values, &self.counts[index][*joint]);
-                }
-                column.parts
-            };
             let columns = columns(trajectory, self.loads[index].as_ref())?;
-            let parts: Vec<_> = columns.into_par_iter().map(of_column).collect();
-            for (number, parts) in parts.into_iter().enumerate() {
+            let signals: Vec<&[f64]> =
+                columns.iter().flat_map(|column| &column.parts).map(|(_, values)| &values[..]).collect();
+            let mut signals = self.preparations[index].apply_each(&signals).into_iter();
+            for (number, column) in columns.iter().enumerate() {
+                let joints = column.parts.iter().map(|(joint, _)| *joint);
+                let parts = joints.zip(signals.by_ref()).map(|(joint, mut values)| {
+                    blank(&mut values, &self.counts[index][joint]);
+                    (joint, values)
+                });
                 if prepared.len() <= number {
                     prepared.push(PreparedColumn { parts: vec![Vec::new(); index] });
                 }
-                prepared[number].parts.push(parts);
+                prepared[number].parts.push(parts.collect());
             }
         }
         Ok(prepared)

@@ -2,6 +2,7 @@
 //!
 //! Errors are measured on the raw torque, not on the filtered one that models are fitted to.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{Fitted, ModelError};
@@ -71,7 +72,7 @@ impl Evaluation {
             .collect::<Result<Vec<_>, _>>()?;
         let errors = |segments: &[Segment]| {
             let of_joint = |joint| joint_error(recording, &predictions, segments, joint);
-            (0..recording.joint_count()).map(of_joint).collect()
+            (0..recording.joint_count()).into_par_iter().map(of_joint).collect()
         };
         let (train, held_out): (Vec<_>, Vec<JointError>) = (errors(&split.train), errors(&split.held_out));
         let noise_floor_nmse = noise_floor(recording, &predictions, &split.held_out);
@@ -159,5 +160,5 @@ fn noise_floor(recording: &Recording, predictions: &[Prediction], segments: &[Se
         let deviation = white_noise(residuals).filter(|_| energy != 0.0)?;
         Some(deviation.powi(2) * count / energy)
     };
-    (0..recording.joint_count()).map(of_joint).collect()
+    (0..recording.joint_count()).into_par_iter().map(of_joint).collect()
 }

@@ -3,8 +3,9 @@
 //! Parameters are estimated on filtered data: what lies above the arm's own motion is noise of the torque and of the
 //! differentiated acceleration. A linear filter leaves the factors of a linear model unchanged if both sides pass it.
 
-use crate::effect::Column;
-use crate::recording::differentiate::{default_cutoff, low_pass};
+use rayon::prelude::*;
+
+use crate::recording::differentiate::{TOGETHER, default_cutoff, low_pass, low_pass_together};
 use crate::recording::{Origin, Recording};
 use crate::signals::Signals;
 
@@ -64,10 +65,17 @@ impl Preparation {
 
     /// Filters and decimates one signal.
     pub fn apply(&self, signal: &[f64]) -> Vec<f64> {
-        match self.cutoff {
-            Some(cutoff) => self.thin_out(&low_pass(signal, self.time_step, cutoff)),
-            None => self.thin_out(signal),
-        }
+        self.apply_each(&[signal]).pop().unwrap_or_default()
+    }
+
+    /// The same for signals of one length, on all cores.
+    pub fn apply_each(&self, signals: &[&[f64]]) -> Vec<Vec<f64>> {
+        let Some(cutoff) = self.cutoff else { return signals.iter().map(|signal| self.thin_out(signal)).collect() };
+        let prepared = |group: &[&[f64]]| {
+            let passed = low_pass_together(group, self.time_step, cutoff).into_iter();
+            passed.map(|signal| self.thin_out(&signal)).collect::<Vec<_>>()
+        };
+        signals.par_chunks(TOGETHER).flat_map_iter(prepared).collect()
     }
 
     /// ρ₁ of white noise that was filtered and decimated so: neighbours of what is kept still resemble each other.
@@ -86,14 +94,10 @@ impl Preparation {
         signal.iter().copied().step_by(self.every).collect()
     }
 
-    /// The same for a column.
-    pub fn apply_column(&self, column: &Column) -> Column {
-        Column { parts: column.parts.iter().map(|(joint, values)| (*joint, self.apply(values))).collect() }
-    }
-
     /// The same for a signal of all joints.
     pub fn apply_all(&self, signal: &Signals) -> Signals {
-        signal.map_joints(|joint| self.apply(joint))
+        let joints: Vec<&[f64]> = signal.iter().collect();
+        Signals::from_joints(self.apply_each(&joints)).unwrap_or_else(|error| panic!("prepared alike: {error}"))
     }
 
     /// Which of the kept samples lie in this range of the original ones.

@@ -8,6 +8,7 @@
 //! Source: the regularised Coulomb friction of Andersson, Söderberg and Björklund, Tribology International 40 (2007) 580.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use super::design::Design;
 use super::equations::{Equations, PreparedColumn};
@@ -86,7 +87,7 @@ fn directions(design: &Design, tops: &[f64]) -> Result<Vec<PreparedColumn>, Mode
             };
             std::iter::once(jump).chain(WIDTHS.iter().map(smooth)).collect::<Vec<_>>()
         };
-        Ok(tops.iter().enumerate().flat_map(of_joint).collect())
+        Ok(tops.par_iter().enumerate().flat_map_iter(of_joint).collect())
     })
 }
 

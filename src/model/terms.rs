@@ -1,7 +1,9 @@
 //! What each term contributes: a torque that is known beforehand, and columns whose factors are to be identified.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::least_squares::dot;
@@ -11,6 +13,9 @@ use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
 use crate::effect::{Column, Load, Motion, ParameterSpec};
 use crate::recording::{JointKind, Recording, Trajectory};
 use crate::signals::Signals;
+
+/// So many samples of a trajectory are one core's work.
+const STRETCH: usize = 1 << 14;
 
 /// What terms need to know of the recording beside the motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -258,22 +263,33 @@ impl RigidBody {
 
 /// Torque of the identified rigid body with these factors: its columns times them, without the columns in between.
 pub(super) fn identified_torque(setting: &Setting, trajectory: &Trajectory, factors: &[f64]) -> Signals {
+    let in_stretch = |number: usize| {
+        let start = number * STRETCH;
+        torque_in(setting, trajectory, start..(start + STRETCH).min(trajectory.len()), factors)
+    };
+    let stretches = trajectory.len().div_ceil(STRETCH).max(1);
+    let parts: Vec<Signals> = (0..stretches).into_par_iter().map(in_stretch).collect();
+    Signals::joined(&parts).unwrap_or_else(|error| panic!("stretches of one trajectory differ: {error}"))
+}
+
+/// The same in a stretch of the trajectory.
+fn torque_in(setting: &Setting, trajectory: &Trajectory, samples: Range<usize>, factors: &[f64]) -> Signals {
     let joints = trajectory.joint_count();
-    let mut torque = Signals::zeros(joints, trajectory.len());
+    let mut torque = Signals::zeros(joints, samples.len());
     if let Some(chain) = &setting.chain {
         let regressor = chain.regressor(&sliding(setting));
-        along(trajectory, |sample, q, qd, qdd| {
+        along(trajectory, samples, |sample, q, qd, qdd| {
             let mut now = [0.0; MOST_JOINTS];
             regressor.torque(q, qd, qdd, factors, &mut now);
             (0..joints).for_each(|joint| torque[joint][sample] = now[joint]);
         });
     } else if setting.kinds == [JointKind::Prismatic] {
         let mass = factors[0];
-        torque[0].iter_mut().zip(&trajectory.qdd[0]).for_each(|(tau, qdd)| *tau = mass * qdd);
+        torque[0].iter_mut().zip(&trajectory.qdd[0][samples]).for_each(|(tau, qdd)| *tau = mass * qdd);
     } else {
         let width = regressor::parameter_count(joints);
         let mut rows = vec![0.0; joints * width];
-        along(trajectory, |sample, q, qd, qdd| {
+        along(trajectory, samples, |sample, q, qd, qdd| {
             regressor::fill(setting.posture, setting.gravity(), q, qd, qdd, &mut rows);
             for (joint, row) in rows.chunks_exact(width).enumerate() {
                 torque[joint][sample] = dot(row, factors);
@@ -288,16 +304,16 @@ fn sliding(setting: &Setting) -> Vec<bool> {
     setting.kinds.iter().map(|kind| *kind == JointKind::Prismatic).collect()
 }
 
-/// Each sample of a trajectory with q, q̇ and q̈ of all joints side by side.
-fn along(trajectory: &Trajectory, mut at: impl FnMut(usize, &[f64], &[f64], &[f64])) {
+/// Each of these samples of a trajectory, counted from the first of them, with q, q̇ and q̈ of all joints side by side.
+fn along(trajectory: &Trajectory, samples: Range<usize>, mut at: impl FnMut(usize, &[f64], &[f64], &[f64])) {
     let joints = trajectory.joint_count();
     let mut state = [[0.0; MOST_JOINTS]; 3];
-    for sample in 0..trajectory.len() {
+    for (number, sample) in samples.enumerate() {
         for (state, signal) in state.iter_mut().zip([&trajectory.q, &trajectory.qd, &trajectory.qdd]) {
             state.iter_mut().zip(signal.at(sample)).for_each(|(place, value)| *place = value);
         }
         let [q, qd, qdd] = &state;
-        at(sample, &q[..joints], &qd[..joints], &qdd[..joints]);
+        at(number, &q[..joints], &qd[..joints], &qdd[..joints]);
     }
 }
 
@@ -320,17 +336,23 @@ fn chain_columns(chain: &Chain, setting: &Setting, trajectory: &Trajectory) -> V
 fn columns_along(
     trajectory: &Trajectory,
     width: usize,
-    fill: impl Fn(&[f64], &[f64], &[f64], &mut [f64]),
+    fill: impl Fn(&[f64], &[f64], &[f64], &mut [f64]) + Sync,
 ) -> Vec<Column> {
     let joints = trajectory.joint_count();
     let samples = trajectory.len();
     let mut values = vec![vec![0.0; samples]; joints * width];
-    let mut rows = vec![0.0; joints * width];
-    along(trajectory, |sample, q, qd, qdd| {
-        fill(q, qd, qdd, &mut rows);
-        for (element, row) in values.iter_mut().zip(&rows) {
-            element[sample] = *row;
-        }
+    let mut stretches: Vec<Vec<&mut [f64]>> = Vec::new();
+    for element in &mut values {
+        stretches.resize_with(samples.div_ceil(STRETCH), Vec::new);
+        stretches.iter_mut().zip(element.chunks_mut(STRETCH)).for_each(|(stretch, part)| stretch.push(part));
+    }
+    stretches.into_par_iter().enumerate().for_each(|(number, mut elements)| {
+        let mut rows = vec![0.0; joints * width];
+        let start = number * STRETCH;
+        along(trajectory, start..(start + STRETCH).min(samples), |sample, q, qd, qdd| {
+            fill(q, qd, qdd, &mut rows);
+            elements.iter_mut().zip(&rows).for_each(|(element, row)| element[sample] = *row);
+        });
     });
     let mut columns: Vec<Column> = (0..width).map(|_| Column { parts: Vec::new() }).collect();
     for (index, element) in values.into_iter().enumerate() {

@@ -9,6 +9,8 @@
 
 use std::f64::consts::PI;
 
+use rayon::prelude::*;
+
 use super::design::Design;
 use crate::effect::{MOST_PEAKS, Starts, Way};
 use crate::signals::Signals;
@@ -27,7 +29,7 @@ const STANDS_OUT: f64 = 12.0;
 /// The way of each joint with the peaks of the periodogram of what is `left` of its prepared torque (by trajectory).
 pub(super) fn with_peaks(design: &Design, left: &[Signals]) -> Vec<Way> {
     let way = |joint| Peaks::new(design, left, joint).way();
-    (0..design.joint_count()).map(way).collect()
+    (0..design.joint_count()).into_par_iter().map(way).collect()
 }
 
 struct Peaks<'a> {

@@ -8,7 +8,7 @@
 use std::borrow::Cow;
 
 use super::preparation::Preparation;
-use crate::recording::differentiate::{derivative, low_pass};
+use crate::recording::differentiate::{derivative, low_pass_joints};
 use crate::recording::split::{Segment, Split};
 use crate::recording::{Channels, Origin, Provenance, Recording, Trajectory};
 use crate::signals::Signals;
@@ -89,15 +89,15 @@ impl Band {
     fn apply(&self, trajectory: &Trajectory, provenance: &Provenance) -> Trajectory {
         let Channels { time, q, qd, qdd, tau } = &**trajectory;
         let step = trajectory.time_step();
-        let smooth = |signal: &[f64]| low_pass(signal, step, self.cutoff);
+        let smooth = |signal: &Signals| low_pass_joints(signal, step, self.cutoff);
         let derived = |signal: &Signals| signal.map_joints(|signal| derivative(signal, time, self.cutoff));
-        let [q, tau] = [q, tau].map(|signal| signal.map_joints(smooth));
+        let (q, tau) = rayon::join(|| smooth(q), || smooth(tau));
         let qd = match provenance.velocity {
-            Origin::Measured => qd.map_joints(smooth),
+            Origin::Measured => smooth(qd),
             Origin::Derived(_) => derived(&q),
         };
         let qdd = match provenance.acceleration {
-            Origin::Measured => qdd.map_joints(smooth),
+            Origin::Measured => smooth(qdd),
             Origin::Derived(_) => derived(&qd),
         };
         let channels = Channels { time: time.clone(), q, qd, qdd, tau };

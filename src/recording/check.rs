@@ -7,12 +7,14 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::ops::Range;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::correction::Correction;
-use super::differentiate::{central_difference, default_cutoff, low_pass};
+use super::differentiate::{central_difference, default_cutoff, low_pass_together};
 use super::fault::{self, Fault, FaultKind};
 use super::glitch;
+use super::segment::Segment;
 use super::{JointKind, Origin, Provenance, Recording, Trajectory};
 use crate::signals::Signals;
 
@@ -170,23 +172,45 @@ const SHORTEST_STEP: f64 = 1e-5;
 /// Largest lag that is looked for \[samples\].
 const LONGEST_LAG: usize = 20;
 
+/// What [`check`] found.
+#[derive(Debug)]
+pub struct Checked {
+    /// What is to be said.
+    pub findings: Vec<Finding>,
+    /// The readings that are none, as [`unusable`](super::split::unusable) gives them.
+    pub unusable: Vec<Segment>,
+}
+
 /// All that is odd about a recording that keeps its promises ([`Recording::verify`]); worst first. It looks at gaps,
 /// uneven or unbelievable time steps, constant channels, stuck or cut off torque, derivatives that disagree, degrees, readings that
 /// no motion makes, and too little data.
-pub fn check(recording: &Recording) -> Vec<Finding> {
+pub fn check(recording: &Recording) -> Checked {
     let mut findings = Vec::new();
     few_samples(recording, &mut findings);
     not_planar(recording, &mut findings);
     clock(recording, &mut findings);
-    for joint in 0..recording.joint_count() {
-        constant(recording, joint, &mut findings);
-        degrees(recording, joint, &mut findings);
-        derivatives(recording, joint, &mut findings);
-        findings.extend(glitch::find(recording, joint));
+    let joints = (0..recording.joint_count()).into_par_iter();
+    let (of_joints, faults) =
+        rayon::join(|| joints.map(|joint| of_joint(recording, joint)).collect::<Vec<_>>(), || fault::find(recording));
+    let mut glitches = Vec::new();
+    for (found, places) in of_joints {
+        findings.extend(found);
+        glitches.extend(places);
     }
-    findings.extend(fault::find(recording).iter().map(|fault| faulty(recording, fault)));
+    findings.extend(faults.iter().map(|fault| faulty(recording, fault)));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    findings
+    let unusable = faults.into_iter().flat_map(|fault| fault.stretches).chain(glitches).collect();
+    Checked { findings, unusable }
+}
+
+fn of_joint(recording: &Recording, joint: usize) -> (Vec<Finding>, Vec<Segment>) {
+    let mut findings = Vec::new();
+    constant(recording, joint, &mut findings);
+    degrees(recording, joint, &mut findings);
+    derivatives(recording, joint, &mut findings);
+    let (glitches, places) = glitch::find(recording, joint);
+    findings.extend(glitches);
+    (findings, places)
 }
 
 fn few_samples(recording: &Recording, findings: &mut Vec<Finding>) {
@@ -417,45 +441,44 @@ impl Comparison {
     /// `None` where there is too little motion or data to tell.
     pub fn of(recording: &Recording, joint: usize, signal: Pick, stated: Pick) -> Option<Comparison> {
         let margin = LONGEST_LAG;
-        let lags = -(margin as isize)..=margin as isize;
-        let mut products = vec![(0.0, 0.0); lags.clone().count()]; // Σ computed · stated, Σ computed²
+        // By lag, from the latest on: Σ computed · stated, Σ computed².
+        let [mut products, mut powers] = [[0.0; 2 * LONGEST_LAG + 1]; 2];
         let (mut stated_power, mut noise_power) = (0.0, 0.0);
         let (mut step, mut passed) = (0.0, 0.0f64);
         for trajectory in recording.trajectories.iter().filter(|t| t.len() > 4 * margin) {
             step = trajectory.time_step();
             let cutoff = default_cutoff(&trajectory.q, &trajectory.qd, step);
             passed = passed.max(noise_passed(cutoff * step));
-            let smooth = |signal: &[f64]| low_pass(signal, step, cutoff);
             let raw = central_difference(&signal(trajectory)[joint], &trajectory.time);
-            let computed = smooth(&raw);
-            let stated = smooth(&stated(trajectory)[joint]);
+            let smooth = low_pass_together(&[&raw, &stated(trajectory)[joint]], step, cutoff);
+            let [computed, stated] = &smooth[..] else { continue };
             let inner = margin..trajectory.len() - margin;
-            for sample in inner.clone() {
+            for sample in inner {
                 stated_power += stated[sample].powi(2);
                 noise_power += (raw[sample] - computed[sample]).powi(2);
-            }
-            for (lag, (product, power)) in lags.clone().zip(&mut products) {
-                for sample in inner.clone() {
-                    let value = computed[sample.wrapping_add_signed(-lag)];
+                // All lags go along together, which the processor does at once.
+                let around = &computed[sample - margin..=sample + margin];
+                for ((value, product), power) in around.iter().zip(&mut products).zip(&mut powers) {
                     *product += value * stated[sample];
                     *power += value * value;
                 }
             }
         }
         // A joint that was held still has noise only, which follows nothing; one that moves has more than noise lets through.
-        if products[margin].1 <= noise_power * passed {
+        if powers[margin] <= noise_power * passed {
             return None;
         }
-        let agreement = |(product, power): (f64, f64)| product * product / (power * stated_power);
-        let (lag, best) = lags
-            .zip(&products)
-            .max_by(|a, b| agreement(*a.1).total_cmp(&agreement(*b.1)).then(b.0.abs().cmp(&a.0.abs())))?;
+        let agreement = |at: usize| products[at].powi(2) / (powers[at] * stated_power);
+        let lag = |at: usize| margin as isize - at as isize;
+        let best = (0..products.len())
+            .rev()
+            .max_by(|a, b| agreement(*a).total_cmp(&agreement(*b)).then(lag(*b).abs().cmp(&lag(*a).abs())))?;
         let found = Comparison {
-            factor: best.0 / best.1,
-            lag,
-            lag_seconds: lag as f64 * step,
-            agreement: agreement(*best),
-            agreement_at_once: agreement(products[margin]),
+            factor: products[best] / powers[best],
+            lag: lag(best),
+            lag_seconds: lag(best) as f64 * step,
+            agreement: agreement(best),
+            agreement_at_once: agreement(margin),
         };
         (found.agreement.is_finite() && found.factor.is_finite()).then_some(found)
     }
@@ -516,12 +539,12 @@ mod tests {
     }
 
     fn kinds(recording: &Recording) -> Vec<FindingKind> {
-        check(recording).into_iter().map(|finding| finding.kind).collect()
+        check(recording).findings.into_iter().map(|finding| finding.kind).collect()
     }
 
     #[test]
     fn a_clean_recording_has_no_findings() {
-        assert_eq!(check(&swinging(1.0, 0.0)), []);
+        assert_eq!(check(&swinging(1.0, 0.0)).findings, []);
     }
 
     #[test]
@@ -533,7 +556,7 @@ mod tests {
             (1.0, 8.0, "8 samples (0.0160 s) behind"),
             (1.0, -5.0, "5 samples (0.0100 s) ahead"),
         ] {
-            let found = check(&swinging(factor, lag));
+            let found = check(&swinging(factor, lag)).findings;
             let velocity = found.iter().find(|f| f.kind == FindingKind::VelocityMismatch).unwrap();
             assert!(velocity.what.contains(words), "{}", velocity.what);
         }
@@ -559,7 +582,7 @@ mod tests {
         let noise = |sample: usize| ((sample as f64 * 12.9898).sin() * 43758.5453).fract() - 0.5;
         let mut run = recording.trajectories[0].channels_mut();
         run.q[0].iter_mut().enumerate().for_each(|(sample, q)| *q += 0.1 * noise(sample));
-        let found = check(&recording);
+        let found = check(&recording).findings;
         let velocity = found.iter().find(|finding| finding.kind == FindingKind::VelocityMismatch).unwrap();
         assert!(velocity.what.contains("0.1"), "{}", velocity.what);
     }
@@ -581,7 +604,7 @@ mod tests {
 
         let mut recording = swinging(1.0, 0.0);
         recording.trajectories[0].channels_mut().time.iter_mut().skip(1500).for_each(|t| *t += 0.002);
-        let missing = &check(&recording)[0];
+        let missing = &check(&recording).findings[0];
         assert_eq!((missing.kind, missing.place.samples.clone()), (FindingKind::UnevenTime, Some(1499..1501)));
         assert!(missing.what.contains("2.00 times the usual"), "{}", missing.what);
 

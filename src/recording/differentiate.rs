@@ -136,19 +136,52 @@ pub fn central_difference(signal: &[f64], time: &[f64]) -> Vec<f64> {
 /// `time_step` in s. The signal comes back unchanged where there is nothing to filter: fewer than two samples, or a
 /// cut-off that is not between 0 and half the sampling rate. Samples must be finite: a NaN spreads to all others.
 pub fn low_pass(signal: &[f64], time_step: f64, cutoff_hz: f64) -> Vec<f64> {
+    low_pass_together(&[signal], time_step, cutoff_hz).pop().unwrap_or_default()
+}
+
+/// So many signals pass [`low_pass_together`] in hardly more time than one.
+pub const TOGETHER: usize = 4;
+
+/// [`low_pass`] of signals of one length. A filter waits for each output before it begins the next: meanwhile it works on others.
+///
+/// # Panics
+/// If one signal is longer than another.
+pub fn low_pass_together(signals: &[&[f64]], time_step: f64, cutoff_hz: f64) -> Vec<Vec<f64>> {
     let relative = cutoff_hz * time_step;
-    if signal.len() < 2 || !(relative > 0.0 && relative < 0.5) {
-        return signal.to_vec();
+    let count = signals.first().map_or(0, |signal| signal.len());
+    assert!(signals.iter().all(|signal| signal.len() == count), "signals of different lengths");
+    if count < 2 || !(relative > 0.0 && relative < 0.5) {
+        return signals.iter().map(|signal| signal.to_vec()).collect();
     }
-    let sections = butterworth(relative);
+    let passed = |group: &[&[f64]]| match group {
+        [_] => passed::<1>(group, relative),
+        _ => passed::<TOGETHER>(group, relative),
+    };
+    signals.chunks(TOGETHER).flat_map(passed).collect()
+}
+
+/// [`low_pass`] of each joint.
+pub fn low_pass_joints(signals: &Signals, time_step: f64, cutoff_hz: f64) -> Signals {
+    let joints: Vec<&[f64]> = signals.iter().collect();
+    let passed = low_pass_together(&joints, time_step, cutoff_hz);
+    Signals::from_joints(passed).unwrap_or_else(|error| panic!("filtered alike: {error}"))
+}
+
+/// Up to `N` signals of one length through the filter.
+fn passed<const N: usize>(signals: &[&[f64]], relative_cutoff: f64) -> Vec<Vec<f64>> {
+    let sections = butterworth(relative_cutoff);
+    let count = signals[0].len();
     // After six periods of the cut-off the slowest pole has forgotten all but a millionth of the start.
-    let margin = ((6.0 / relative).ceil() as usize).min(signal.len() - 1);
-    let mut padded = continued(signal, margin, relative);
-    for _ in 0..2 {
-        run(&sections, &mut padded);
-        padded.reverse();
+    let margin = ((6.0 / relative_cutoff).ceil() as usize).min(count - 1);
+    let mut padded = vec![[0.0; N]; count + 2 * margin];
+    for (lane, signal) in signals.iter().enumerate() {
+        let continued = continued(signal, margin, relative_cutoff);
+        padded.iter_mut().zip(continued).for_each(|(values, value)| values[lane] = value);
     }
-    padded[margin..margin + signal.len()].to_vec()
+    run(&sections, padded.iter_mut());
+    run(&sections, padded.iter_mut().rev());
+    let inner = &padded[margin..margin + count];
+    (0..signals.len()).map(|lane| inner.iter().map(|values| values[lane]).collect()).collect()
 }
 
 /// Weighted mean over the neighbours, the weights a Gaussian of standard deviation `width` \[samples\] that ends at four of them; at
@@ -185,13 +218,13 @@ pub fn gaussian(signal: &[f64], width: f64) -> Vec<f64> {
 
 /// `signal` with `margin` samples more at each end, reflected through its smoothed end points. The end samples themselves
 /// would not do: the filter would pass their noise, because it is the same on both sides.
-fn continued(signal: &[f64], margin: usize, relative_cutoff: f64) -> Vec<f64> {
+fn continued(signal: &[f64], margin: usize, relative_cutoff: f64) -> impl Iterator<Item = f64> {
     let window = ((END_WINDOW / relative_cutoff).ceil() as usize).min(signal.len());
     let first = end_value(signal[..window].iter());
     let last = end_value(signal[signal.len() - window..].iter().rev());
-    let head = signal[1..=margin].iter().rev().map(|value| 2.0 * first - value);
-    let tail = signal.iter().rev().skip(1).take(margin).map(|value| 2.0 * last - value);
-    head.chain(signal.iter().copied()).chain(tail).collect()
+    let head = signal[1..=margin].iter().rev().map(move |value| 2.0 * first - value);
+    let tail = signal.iter().rev().skip(1).take(margin).map(move |value| 2.0 * last - value);
+    head.chain(signal.iter().copied()).chain(tail)
 }
 
 /// The value at the first of these samples of the parabola that fits them best; of fewer than four samples the first.
@@ -229,21 +262,25 @@ fn butterworth(relative_cutoff: f64) -> [Section; 2] {
     })
 }
 
-/// Filters in place, starting as if the first value had been there for ever. All sections go along together: while one waits
-/// for its last output, the other works.
-fn run(sections: &[Section; 2], signal: &mut [f64]) {
-    let start = signal[0];
+/// Filters in place, starting as if the first values had been there for ever. All sections and signals go along together: while one
+/// waits for its last output, the others work.
+fn run<'a, const N: usize>(sections: &[Section; 2], signals: impl Iterator<Item = &'a mut [f64; N]>) {
+    let mut signals = signals.peekable();
+    let Some(start) = signals.peek().map(|values| **values) else { return };
     let mut states = sections.map(|Section { b, a }| {
-        let second = (b[2] - a[1]) * start;
-        [(b[1] - a[0]) * start + second, second]
+        let second = start.map(|start| (b[2] - a[1]) * start);
+        let first = std::array::from_fn(|lane| (b[1] - a[0]) * start[lane] + second[lane]);
+        [first, second]
     });
-    for value in signal {
+    for values in signals {
         for (Section { b, a }, [first, second]) in sections.iter().zip(&mut states) {
-            let input = *value;
-            let output = b[0] * input + *first;
-            *first = b[1] * input - a[0] * output + *second;
-            *second = b[2] * input - a[1] * output;
-            *value = output;
+            for lane in 0..N {
+                let input = values[lane];
+                let output = b[0] * input + first[lane];
+                first[lane] = b[1] * input - a[0] * output + second[lane];
+                second[lane] = b[2] * input - a[1] * output;
+                values[lane] = output;
+            }
         }
     }
 }

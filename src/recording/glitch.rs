@@ -7,6 +7,8 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::check::{Finding, FindingKind, Pick, Place, Severity};
 use super::segment::Segment;
 use super::{JointKind, Origin, Recording, Trajectory};
@@ -47,23 +49,94 @@ const CHANGES: usize = 40;
 /// A channel with its symbol.
 type Channel = (&'static str, Pick);
 
-/// What is found on one joint.
-pub(super) fn find(recording: &Recording, joint: usize) -> Vec<Finding> {
-    let measured = measured(recording);
-    let beyond: Vec<Finding> = measured.iter().filter_map(|channel| unbelievable(recording, joint, *channel)).collect();
+/// What is found on one joint, and where no motion made its readings.
+pub(super) fn find(recording: &Recording, joint: usize) -> (Vec<Finding>, Vec<Segment>) {
+    let odd: Vec<Odd> = measured(recording).into_iter().map(|channel| Odd::of(recording, joint, channel)).collect();
+    let places = odd.iter().flat_map(Odd::places).collect();
+    let beyond: Vec<Finding> = odd.iter().filter_map(|odd| odd.unbelievable(recording, joint)).collect();
     if !beyond.is_empty() {
         // Beside such values nothing else can be judged.
-        return beyond;
+        return (beyond, places);
     }
     let turns = turns(recording, joint);
     let is_wound = turns.is_some();
     // A turn is told once, and not as a sample far out too.
-    let others = measured.iter().filter(|(symbol, _)| !(is_wound && *symbol == "q"));
-    let mut findings: Vec<Finding> = others.filter_map(|channel| leap(recording, joint, *channel)).collect();
+    let others = odd.iter().filter(|odd| !(is_wound && odd.channel.0 == "q"));
+    let mut findings: Vec<Finding> = others.filter_map(|odd| odd.leap(recording, joint)).collect();
     findings.extend(turns);
-    let derivatives = measured.iter().filter(|(symbol, _)| ["q̇", "q̈"].contains(symbol));
-    findings.extend(derivatives.filter_map(|channel| held(recording, joint, *channel)));
-    findings
+    let derivatives = odd.iter().map(|odd| odd.channel).filter(|(symbol, _)| ["q̇", "q̈"].contains(symbol));
+    findings.extend(derivatives.filter_map(|channel| held(recording, joint, channel)));
+    (findings, places)
+}
+
+/// Where no motion made the readings of any channel: nothing is learned from them, since a single one can outweigh all others.
+pub(super) fn places(recording: &Recording) -> Vec<Segment> {
+    let channels = measured(recording);
+    let all: Vec<(usize, Channel)> =
+        (0..recording.joint_count()).flat_map(|joint| channels.iter().map(move |channel| (joint, *channel))).collect();
+    all.into_par_iter().flat_map_iter(|(joint, channel)| Odd::of(recording, joint, channel).places()).collect()
+}
+
+/// What is odd about the readings of one channel.
+struct Odd {
+    channel: Channel,
+    /// Where they are beyond belief,
+    beyond: Vec<Segment>,
+    /// and, if they are nowhere, which leap away and back.
+    single: Option<Single>,
+}
+
+impl Odd {
+    fn of(recording: &Recording, joint: usize, channel: Channel) -> Odd {
+        let beyond = beyond_belief(recording, joint, channel.1);
+        let single = beyond.is_empty().then(|| single(recording, joint, channel.1)).flatten();
+        Odd { channel, beyond, single }
+    }
+
+    fn places(&self) -> Vec<Segment> {
+        self.single.as_ref().map_or(&self.beyond, |single| &single.places).clone()
+    }
+
+    fn unbelievable(&self, recording: &Recording, joint: usize) -> Option<Finding> {
+        let (symbol, pick) = self.channel;
+        let reading = |place: &Segment| pick(&recording.trajectories[place.trajectory])[joint][place.samples.start];
+        let worst = self.beyond.iter().max_by(|one, other| reading(one).abs().total_cmp(&reading(other).abs()))?;
+        Some(Finding {
+            severity: Severity::Error,
+            kind: FindingKind::BeyondBelief,
+            what: format!(
+                "{symbol} of {} is {:.3e} at sample {}, as no robot's is.",
+                recording.joints[joint].name,
+                reading(worst),
+                worst.samples.start
+            ),
+            place: at(joint, worst),
+            remedy: "Such a value marks a missing one, or is damage: write `nan` in its place, or leave its rows out."
+                .to_owned(),
+            set_right: Vec::new(),
+        })
+    }
+
+    fn leap(&self, recording: &Recording, joint: usize) -> Option<Finding> {
+        let Single { places, how } = self.single.as_ref()?;
+        let symbol = self.channel.0;
+        let count: usize = places.iter().map(|place| place.samples.len()).sum();
+        let samples = if count == 1 { "1 sample".to_owned() } else { format!("{count} samples") };
+        let first = Segment { samples: places[0].samples.start..places[0].samples.start + 1, ..places[0] };
+        Some(Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::FarOut,
+            what: format!(
+                "{symbol} of {} leaps in {samples} {how} (first: sample {}).",
+                recording.joints[joint].name, first.samples.start
+            ),
+            place: at(joint, &first),
+            remedy:
+                "These samples and some around them train nothing and count in no error; check the sensor and its line."
+                    .to_owned(),
+            set_right: Vec::new(),
+        })
+    }
 }
 
 /// Channels that were not computed here: what a derivative makes of a glitch is told where the glitch is.
@@ -85,22 +158,6 @@ fn values(recording: &Recording, joint: usize, pick: Pick) -> impl Iterator<Item
 
 fn at(joint: usize, place: &Segment) -> Place {
     Place { trajectory: Some(place.trajectory), samples: Some(place.samples.clone()), ..Place::joint(joint) }
-}
-
-/// Where no motion made the readings of any channel: nothing is learned from them, since a single one can outweigh all others.
-pub(super) fn places(recording: &Recording) -> Vec<Segment> {
-    let channels = measured(recording);
-    let of_channel = |joint: usize, (_, pick): Channel| {
-        let beyond = beyond_belief(recording, joint, pick);
-        if beyond.is_empty() {
-            single(recording, joint, pick).map_or_else(Vec::new, |single| single.places)
-        } else {
-            beyond
-        }
-    };
-    (0..recording.joint_count())
-        .flat_map(|joint| channels.iter().flat_map(move |channel| of_channel(joint, *channel)))
-        .collect()
 }
 
 /// Stretches of a channel, of one trajectory after the other.
@@ -135,26 +192,6 @@ fn beyond_belief(recording: &Recording, joint: usize, pick: Pick) -> Vec<Segment
     })
 }
 
-fn unbelievable(recording: &Recording, joint: usize, (symbol, pick): Channel) -> Option<Finding> {
-    let places = beyond_belief(recording, joint, pick);
-    let reading = |place: &Segment| pick(&recording.trajectories[place.trajectory])[joint][place.samples.start];
-    let worst = places.iter().max_by(|one, other| reading(one).abs().total_cmp(&reading(other).abs()))?;
-    Some(Finding {
-        severity: Severity::Error,
-        kind: FindingKind::BeyondBelief,
-        what: format!(
-            "{symbol} of {} is {:.3e} at sample {}, as no robot's is.",
-            recording.joints[joint].name,
-            reading(worst),
-            worst.samples.start
-        ),
-        place: at(joint, worst),
-        remedy: "Such a value marks a missing one, or is damage: write `nan` in its place, or leave its rows out."
-            .to_owned(),
-        set_right: Vec::new(),
-    })
-}
-
 /// Single readings that leap away and back.
 struct Single {
     places: Vec<Segment>,
@@ -176,26 +213,6 @@ fn single(recording: &Recording, joint: usize, pick: Pick) -> Option<Single> {
     let is_by_nature = near.len() as f64 > BY_NATURE * recording.sample_count() as f64 && near.len() > 1;
     (!near.is_empty() && !is_by_nature)
         .then(|| Single { places: near, how: "out of its neighbours and back".to_owned() })
-}
-
-fn leap(recording: &Recording, joint: usize, (symbol, pick): Channel) -> Option<Finding> {
-    let Single { places, how } = single(recording, joint, pick)?;
-    let count: usize = places.iter().map(|place| place.samples.len()).sum();
-    let samples = if count == 1 { "1 sample".to_owned() } else { format!("{count} samples") };
-    let first = Segment { samples: places[0].samples.start..places[0].samples.start + 1, ..places[0] };
-    Some(Finding {
-        severity: Severity::Warning,
-        kind: FindingKind::FarOut,
-        what: format!(
-            "{symbol} of {} leaps in {samples} {how} (first: sample {}).",
-            recording.joints[joint].name, first.samples.start
-        ),
-        place: at(joint, &first),
-        remedy:
-            "These samples and some around them train nothing and count in no error; check the sensor and its line."
-                .to_owned(),
-        set_right: Vec::new(),
-    })
 }
 
 /// The median of a channel, and how far nearly all of its samples are from it; `None` of a channel that hardly ever changes: it has no
@@ -229,12 +246,14 @@ fn leaps(values: &[f64], spread: f64) -> impl Iterator<Item = usize> {
     let bends: Vec<f64> = inner.map(beside).collect();
     let is_leap = move |at: usize| {
         let size = bends[at];
+        if size.abs() <= LEAST_LEAP * spread {
+            return false;
+        }
         let is_answered = [bends[at - 1], bends[at + 1]].iter().all(|bend| (0.25..0.75).contains(&(-bend / size)));
         let has_come_back = (values[at + 2] - values[at]).abs() < COME_BACK * size.abs();
         let near = at.saturating_sub(NEAR)..(at + NEAR + 1).min(bends.len());
         let others = near.filter(|other| other.abs_diff(at) > 1).map(|other| bends[other].abs());
-        let is_far = size.abs() > LEAST_LEAP * spread && size.abs() > LEAP * others.fold(0.0, f64::max);
-        is_far && is_answered && has_come_back
+        is_answered && has_come_back && size.abs() > LEAP * others.fold(0.0, f64::max)
     };
     let count = values.len().saturating_sub(2);
     (1..count.saturating_sub(1)).filter(move |at| is_leap(*at)).map(|at| at + 1)
@@ -334,7 +353,7 @@ mod tests {
     }
 
     fn kinds(recording: &Recording) -> Vec<FindingKind> {
-        find(recording, 0).into_iter().map(|finding| finding.kind).collect()
+        find(recording, 0).0.into_iter().map(|finding| finding.kind).collect()
     }
 
     #[test]
@@ -346,13 +365,13 @@ mod tests {
     fn one_torque_far_out_is_found_where_it_is() {
         let mut recording = swinging();
         recording.trajectories[0].channels_mut().tau[0][1234] = 400.0;
-        let found = find(&recording, 0);
+        let found = find(&recording, 0).0;
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].kind, found[0].place.samples.clone()), (FindingKind::FarOut, Some(1234..1235)));
         assert!(found[0].what.contains("1 sample"), "{}", found[0].what);
         // Ten samples in a row may be a contact.
         recording.trajectories[0].channels_mut().tau[0][2000..2010].fill(400.0);
-        let beside = find(&recording, 0);
+        let beside = find(&recording, 0).0;
         assert!(beside[0].place == found[0].place && beside[0].what.contains("1 sample"), "{}", beside[0].what);
     }
 
@@ -362,7 +381,7 @@ mod tests {
         for (sample, factor) in [(1234, 2.0), (700, 0.5), (2345, -1.0)] {
             let mut recording = swinging();
             recording.trajectories[0].channels_mut().tau[0][sample] *= factor;
-            let found = find(&recording, 0);
+            let found = find(&recording, 0).0;
             assert_eq!(kinds(&recording), [FindingKind::FarOut], "{factor}");
             assert_eq!(found[0].place.samples, Some(sample..sample + 1));
         }
@@ -376,7 +395,7 @@ mod tests {
     fn a_wrapped_angle_is_found() {
         let mut recording = swinging();
         recording.trajectories[0].channels_mut().q[0].iter_mut().skip(3000).for_each(|q| *q += TAU);
-        let found = find(&recording, 0);
+        let found = find(&recording, 0).0;
         assert_eq!(kinds(&recording), [FindingKind::WholeTurn]);
         assert_eq!(found[0].place.samples, Some(2999..3001));
         recording.joints[0].kind = JointKind::Prismatic;
@@ -389,7 +408,7 @@ mod tests {
         recording.trajectories[0].channels_mut().tau[0][7] = -1e301;
         assert_eq!(kinds(&recording), [FindingKind::BeyondBelief]);
         recording.trajectories[0].channels_mut().tau[0][7] = 2.6e-260;
-        let found = find(&recording, 0);
+        let found = find(&recording, 0).0;
         assert!(found.len() == 1 && found[0].what.contains("2.600e-260 at sample 7"), "{found:?}");
         // What fades away to nothing is no damage, nor is the start of motion after it.
         let mut run = recording.trajectories[0].channels_mut();
@@ -404,7 +423,7 @@ mod tests {
         let mut run = recording.trajectories[0].channels_mut();
         let qd = run.qd[0].to_vec();
         run.qd[0].iter_mut().enumerate().for_each(|(sample, value)| *value = qd[sample / 10 * 10]);
-        let found = find(&recording, 0);
+        let found = find(&recording, 0).0;
         assert_eq!(kinds(&recording), [FindingKind::Held]);
         assert!(found[0].what.contains("every 10th"), "{}", found[0].what);
         // Quantised velocity stands still too, but not in step.

@@ -52,6 +52,14 @@ const VALIDATION_TURN: usize = 3;
 /// A time block is at least so many times as long as what is left out at each of its ends.
 const LONGEST_GUARD: usize = 4;
 
+/// The readings of a recording that are none: [`fault`]s of its torque, and what no motion makes. [`check`] finds them, too.
+///
+/// [`check`]: super::check::check
+pub fn unusable(recording: &Recording) -> Vec<Segment> {
+    let faults = fault::find(recording).into_iter().flat_map(|fault| fault.stretches);
+    faults.chain(glitch::places(recording)).collect()
+}
+
 impl Split {
     /// The split that is used when the user does not choose: every fifth trajectory is held out or, with fewer than four
     /// trajectories, every fifth of about twenty time blocks.
@@ -61,11 +69,16 @@ impl Split {
 
     /// [`Split::automatic`] with other trajectories or time blocks held out: those that come so many later in each five.
     pub fn in_turn(recording: &Recording, turn: usize) -> Split {
+        Split::of_all(recording, turn).clear_of(recording, &unusable(recording))
+    }
+
+    /// The same of all readings, whatever they are.
+    fn of_all(recording: &Recording, turn: usize) -> Split {
         let trajectories = &recording.trajectories;
         if trajectories.len() >= FEWEST_TRAJECTORIES {
             let every = EVERY.min(trajectories.len());
             let held_out = |index: usize| index % EVERY == (every - 1 + turn) % every;
-            return Split::by_trajectory(trajectories, held_out).clear_of_faults(recording);
+            return Split::by_trajectory(trajectories, held_out);
         }
         let mut split = Split::default();
         for (trajectory, data) in trajectories.iter().enumerate() {
@@ -92,7 +105,7 @@ impl Split {
                 samples.end -= if samples.end < data.len() { guard } else { 0 };
             }
         }
-        split.clear_of_faults(recording)
+        split
     }
 
     /// What is to be said of [`Split::automatic`]: how much is left out beside its cuts, and why.
@@ -146,14 +159,18 @@ impl Split {
 
     /// Nothing is held out: for parameters that are to be compared with those that others identified from a whole log.
     pub fn whole(recording: &Recording) -> Split {
-        Split::by_trajectory(&recording.trajectories, |_| false).clear_of_faults(recording)
+        Split::by_trajectory(&recording.trajectories, |_| false).clear_of(recording, &unusable(recording))
     }
 
-    /// Holds out the trajectories with these names.
+    /// Holds out the trajectories with these names or, if there are none, as [`Split::automatic`]; `unusable` is what [`unusable`] gives
+    /// for the recording.
     ///
     /// # Errors
     /// [`SplitError`] if a name is unknown or nothing is left to train on.
-    pub fn holding_out(recording: &Recording, names: &[String]) -> Result<Split, SplitError> {
+    pub fn as_asked(recording: &Recording, names: &[String], unusable: &[Segment]) -> Result<Split, SplitError> {
+        if names.is_empty() {
+            return Ok(Split::of_all(recording, 0).clear_of(recording, unusable));
+        }
         let trajectories = &recording.trajectories;
         if let Some(name) = names.iter().find(|name| trajectories.iter().all(|t| &t.name != *name)) {
             let known = trajectories.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -163,21 +180,20 @@ impl Split {
         if split.train.is_empty() {
             return Err(SplitError::NothingToTrain(trajectories.len()));
         }
-        Ok(split.clear_of_faults(recording))
+        Ok(split.clear_of(recording, unusable))
     }
 
-    /// Without the readings of this recording that are none, unless nothing would be left to train on.
-    pub fn clear_of_faults(self, recording: &Recording) -> Split {
-        let mut none: Vec<Segment> = fault::find(recording).into_iter().flat_map(|fault| fault.stretches).collect();
-        none.extend(glitch::places(recording));
-        if none.is_empty() {
+    /// Without these readings of the recording that are none, unless nothing would be left to train on.
+    #[must_use]
+    pub fn clear_of(self, recording: &Recording, unusable: &[Segment]) -> Split {
+        if unusable.is_empty() {
             return self;
         }
-        let train = fault::without(recording, &none, self.train.clone());
+        let train = fault::without(recording, unusable, self.train.clone());
         if train.is_empty() {
             return self;
         }
-        Split { train, held_out: fault::without(recording, &none, self.held_out) }
+        Split { train, held_out: fault::without(recording, unusable, self.held_out) }
     }
 
     fn by_trajectory(trajectories: &[Trajectory], held_out: impl Fn(usize) -> bool) -> Split {
@@ -242,7 +258,7 @@ mod tests {
             run.channels_mut().tau[0].iter_mut().enumerate().for_each(|(at, tau)| *tau = (0.01 * at as f64).sin());
         }
         let all = Split::automatic(&recording);
-        assert_eq!(all.clone().clear_of_faults(&recording), all);
+        assert_eq!(all.clone().clear_of(&recording, &unusable(&recording)), all);
         recording.trajectories[1].channels_mut().tau[0][500] = 70.0;
         let clear = Split::automatic(&recording);
         let uses = uses(&recording, &clear);
@@ -362,7 +378,7 @@ mod tests {
     #[test]
     fn names_decide_what_is_held_out() {
         let recording = recording(&[10, 20, 30]);
-        let split = Split::holding_out(&recording, &["run 1".into()]).unwrap();
+        let split = Split::as_asked(&recording, &["run 1".into()], &[]).unwrap();
         assert_eq!(split.held_out, [Segment { trajectory: 1, samples: 0..20 }]);
         assert_eq!(size(&split.train), 40);
         assert!(uses(&recording, &split).iter().flatten().all(|count| *count == 1));
@@ -371,9 +387,9 @@ mod tests {
     #[test]
     fn unknown_names_and_nothing_to_train_on_are_errors() {
         let recording = recording(&[10, 20]);
-        let error = Split::holding_out(&recording, &["run 7".into()]).unwrap_err();
+        let error = Split::as_asked(&recording, &["run 7".into()], &[]).unwrap_err();
         assert_eq!(error.to_string(), "no trajectory is named `run 7`; the recording has: run 0, run 1");
         let all = ["run 0".into(), "run 1".into()];
-        assert_eq!(Split::holding_out(&recording, &all), Err(SplitError::NothingToTrain(2)));
+        assert_eq!(Split::as_asked(&recording, &all, &[]), Err(SplitError::NothingToTrain(2)));
     }
 }

@@ -15,10 +15,10 @@ use crate::model::learned::LearnedPreset;
 use crate::model::{Fitted, Model, ModelError, Preset};
 use crate::progress::{Event, Monitor};
 use crate::recording::Recording;
-use crate::recording::check::{Finding, FindingKind, check};
+use crate::recording::check::{Checked, Finding, FindingKind, check};
 use crate::recording::correction::Correction;
 use crate::recording::read::{self, ReadOptions};
-use crate::recording::split::Split;
+use crate::recording::split::{Segment, Split};
 use crate::simulation::extrapolation::{self, Stretch};
 use crate::simulation::{self, Level, Making, Scenario, world};
 use crate::training;
@@ -196,7 +196,7 @@ impl Command {
             Command::Open { paths, options, held_out } => {
                 let import = read::read(paths, options, monitor)?;
                 let mut findings = import.findings;
-                let split = split(&import.recording, held_out, &mut findings, monitor)?;
+                let split = split(&import.recording, &import.unusable, held_out, &mut findings, monitor)?;
                 let loaded = Session {
                     recording: Some(Arc::new(import.recording)),
                     findings: Arc::new(findings),
@@ -497,16 +497,15 @@ fn set_up(session: &Session, wanted: &SetUp, monitor: &Monitor) -> Result<Sessio
 /// set up, is added to its findings.
 fn split(
     recording: &Recording,
+    unusable: &[Segment],
     held_out: &[String],
     findings: &mut Vec<Finding>,
     monitor: &Monitor,
 ) -> Result<Split, SessionError> {
-    let split = if held_out.is_empty() {
+    if held_out.is_empty() {
         findings.extend(Split::findings(recording));
-        Split::automatic(recording)
-    } else {
-        Split::holding_out(recording, held_out)?
-    };
+    }
+    let split = Split::as_asked(recording, held_out, unusable)?;
     let set_up = diagnosis::setup::check(recording, findings, monitor)?;
     findings.extend(set_up);
     Ok(split)
@@ -519,11 +518,12 @@ fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -
     let still_holds = |finding: &&Finding| finding.place.file.is_some() || finding.kind == FindingKind::SetRight;
     let mut findings: Vec<Finding> = session.findings.iter().filter(still_holds).cloned().collect();
     findings.extend(read::set_right(&mut recording, corrections)?);
-    findings.extend(check(&recording));
+    let Checked { findings: odd, unusable } = check(&recording);
+    findings.extend(odd);
     let trains = |index: usize| session.split.train.iter().any(|segment| segment.trajectory == index);
     let held_out = (0..recording.trajectories.len()).filter(|&index| !trains(index));
     let held_out: Vec<String> = held_out.map(|index| recording.trajectories[index].name.clone()).collect();
-    let split = split(&recording, &held_out, &mut findings, monitor)?;
+    let split = split(&recording, &unusable, &held_out, &mut findings, monitor)?;
     let source = session.source.as_ref().map(|source| Arc::new(source.set_right(corrections, held_out)));
     let loaded = Session {
         recording: Some(Arc::new(recording)),

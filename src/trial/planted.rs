@@ -31,7 +31,7 @@ use crate::effect::{Effect, Family, Load, Motion, registry};
 use crate::model::terms::Setting;
 use crate::model::{self, EffectTerm, Evaluation, Fitted, Model, Prediction, Preset, Term};
 use crate::progress::Monitor;
-use crate::recording::split::Split;
+use crate::recording::split::{Split, unusable};
 use crate::recording::{Origin, Recording, Trajectory};
 use crate::signals::Signals;
 use crate::simulation::{SimulationError, Strength};
@@ -232,7 +232,7 @@ impl Log {
         before: Option<Report>,
     ) -> Result<Case, TrialError> {
         plantings.iter().try_for_each(|drawn| self.plant(drawn, &mut recording))?;
-        let split = self.split.clone().clear_of_faults(&recording);
+        let split = self.split.clone().clear_of(&recording, &unusable(&recording));
         Ok(Case { name, recording, split, truth, plantings: plantings.iter().map(Drawn::planting).collect(), before })
     }
 
@@ -325,7 +325,7 @@ impl Log {
     fn left_by_body(&self, drawn: &Drawn) -> Result<f64, TrialError> {
         let mut recording = self.recording.clone();
         self.plant(drawn, &mut recording)?;
-        let split = self.split.clone().clear_of_faults(&recording);
+        let split = self.split.clone().clear_of(&recording, &unusable(&recording));
         let body = model::fit(&Preset::RigidBody.model(&recording)?, &recording, &split, &Monitor::new())?;
         let (mut left, mut all) = (0.0, 0.0);
         for (run, change) in self.change(drawn.effect, drawn.place, &drawn.parameters)?.iter().enumerate() {

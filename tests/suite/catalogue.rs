@@ -170,7 +170,7 @@ fn fault_journey(id: &str, tolerance: f64) {
     let recording = session.recording.as_ref().unwrap();
     let faults = fault::find(recording);
     assert!(matches!(&faults[..], [fault] if Some(fault.kind) == effect.fault() && fault.joint == 1), "{id}");
-    assert!(!check(recording).is_empty(), "{id} is no finding");
+    assert!(!check(recording).findings.is_empty(), "{id} is no finding");
     let evaluation = &session.current().unwrap().evaluation;
     let left: f64 = evaluation.held_out_nmse().iter().sum();
     let floor: f64 = evaluation.noise_floor_nmse.as_ref().unwrap().iter().sum();

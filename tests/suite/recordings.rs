@@ -90,7 +90,7 @@ fn a_real_double_pendulum_reads_at_once_and_without_alarm() {
     paths.retain(|path| path.extension().is_some_and(|ending| ending == "csv"));
     paths.sort();
     let options = ReadOptions { zero: Some(Posture::DOWN), ..ReadOptions::default() };
-    let Import { recording, findings, mapping } = read(&paths, &options, &Monitor::new()).unwrap();
+    let Import { recording, findings, mapping, .. } = read(&paths, &options, &Monitor::new()).unwrap();
     recording.verify().unwrap();
     assert_eq!(recording.joint_count(), 2);
     assert_eq!(recording.trajectories.len(), paths.len());

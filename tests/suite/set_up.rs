@@ -83,7 +83,7 @@ fn the_rate_of_a_log_without_a_clock_follows_from_its_velocity() {
 }
 
 fn told(recording: &Recording) -> Vec<String> {
-    let found = setup::check(recording, &check(recording), &Monitor::new()).unwrap();
+    let found = setup::check(recording, &check(recording).findings, &Monitor::new()).unwrap();
     found.iter().flat_map(|finding| &finding.set_right).map(Correction::to_string).collect()
 }
 
@@ -115,10 +115,10 @@ fn six_axes_that_are_not_stated_are_told() {
     let Some(folder) = real_logs("ur10-rosbag") else { return };
     let path = [folder.join("ur10_exciting_trajectory.db3")];
     let unstated = log(&path, None, None);
-    let findings = check(&unstated);
+    let findings = check(&unstated).findings;
     assert!(findings.iter().any(|finding| finding.what.starts_with("6 axes are taken for those of a planar arm")));
     assert_eq!(told(&unstated), Vec::<String>::new());
-    let stated = check(&log(&path, Some("ur10"), None));
+    let stated = check(&log(&path, Some("ur10"), None)).findings;
     assert!(!stated.iter().any(|finding| finding.what.contains("planar arm")), "{stated:?}");
 }
 

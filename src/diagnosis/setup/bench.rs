@@ -5,13 +5,15 @@
 //! samples predict the fifth.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 use crate::arm::chain::{PER_LINK, Regressor};
 use crate::arm::{GRAVITY, MOST_JOINTS, Posture, regressor};
 use crate::model::least_squares::{NormalEquations, dot};
 use crate::recording::correction::{Correction, CorrectionError};
-use crate::recording::differentiate::{central_difference, default_cutoff, low_pass};
+use crate::recording::differentiate::{central_difference, default_cutoff, low_pass_joints};
 use crate::recording::{Channels, JointKind, Recording, Trajectory};
+use crate::signals::Signals;
 
 /// So many samples at most are filtered; of longer recordings pieces from everywhere.
 const MOST_FILTERED: usize = 60_000;
@@ -166,8 +168,9 @@ fn thinned(piece: &Trajectory) -> Option<Trajectory> {
     }
     let cutoff = default_cutoff(&piece.q, &piece.qd, step);
     let every = ((1.0 / (step * KEPT_PER_PERIOD * cutoff)) as usize).max(1);
-    let smooth = |signal: &[f64]| low_pass(signal, step, cutoff);
-    let [q, qd, qdd, tau] = piece.signals().map(|(_, signal)| signal.map_joints(smooth));
+    let signals = piece.signals().into_par_iter();
+    let smooth: Vec<Signals> = signals.map(|(_, signal)| low_pass_joints(signal, step, cutoff)).collect();
+    let [q, qd, qdd, tau] = <[Signals; 4]>::try_from(smooth).ok()?;
     let smooth = Trajectory::new(piece.name.clone(), Channels { time: piece.time.clone(), q, qd, qdd, tau }).ok()?;
     Some(smooth.thinned(every))
 }

@@ -71,7 +71,7 @@ fn measured(joints: usize, posture: Posture, seed: u64) -> Recording {
 }
 
 fn told(recording: &Recording) -> Option<Finding> {
-    super::check(recording, &check::check(recording), &Monitor::new()).unwrap()
+    super::check(recording, &check::check(recording).findings, &Monitor::new()).unwrap()
 }
 
 /// The log as it would be with this mistake.

@@ -8,6 +8,7 @@ mod noisy_limit;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::segment::{Segment, filter_memory};
@@ -56,27 +57,27 @@ const MARGIN: f64 = 0.1;
 
 /// All faults of the torque channels. A channel that never changes at all is not among them: it has no good reading.
 pub fn find(recording: &Recording) -> Vec<Fault> {
-    let mut faults = Vec::new();
-    for joint in 0..recording.joint_count() {
-        let runs = runs_of(recording, joint);
-        let limits = limits(recording, joint, &runs);
-        if limits.low == limits.high {
-            continue;
-        }
-        let (saturated, others): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| limits.are_hit_by(run.value));
-        let stuck = stuck(recording, joint, &others);
-        let [stuck, mut saturated] =
-            [stuck, saturated].map(|runs| runs.iter().map(|run| run.place.clone()).collect::<Vec<_>>());
-        if saturated.is_empty() {
-            saturated = noisy_limit::find(recording, joint);
-        }
-        for (kind, stretches) in [(FaultKind::Stuck, stuck), (FaultKind::Saturated, saturated)] {
-            if !stretches.is_empty() {
-                faults.push(Fault { kind, joint, stretches });
-            }
-        }
+    (0..recording.joint_count()).into_par_iter().flat_map_iter(|joint| of_joint(recording, joint)).collect()
+}
+
+fn of_joint(recording: &Recording, joint: usize) -> Vec<Fault> {
+    let runs = runs_of(recording, joint);
+    let limits = limits(recording, joint, &runs);
+    if limits.low == limits.high {
+        return Vec::new();
     }
-    faults
+    let (saturated, others): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| limits.are_hit_by(run.value));
+    let stuck = stuck(recording, joint, &others);
+    let [stuck, mut saturated] =
+        [stuck, saturated].map(|runs| runs.iter().map(|run| run.place.clone()).collect::<Vec<_>>());
+    if saturated.is_empty() {
+        saturated = noisy_limit::find(recording, joint);
+    }
+    let kinds = [(FaultKind::Stuck, stuck), (FaultKind::Saturated, saturated)].into_iter();
+    kinds
+        .filter(|(_, stretches)| !stretches.is_empty())
+        .map(|(kind, stretches)| Fault { kind, joint, stretches })
+        .collect()
 }
 
 impl Fault {
@@ -186,15 +187,15 @@ fn limits(recording: &Recording, joint: usize, runs: &[Run]) -> Limits {
     let [low, high] = ends(runs.iter().map(|run| run.value));
     let readings = || recording.trajectories.iter().flat_map(|trajectory| &trajectory.tau[joint]);
     let is_cut = |limit: f64| {
+        let lengths = || runs.iter().filter(|run| run.value == limit).map(|run| run.place.samples.len());
+        let at: usize = lengths().sum();
+        if at < AT_LIMIT[0] || lengths().max().unwrap_or(0) < AT_LIMIT[1] {
+            return false;
+        }
         let next = readings().map(|tau| (tau - limit).abs()).filter(|gap| *gap > 0.0).fold(f64::INFINITY, f64::min);
         let below = (JUST_BELOW * (high - low)).max(1.5 * next);
-        let (mut at, mut near) = (0, 0);
-        for tau in readings() {
-            at += usize::from(*tau == limit);
-            near += usize::from(*tau != limit && (tau - limit).abs() <= below);
-        }
-        let longest = runs.iter().filter(|run| run.value == limit).map(|run| run.place.samples.len()).max();
-        at >= AT_LIMIT[0] && longest.unwrap_or(0) >= AT_LIMIT[1] && at > PILED_UP * near
+        let near = readings().filter(|tau| **tau != limit && (*tau - limit).abs() <= below).count();
+        at > PILED_UP * near
     };
     // A dead channel that only ever reads zero or above rests at zero; that is no limit.
     let [cut_low, cut_high] = [low, high].map(|limit| limit != 0.0 && low < high && is_cut(limit));

@@ -8,6 +8,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::super::segment::Segment;
 use super::super::{Recording, Trajectory};
 use crate::statistics::{ends, median, range, white_noise};
@@ -33,10 +35,9 @@ pub(super) fn find(recording: &Recording, joint: usize) -> Vec<Segment> {
     let runs = recording.trajectories.iter().map(|run| &run.tau[joint]);
     let Some(deviation) = white_noise(runs).filter(|deviation| *deviation > 0.0) else { return Vec::new() };
     let means: Vec<Means> = recording.trajectories.iter().map(|run| Means::of(run, joint)).collect();
-    let mut stretches = Vec::new();
-    for side in [-1.0, 1.0] {
-        stretches.extend(at_end(recording, joint, &means, side, deviation));
-    }
+    let sides = || [-1.0, 1.0].into_par_iter();
+    let mut stretches: Vec<Segment> =
+        sides().flat_map_iter(|side| at_end(recording, joint, &means, side, deviation)).collect();
     stretches.sort_by_key(|stretch| (stretch.trajectory, stretch.samples.start));
     stretches
 }
@@ -83,6 +84,13 @@ fn at_end(recording: &Recording, joint: usize, means: &[Means], side: f64, devia
         means.at(is_at).into_iter().map(|samples| Segment { trajectory, samples }).collect()
     };
     let stretches: Vec<Segment> = means.iter().enumerate().flat_map(of_run).collect();
+    let means_in = |stretch: &Segment| stretch.samples.len() + 1 - means[stretch.trajectory].count;
+    let below = all().filter(|mean| (WIDTH * spread..BELOW * spread).contains(&(level - mean))).count();
+    // A torque that rests at zero is at no limit.
+    let is_piled_up = |at: usize| level.abs() > BELOW * spread && at >= FEWEST && at as f64 > PILED_UP * below as f64;
+    if !is_piled_up(stretches.iter().map(means_in).sum()) {
+        return Vec::new();
+    }
     let runs = || recording.trajectories.iter();
     let ranges = [range(runs().flat_map(|run| &run.q[joint])), range(runs().flat_map(|run| &run.qd[joint]))];
     let changes = |stretch: &&Segment| {
@@ -90,10 +98,6 @@ fn at_end(recording: &Recording, joint: usize, means: &[Means], side: f64, devia
         let signals = [&run.q[joint], &run.qd[joint]];
         signals.iter().zip(ranges).all(|(signal, whole)| range(&signal[stretch.samples.clone()]) >= CHANGES * whole)
     };
-    let means_in = |stretch: &Segment| stretch.samples.len() + 1 - means[stretch.trajectory].count;
-    let at: usize = stretches.iter().filter(changes).map(means_in).sum();
-    let below = all().filter(|mean| (WIDTH * spread..BELOW * spread).contains(&(level - mean))).count();
-    // A torque that rests at zero is at no limit.
-    let is_limit = level.abs() > BELOW * spread && at >= FEWEST && at as f64 > PILED_UP * below as f64;
-    if is_limit { stretches } else { Vec::new() }
+    let in_motion = stretches.iter().filter(changes).map(means_in).sum();
+    if is_piled_up(in_motion) { stretches } else { Vec::new() }
 }

@@ -47,13 +47,14 @@ use self::arrays::{Gathered, Source};
 use self::budget::Budget;
 use self::npz::Content;
 use self::table::{Table, listed};
-use super::check::{Finding, FindingKind, Place, Severity, check};
+use super::check::{Checked, Finding, FindingKind, Place, Severity, check};
 use super::correction::{Correction, CorrectionError};
 use super::differentiate::{Smoothing, description, gaussian_description};
 use super::drive::DriveError;
 use super::encoders::Side;
 use super::gallery::{self, Sample, UnknownSample};
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec, is_current};
+use super::split::Segment;
 use super::torque::{TorqueFact, TorqueFacts};
 use super::transform::TransformError;
 use super::{Joint, Origin, Provenance, Recording, RecordingError};
@@ -160,6 +161,8 @@ pub struct Import {
     pub recording: Recording,
     /// What is to be said about it: what the import did, then what [`check`] found.
     pub findings: Vec<Finding>,
+    /// The readings that are none, as [`unusable`](super::split::unusable) gives them.
+    pub unusable: Vec<Segment>,
     /// Which column became which channel.
     pub mapping: Mapping,
 }
@@ -739,7 +742,8 @@ fn own(mut recording: Recording, options: &ReadOptions) -> Result<Import, ReadEr
         ..Mapping::default()
     };
     let mut findings = set_right(&mut recording, &options.set_right)?;
-    findings.extend(check(&recording));
+    let Checked { findings: odd, unusable } = check(&recording);
+    findings.extend(odd);
     if options.mapping.is_some() || options.rate_hz.is_some() || options.smoothing().is_some() {
         findings.push(Finding {
             severity: Severity::Info,
@@ -750,7 +754,7 @@ fn own(mut recording: Recording, options: &ReadOptions) -> Result<Import, ReadEr
             set_right: Vec::new(),
         });
     }
-    Ok(Import { recording, findings, mapping })
+    Ok(Import { recording, findings, unusable, mapping })
 }
 
 /// Sets right what the user asked for, and says so.
@@ -876,8 +880,9 @@ impl Merge {
         };
         recording.verify()?;
         self.findings.extend(set_right(&mut recording, &options.set_right)?);
-        self.findings.extend(check(&recording));
-        Ok(Import { recording, findings: self.findings, mapping: self.mapping })
+        let Checked { findings, unusable } = check(&recording);
+        self.findings.extend(findings);
+        Ok(Import { recording, findings: self.findings, unusable, mapping: self.mapping })
     }
 }
 
