@@ -85,6 +85,8 @@ pub enum FindingKind {
     Saturated,
     /// Single samples far from all others.
     FarOut,
+    /// A signal and its derivative that no motion has together.
+    Contradiction,
     /// An angle that jumps by a whole turn.
     WholeTurn,
     /// Values that no robot has.

@@ -10,6 +10,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::check::{Finding, FindingKind, Pick, Place, Severity};
+use super::contradiction::{self, Contradiction};
 use super::segment::Segment;
 use super::{JointKind, Origin, Recording, Trajectory};
 use crate::statistics::median;
@@ -51,30 +52,55 @@ type Channel = (&'static str, Pick);
 
 /// What is found on one joint, and where no motion made its readings.
 pub(super) fn find(recording: &Recording, joint: usize) -> (Vec<Finding>, Vec<Segment>) {
-    let odd: Vec<Odd> = measured(recording).into_iter().map(|channel| Odd::of(recording, joint, channel)).collect();
-    let places = odd.iter().flat_map(Odd::places).collect();
+    let glitches = Glitches::of(recording, joint);
+    let places = glitches.places();
+    let Glitches { odd, turns, held, contradictions } = glitches;
     let beyond: Vec<Finding> = odd.iter().filter_map(|odd| odd.unbelievable(recording, joint)).collect();
     if !beyond.is_empty() {
         // Beside such values nothing else can be judged.
         return (beyond, places);
     }
-    let turns = turns(recording, joint);
     let is_wound = turns.is_some();
     // A turn is told once, and not as a sample far out too.
     let others = odd.iter().filter(|odd| !(is_wound && odd.channel.0 == "q"));
     let mut findings: Vec<Finding> = others.filter_map(|odd| odd.leap(recording, joint)).collect();
     findings.extend(turns);
-    let derivatives = odd.iter().map(|odd| odd.channel).filter(|(symbol, _)| ["q̇", "q̈"].contains(symbol));
-    findings.extend(derivatives.filter_map(|channel| held(recording, joint, channel)));
+    findings.extend(contradictions.iter().map(|contradiction| contradiction.finding(recording, joint)));
+    findings.extend(held);
     (findings, places)
 }
 
 /// Where no motion made the readings of any channel: nothing is learned from them, since a single one can outweigh all others.
 pub(super) fn places(recording: &Recording) -> Vec<Segment> {
-    let channels = measured(recording);
-    let all: Vec<(usize, Channel)> =
-        (0..recording.joint_count()).flat_map(|joint| channels.iter().map(move |channel| (joint, *channel))).collect();
-    all.into_par_iter().flat_map_iter(|(joint, channel)| Odd::of(recording, joint, channel).places()).collect()
+    let joints = (0..recording.joint_count()).into_par_iter();
+    joints.flat_map_iter(|joint| Glitches::of(recording, joint).places()).collect()
+}
+
+/// What no motion makes, on one joint.
+struct Glitches {
+    odd: Vec<Odd>,
+    turns: Option<Finding>,
+    held: Vec<Finding>,
+    /// Between channels of which none is odd by itself.
+    contradictions: Vec<Contradiction>,
+}
+
+impl Glitches {
+    fn of(recording: &Recording, joint: usize) -> Glitches {
+        let odd: Vec<Odd> = measured(recording).into_iter().map(|channel| Odd::of(recording, joint, channel)).collect();
+        let turns = turns(recording, joint);
+        let derivatives = odd.iter().map(|odd| odd.channel).filter(|(symbol, _)| ["q̇", "q̈"].contains(symbol));
+        let held: Vec<Finding> = derivatives.filter_map(|channel| held(recording, joint, channel)).collect();
+        let is_odd = |odd: &Odd| odd.channel.0 != "τ" && odd.places().next().is_some();
+        let is_told = turns.is_some() || !held.is_empty() || odd.iter().any(is_odd);
+        let contradictions = if is_told { Vec::new() } else { contradiction::find(recording, joint) };
+        Glitches { odd, turns, held, contradictions }
+    }
+
+    fn places(&self) -> Vec<Segment> {
+        let contradicted = self.contradictions.iter().flat_map(|contradiction| contradiction.places.iter().cloned());
+        self.odd.iter().flat_map(Odd::places).chain(contradicted).collect()
+    }
 }
 
 /// What is odd about the readings of one channel.
@@ -93,8 +119,8 @@ impl Odd {
         Odd { channel, beyond, single }
     }
 
-    fn places(&self) -> Vec<Segment> {
-        self.single.as_ref().map_or(&self.beyond, |single| &single.places).clone()
+    fn places(&self) -> impl Iterator<Item = Segment> {
+        self.single.as_ref().map_or(&self.beyond, |single| &single.places).iter().cloned()
     }
 
     fn unbelievable(&self, recording: &Recording, joint: usize) -> Option<Finding> {
@@ -399,7 +425,7 @@ mod tests {
         assert_eq!(kinds(&recording), [FindingKind::WholeTurn]);
         assert_eq!(found[0].place.samples, Some(2999..3001));
         recording.joints[0].kind = JointKind::Prismatic;
-        assert_eq!(kinds(&recording), []);
+        assert_eq!(kinds(&recording), [FindingKind::Contradiction]);
     }
 
     #[test]

@@ -8,6 +8,7 @@
 
 pub mod catalogue;
 pub mod check;
+mod contradiction;
 pub mod correction;
 pub mod differentiate;
 pub mod drive;
