@@ -24,6 +24,7 @@ pub mod decimate;
 pub mod diagnosis;
 pub mod font;
 pub mod latex;
+pub mod lines;
 pub mod mark;
 mod page;
 mod panel;

@@ -1,5 +1,6 @@
 //! A figure is a grid of panels; a panel has two axes and marks.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::axis::{Axis, Scale, with_unit};
@@ -40,12 +41,24 @@ pub struct Panel {
     pub aspect: Option<f64>,
     /// Whether it is a drawing: without numbers, grid and frame.
     pub bare: bool,
+    /// How it is laid out anew where it has another width; `None` for what is only made larger and smaller.
+    pub layout: Option<Layout>,
+}
+
+/// Lays out a drawing for a width in letters.
+#[derive(Clone)]
+pub struct Layout(Arc<dyn Fn(f64) -> Panel + Send + Sync>);
+
+impl fmt::Debug for Layout {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("Layout")
+    }
 }
 
 impl Panel {
     /// A panel without marks.
     pub fn new(title: impl Into<String>, [x, y]: [Axis; 2]) -> Self {
-        Panel { title: title.into(), x, y, marks: Vec::new(), aspect: None, bare: false }
+        Panel { title: title.into(), x, y, marks: Vec::new(), aspect: None, bare: false, layout: None }
     }
 
     /// Adds a mark in front of the others.
@@ -72,6 +85,21 @@ impl Panel {
     pub fn bare(mut self) -> Self {
         self.bare = true;
         self
+    }
+
+    /// The same, laid out anew by `layout` for the width that it gets on paper, in letters.
+    #[must_use]
+    pub fn laid_out_by(mut self, layout: impl Fn(f64) -> Panel + Send + Sync + 'static) -> Self {
+        self.layout = Some(Layout(Arc::new(layout)));
+        self
+    }
+
+    /// As it is on so many letters of width.
+    pub(super) fn fitted(&self, letters: f64) -> Panel {
+        match &self.layout {
+            Some(Layout(layout)) => Panel { title: self.title.clone(), ..layout(letters) },
+            None => self.clone(),
+        }
     }
 
     /// Sets the height of the plot as a part of its width: 1 for a square.

@@ -39,7 +39,7 @@ fn everything() -> Figure {
         .bare()
         .with(Frame { sides: [[0.0, 1.0], [1.0, 3.0]], ink: Ink::Series(0) })
         .with(Arrow { ends: [[1.0, 2.0], [2.0, 2.0]], ink: Ink::Text })
-        .with(Word { text: "H = L Lᵀ".to_owned(), at: [0.5, 2.0], room: 0.9, ink: Ink::Text });
+        .with(Word { text: "H = L Lᵀ".to_owned(), at: [0.5, 2.0], room: [0.9, 1.0], ink: Ink::Text });
     Figure { panels: vec![torque, error, bars, path, drawing], columns: 2 }
 }
 
@@ -263,4 +263,99 @@ fn the_picture_of_pgfplots_is_set() {
     let said = String::from_utf8_lossy(&set.stdout);
     assert!(set.status.success() && at.join("paper.pdf").exists(), "{said}");
     assert!(!said.contains("Missing character") && !said.contains("Package pgfplots Warning"), "{said}");
+}
+
+/// The SVG of a figure in a style.
+fn svg(figure: &Figure, style: &Style) -> String {
+    String::from_utf8(render(figure, Format::Svg, style).unwrap()).unwrap()
+}
+
+/// The value of an attribute at the first place where `tag` stands.
+fn number(svg: &str, tag: &str, attribute: &str) -> f64 {
+    let rest = &svg[svg.find(tag).unwrap_or_else(|| panic!("no {tag}"))..];
+    let value = rest.split_once(&format!(" {attribute}=\"")).unwrap().1;
+    value.split(['"', 'p']).next().unwrap().parse().unwrap()
+}
+
+/// Names of models grow with every effect; they stand in lines, whole, and leave the figure to the plot.
+#[test]
+fn long_names_below_bars_leave_room_for_the_plot() {
+    let effects =
+        ["", " + Coulomb 1, 2", " + Coulomb 1, 2 + viscous 1", " + Coulomb 1, 2 + viscous 1 + torque offset 2"];
+    let few: Vec<String> = effects.iter().map(|effects| format!("rigid body{effects}")).collect();
+    let many: Vec<String> = (0..9).map(|number| format!("{}, seed {number}", few[3])).collect();
+    for (names, sizes) in [(few, &[Size::OneColumn, Size::TwoColumn][..]), (many, &[Size::Ieee, Size::NatureTwoColumn])]
+    {
+        let bars = |joint: usize| {
+            let heights: Vec<[f64; 3]> = names.iter().map(|_| [0.0123, f64::NAN, f64::NAN]).collect();
+            Bars::beside(format!("joint {}", joint + 1), [joint, 3], &heights, Ink::Series(joint))
+                .written(ticks::percent)
+        };
+        let axes = [Axis::names("", names.clone()), Axis::new("nMSE", "").logarithmic().range([1e-3, 1.0])];
+        let figure = Figure::new(vec![Panel::new("held-out error by step", axes).with_all((0..3).map(bars))]);
+        for size in sizes {
+            let svg = svg(&figure, &Style { size: *size, ..Style::default() });
+            let share = number(&svg, "<clipPath", "height") / number(&svg, "<svg", "height");
+            assert!(share >= 0.6, "{size:?}: the plot has {share} of the height");
+            for word in names.iter().flat_map(|name| name.split(' ')) {
+                assert!(svg.contains(word), "{size:?}: {word} is lost");
+            }
+            assert!(!svg.contains('…'));
+        }
+    }
+}
+
+/// What is written over bars does not reach over the neighbours.
+#[test]
+fn numbers_over_narrow_bars_are_smaller_or_left_out() {
+    let drawn = |joints: usize| {
+        let bars = |joint: usize| {
+            let heights = vec![[0.00038, f64::NAN, f64::NAN]; 4];
+            Bars::beside("", [joint, joints], &heights, Ink::Series(joint)).written(ticks::percent)
+        };
+        let names = (0..4).map(|number| number.to_string()).collect();
+        let axes = [Axis::names("", names), Axis::new("nMSE", "").logarithmic().range([1e-4, 1.0])];
+        let figure = Figure::new(vec![Panel::new("errors", axes).with_all((0..joints).map(bars))]);
+        svg(&figure, &Style { size: Size::TwoColumn, ..Style::default() })
+    };
+    let size = |svg: &str| {
+        let text = svg.split("<text").find(|text| text.contains("0.038 %"))?;
+        Some(number(&format!("<text{text}"), "<text", "font-size"))
+    };
+    assert_eq!(size(&drawn(1)), Some(8.0));
+    assert!(size(&drawn(3)).is_some_and(|size| (4.8..8.0).contains(&size)));
+    assert_eq!(size(&drawn(7)), None);
+}
+
+/// A title that is longer than its plot goes on in the next line, and the legend stands below it.
+#[test]
+fn a_long_title_stands_in_lines() {
+    let panel = Panel::new(
+        "joint 1: what is left beside inertia, Coriolis and gravity",
+        [Axis::default(), Axis::new("", "N m")],
+    )
+    .with(Line::through("measured", [[0.0, 0.0], [1.0, 1.0]], Ink::Measured));
+    let figure = Figure { panels: vec![panel.clone(), panel], columns: 2 };
+    let svg = svg(&figure, &Style { size: Size::OneColumn, legend: Legend::Own, ..Style::default() });
+    assert!(!svg.contains("beside inertia, Coriolis and gravity"), "it is broken");
+    assert!(svg.contains("gravity") && svg.contains("[N m]"), "the unit is not");
+}
+
+/// Numbers at the left of a low plot have room below each other.
+#[test]
+fn a_low_plot_has_fewer_numbers() {
+    let line = Line::through("", [[0.0, -40.0], [1.0, 3.0]], Ink::Measured);
+    let figure = Figure::new(vec![Panel::new("torque", [Axis::default(), Axis::new("", "N m")]).with(line)]);
+    let numbers = |height: f64| {
+        let svg = svg(&figure, &Style { height: Some(height), ..Style::default() });
+        let at_the_left = svg.split("<text").filter(|text| text.contains("\"end\""));
+        let mut lines: Vec<f64> = at_the_left.map(|text| number(&format!("<text{text}"), "<text", "y")).collect();
+        lines.sort_by(f64::total_cmp);
+        lines
+    };
+    for height in [8.0, 15.0, 60.0] {
+        let lines = numbers(height);
+        assert!(lines.len() > 1 && lines.windows(2).all(|pair| pair[1] - pair[0] > 8.0), "{height} mm: {lines:?}");
+    }
+    assert!(numbers(60.0).len() > numbers(8.0).len());
 }

@@ -15,6 +15,7 @@ use super::screen::{Screen, area};
 use crate::app::theme::SMALL;
 use crate::figure::colours::Colours;
 use crate::figure::decimate::Decimator;
+use crate::figure::lines::in_lines;
 use crate::figure::mark::Mark;
 use crate::figure::{Axis, Place, Scale};
 
@@ -22,7 +23,7 @@ use crate::figure::{Axis, Place, Scale};
 const LEAST_BETWEEN_TICKS: f64 = 13.0;
 /// Numbers of a horizontal axis have about so much room \[points\].
 const ROOM_OF_TICK: f32 = 80.0;
-/// Lines in which a long name stands below its place.
+/// Lines in which a long name stands below its place; what is too long ends in dots.
 const LINES_OF_NAME: usize = 2;
 /// Mean width of a letter, as a part of its height.
 const LETTER_WIDTH: f32 = 0.56;
@@ -201,37 +202,11 @@ impl Ruling {
         match self.axis.scale {
             Scale::Names(_) if !self.upright => {
                 let letters = self.length / (range[1] - range[0]) / f64::from(LETTER_WIDTH * SMALL);
-                in_lines(&text, (letters as usize).max(4))
+                in_lines(&text, letters.floor().max(4.0), LINES_OF_NAME, |text| text.chars().count() as f64).join("\n")
             }
             _ => text,
         }
     }
-}
-
-/// A name in few lines of so many letters; what is too long ends in dots.
-fn in_lines(name: &str, letters: usize) -> String {
-    let mut lines: Vec<String> = vec![String::new()];
-    for word in name.split_whitespace() {
-        let last = lines.len() - 1;
-        let needed = lines[last].chars().count() + 1 + word.chars().count();
-        if lines[last].is_empty() {
-            lines[last].push_str(word);
-        } else if needed <= letters {
-            lines[last] = format!("{} {word}", lines[last]);
-        } else {
-            lines.push(word.to_owned());
-        }
-    }
-    let cut = lines.len() > LINES_OF_NAME;
-    lines.truncate(LINES_OF_NAME);
-    let count = lines.len();
-    for (number, line) in lines.iter_mut().enumerate() {
-        if line.chars().count() > letters || (cut && number + 1 == count) {
-            let kept: String = line.chars().take(letters.saturating_sub(1)).collect();
-            *line = format!("{}…", kept.trim_end());
-        }
-    }
-    lines.join("\n")
 }
 
 /// What the items of a plot share.
@@ -284,15 +259,6 @@ impl PlotItem for Item {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_long_name_stands_in_few_lines_and_ends_in_dots() {
-        assert_eq!(in_lines("rigid body", 20), "rigid body");
-        assert_eq!(in_lines("with Coulomb friction", 12), "with Coulomb\nfriction");
-        let cut = in_lines("with Coulomb friction and viscous friction", 12);
-        assert_eq!(cut.lines().count(), LINES_OF_NAME);
-        assert!(cut.ends_with('…') && cut.lines().all(|line| line.chars().count() <= 13), "{cut}");
-    }
 
     /// One number alone is no scale.
     #[test]

@@ -63,7 +63,7 @@ pub fn panel(pose: &Pose) -> Panel {
         }
     }
     let below =
-        Word { text: "g ↓".to_owned(), at: [-1.05 * reach, -1.08 * reach], room: 0.2 * reach, ink: Ink::Weak };
+        Word { text: "g ↓".to_owned(), at: [-1.05 * reach, -1.08 * reach], room: [0.2 * reach; 2], ink: Ink::Weak };
     panel.with(Points::new("", points[points.len() - 1..].to_vec(), Ink::Text).radius(1.8)).with(below)
 }
 

@@ -80,7 +80,7 @@ pub fn panel(pose: &SpatialPose) -> Panel {
         panel.push(pale(Line::path("", path(vec![[0.0; 3], end]), Ink::Weak)));
         end[which] *= 1.12;
         let at = eye.sees(&end);
-        panel.push(Word { text: name.to_owned(), at, room: 0.1 * reach, ink: Ink::Weak });
+        panel.push(Word { text: name.to_owned(), at, room: [0.1 * reach; 2], ink: Ink::Weak });
     }
     panel.push(Line::path("path of the tip", path(pose.path.to_vec()), Ink::Weak).opacity(0.6).dash(&[]));
     // What is farther away is drawn first.

@@ -25,6 +25,8 @@ pub struct Bars {
 const FILLED: f64 = 0.7;
 /// The part of its own room that a bar fills.
 const BAR: f64 = 0.9;
+/// Heights whose letters would be smaller than this, relative to the usual, are not written: the axis tells them.
+const LEAST_WRITTEN: f64 = 0.6;
 
 impl Bars {
     /// The bars of one series among several that stand beside each other about 0, 1, 2 …: of each its height, and the ends of
@@ -47,6 +49,14 @@ impl Bars {
     pub fn written(mut self, text: fn(f64) -> String) -> Self {
         self.written = Some(text);
         self
+    }
+
+    /// Height of letters in which what is written over each bar has room beside its neighbours.
+    fn letter_of(&self, text: fn(f64) -> String, place: &Place, canvas: &dyn Canvas) -> f64 {
+        let letter = canvas.letter();
+        let room = (place.along(0, self.width) - place.along(0, 0.0)).abs() / BAR;
+        let widest = self.bars.iter().map(|[_, value, ..]| canvas.width_of(&text(*value), letter)).fold(0.0, f64::max);
+        letter * (room / widest.max(1e-9)).min(1.0)
     }
 
     fn whisker(&self, place: &Place, [x, _, low, high]: [f64; 4]) -> Option<[[f64; 2]; 2]> {
@@ -85,6 +95,8 @@ impl Mark for Bars {
         };
         let color = canvas.colours().of(self.ink);
         let edge = Stroke::new(color, EDGE * canvas.usual());
+        let written = self.written.map(|text| (text, self.letter_of(text, place, canvas)));
+        let written = written.filter(|(_, size)| *size >= LEAST_WRITTEN * canvas.letter());
         for bar in &self.bars {
             let [x, value, ..] = *bar;
             let across = [x - self.width / 2.0, x + self.width / 2.0].map(|x| place.at(0, x));
@@ -97,9 +109,9 @@ impl Mark for Bars {
                     0.0,
                 );
             }
-            if let Some(text) = self.written.filter(|_| y.is_finite()) {
+            if let Some((text, size)) = written.filter(|_| y.is_finite()) {
                 let (at, color) = ([(across[0] + across[1]) / 2.0, y - 0.3 * canvas.letter()], canvas.colours().text);
-                canvas.text(at, &text(value), canvas.letter(), color, Hold::Middle);
+                canvas.text(at, &text(value), size, color, Hold::Middle);
             }
             if let Some(ends) = self.whisker(place, *bar) {
                 canvas.rule(ends, canvas.colours().text, WHISKER * canvas.usual());

@@ -6,6 +6,9 @@ use crate::figure::canvas::{Canvas, Hold};
 use crate::figure::colours::Ink;
 use crate::figure::place::{Place, is_finite};
 
+/// Height of a word with what hangs below and stands above its letters, in letters.
+const HEIGHT: f64 = 1.15;
+
 /// A word about its middle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Word {
@@ -13,8 +16,8 @@ pub struct Word {
     pub text: String,
     /// Where its middle is.
     pub at: [f64; 2],
-    /// How wide it may be, in units of x: a longer one has smaller letters.
-    pub room: f64,
+    /// How wide and how high it may be, in units of the axes: where it has less room its letters are smaller.
+    pub room: [f64; 2],
     /// Colour.
     pub ink: Ink,
 }
@@ -29,8 +32,10 @@ impl Mark for Word {
         if !is_finite(&at) {
             return;
         }
-        let room = place.at(0, self.at[0] + self.room) - at[0];
-        let size = canvas.letter() * (room / canvas.width_of(&self.text, canvas.letter()).max(1e-9)).min(1.0);
+        let [wide, high] = [0, 1].map(|axis| (place.at(axis, self.at[axis] + self.room[axis]) - at[axis]).abs());
+        let letter = canvas.letter();
+        let size =
+            letter * (wide / canvas.width_of(&self.text, letter).max(1e-9)).min(high / (HEIGHT * letter)).min(1.0);
         let color = canvas.colours().of(self.ink);
         canvas.text([at[0], at[1] + 0.35 * size], &self.text, size, color, Hold::Middle);
     }

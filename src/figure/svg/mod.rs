@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 
 use super::canvas::{Canvas, Fill, Hold, Stroke};
+use super::lines::{has_room_for_words, in_lines, title_in_lines};
 use super::mark::{Edges, Entry, Key};
 use super::size::POINTS_PER_MILLIMETRE;
 use super::{Area, Figure, Legend, Panel, Place, Scale, Size, Style};
@@ -17,6 +18,19 @@ use canvas::{COLUMNS_PER_POINT, Paper, hex, put, rectangle};
 const SLIDE_HEIGHT: f64 = 405.0;
 /// Panels below each other on a slide, before a second column is begun.
 const MOST_ROWS_OF_SLIDE: usize = 3;
+/// Height of a title's letters, in letters.
+const TITLE: f64 = 1.1;
+/// From line to line of a name or a title, in letters.
+const LINE: f64 = 1.2;
+/// Lines that a title may have.
+const MOST_LINES_OF_TITLE: usize = 7;
+/// Numbers at the left have so much room from one to the next, in letters, and there are no more than so many.
+const ROOM_OF_NUMBER: f64 = 1.8;
+const MOST_NUMBERS: usize = 6;
+/// Between the names of neighbours, in letters.
+const BETWEEN_NAMES: f64 = 0.8;
+/// A plot with names below it is at least so many times as high as what stands around it.
+const LEAST_OF_NAMED: f64 = 1.6;
 
 /// How the letters come into the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,28 +49,41 @@ pub fn draw(figure: &Figure, style: &Style, letters: Letters) -> String {
         _ => figure.columns,
     };
     let columns = columns.clamp(1, figure.panels.len().max(1));
-    laid_out(&named_below(figure, columns), columns, style, letters)
+    let letter = letter(style);
+    let room = cell(style, columns) - letter;
+    let fitted = figure.panels.iter().map(|panel| panel.fitted(room / letter)).collect();
+    laid_out(&named_below(Figure { panels: fitted, ..*figure }, columns), columns, style, letters)
 }
 
-/// The same figure, in which of plots below each other over the same axis only the last one names it.
-fn named_below(figure: &Figure, columns: usize) -> Figure {
-    let mut panels = figure.panels.clone();
+/// Height of the letters \[points\].
+fn letter(style: &Style) -> f64 {
+    style.letter.unwrap_or(style.size.letter())
+}
+
+/// Width of a panel with all that stands around it, of so many columns \[points\].
+fn cell(style: &Style, columns: usize) -> f64 {
+    (style.size.width() - letter(style) * (columns + 1) as f64) / columns as f64
+}
+
+/// The figure, in which of plots below each other over the same axis only the last one names it.
+fn named_below(figure: Figure, columns: usize) -> Figure {
+    let Figure { mut panels, columns: own } = figure;
     for number in 0..panels.len().saturating_sub(columns) {
         if panels[number].x.link.is_some() && panels[number].x == panels[number + columns].x {
             panels[number].x.label.clear();
             panels[number].x.unit.clear();
         }
     }
-    Figure { panels, columns: figure.columns }
+    Figure { panels, columns: own }
 }
 
 /// The figure in so many columns.
 fn laid_out<'f>(figure: &'f Figure, columns: usize, style: &Style, letters: Letters) -> String {
     let width = style.size.width();
-    let letter = style.letter.unwrap_or(style.size.letter());
+    let letter = letter(style);
     let mut paper = Paper::new(style.theme.colours(), letter, style.family);
     let gap = letter;
-    let cell = (width - gap * (columns + 1) as f64) / columns as f64;
+    let cell = cell(style, columns);
     // Panels that all show the same series have one legend together, above them.
     let shared = shared_legend(figure, style.legend);
     let legend = if shared.is_empty() { Vec::new() } else { wrapped(&shared, 0.0, width - 2.0 * gap, &paper) };
@@ -82,7 +109,12 @@ fn laid_out<'f>(figure: &'f Figure, columns: usize, style: &Style, letters: Lett
         let usual = if style.size.is_narrow() || columns > 1 { 0.62 } else { 0.3 };
         let plot_height = row.iter().enumerate().fold(0.0, |most: f64, (column, view)| {
             let plot_width = cell - left(column) - letter;
-            most.max(plot_width * view.panel.aspect.unwrap_or(usual))
+            let least = if view.names.is_some() && view.panel.aspect.is_none() {
+                LEAST_OF_NAMED * (above + below + 2.0 * gap)
+            } else {
+                0.0
+            };
+            most.max(plot_width * view.panel.aspect.unwrap_or(usual)).max(least)
         });
         let plot_height = style.height.map_or(plot_height, |millimetres| millimetres * POINTS_PER_MILLIMETRE);
         let plot_height = if style.size == Size::Slide { (slide - above - below).max(10.0) } else { plot_height };
@@ -97,7 +129,7 @@ fn laid_out<'f>(figure: &'f Figure, columns: usize, style: &Style, letters: Lett
             if let (Size::Slide, Some(aspect)) = (style.size, view.panel.aspect) {
                 plot.width = plot.width.min(plot.height / aspect);
             }
-            paper.panel(view, plot, number * columns + column, style);
+            paper.panel(view, plot, above, number * columns + column, style);
         }
         top += above + plot_height + below + gap;
     }
@@ -123,17 +155,58 @@ fn laid_out<'f>(figure: &'f Figure, columns: usize, style: &Style, letters: Lett
 /// A panel with what its layout needs to know.
 struct View<'a> {
     panel: &'a Panel,
-    heading: String,
+    /// The title in lines.
+    heading: Vec<String>,
     /// Ranges in the axes' own measure: logarithms on logarithmic axes.
     ranges: [[f64; 2]; 2],
+    /// As many numbers at the left as there can be; a low plot has fewer.
     y_ticks: Vec<(f64, String)>,
     /// Rows of the legend: from which entry to which.
     legend: Vec<Vec<Entry<'a>>>,
     left: f64,
     above: f64,
     below: f64,
-    /// Names below the plot stand upright because they are too long.
+    /// What stands below the plot, if it is names.
+    names: Option<Names>,
+}
+
+/// Names below a plot.
+struct Names {
+    /// Each in lines.
+    lines: Vec<Vec<String>>,
+    /// Whether they read upward, because their words have no room beside each other.
     upright: bool,
+    /// How high they are.
+    height: f64,
+}
+
+impl Names {
+    /// Names of which each has so much room from side to side.
+    fn of(names: &[String], room: f64, paper: &Paper) -> Self {
+        let letter = paper.letter();
+        let width = |text: &str| paper.width_of(text, letter);
+        let upright = !names.iter().all(|name| has_room_for_words(name, room, width));
+        let of_length = |length: f64| -> Vec<Vec<String>> {
+            names.iter().map(|name| in_lines(name, length, usize::MAX, width)).collect()
+        };
+        let most = |lines: &[Vec<String>]| lines.iter().map(Vec::len).max().unwrap_or(0);
+        if !upright {
+            let lines = of_length(room);
+            let height = LINE * letter * most(&lines) as f64;
+            return Names { lines, upright, height };
+        }
+        // As short as they can be in as many lines as stand beside each other.
+        let beside = ((room + BETWEEN_NAMES * letter) / (LINE * letter)).max(1.0) as usize;
+        let words = names.iter().flat_map(|name| name.split_whitespace()).map(width);
+        let whole = names.iter().map(|name| width(name)).fold(0.0, f64::max);
+        let mut height = words.fold(whole / beside as f64, f64::max);
+        let mut lines = of_length(height);
+        while most(&lines) > beside && height < whole {
+            height = (1.05 * height).min(whole);
+            lines = of_length(height);
+        }
+        Names { lines, upright, height }
+    }
 }
 
 impl<'a> View<'a> {
@@ -144,23 +217,29 @@ impl<'a> View<'a> {
         let longest = |ticks: &[(f64, String)]| {
             ticks.iter().fold(0.0, |most: f64, (_, text)| most.max(paper.width_of(text, letter)))
         };
-        let y_ticks = if panel.bare { Vec::new() } else { panel.y.ticks(ranges[1], 6) };
+        let y_ticks = if panel.bare { Vec::new() } else { panel.y.ticks(ranges[1], MOST_NUMBERS) };
         let label = if panel.y.label.is_empty() { 0.0 } else { 1.5 * letter };
         let left = if panel.bare { 0.0 } else { longest(&y_ticks) + 0.6 * letter + label };
-        let x_ticks = panel.x.ticks(ranges[0], 6);
-        let longest = longest(&x_ticks);
-        let named = matches!(panel.x.scale, Scale::Names(_));
-        let upright = named && longest > 0.95 * (cell - left) / x_ticks.len().max(1) as f64;
-        let numbers = match upright {
+        let names = match &panel.x.scale {
+            Scale::Names(names) if !panel.bare => {
+                let room = (cell - left - letter) / names.len().max(1) as f64 - BETWEEN_NAMES * letter;
+                Some(Names::of(names, room, paper))
+            }
+            _ => None,
+        };
+        let numbers = match &names {
             _ if panel.bare => 0.0,
-            true => longest + 0.6 * letter,
-            false => 1.5 * letter,
+            Some(names) => names.height + 0.6 * letter,
+            None => 1.5 * letter,
         };
         let below = numbers + if panel.x.label.is_empty() { 0.0 } else { 1.5 * letter };
-        let title = paper.width_of(&heading, 1.1 * letter);
-        let legend = wrapped(&legend, title + letter, cell - left, paper);
-        let above = 1.6 * letter * legend.len() as f64 + 0.2 * letter;
-        View { panel, heading, ranges, y_ticks, legend, left, above, below, upright }
+        let title = |text: &str| paper.width_of(text, TITLE * letter);
+        let heading = title_in_lines(&heading, cell - left - letter, MOST_LINES_OF_TITLE, title);
+        let last = heading.last().map_or(0.0, |line| title(line));
+        let legend = wrapped(&legend, last + letter, cell - left, paper);
+        let more = LINE * TITLE * heading.len().saturating_sub(1) as f64;
+        let above = (1.6 * legend.len() as f64 + 0.2 + more) * letter;
+        View { panel, heading, ranges, y_ticks, legend, left, above, below, names }
     }
 }
 
@@ -222,7 +301,8 @@ impl Paper {
         self.width_of(name, self.letter()) + 3.6 * self.letter()
     }
 
-    fn panel(&mut self, view: &View, plot: Area, number: usize, style: &Style) {
+    /// A panel with its title so far above the plot that those of a row stand beside each other.
+    fn panel(&mut self, view: &View, plot: Area, above: f64, number: usize, style: &Style) {
         let (letter, colours, panel) = (self.letter(), *self.colours(), view.panel);
         let place = Place { plot, ranges: view.ranges, axes: [&panel.x, &panel.y] };
         let sides = [[plot.left, plot.right()], [plot.top, plot.bottom()]];
@@ -242,9 +322,13 @@ impl Paper {
         }
         let count = (plot.width / (7.0 * letter)).clamp(2.0, 12.0) as usize;
         let x_ticks = if panel.bare { Vec::new() } else { panel.x.ticks(view.ranges[0], count) };
+        let y_ticks = match (plot.height / (ROOM_OF_NUMBER * letter)) as usize {
+            few @ ..MOST_NUMBERS if !panel.bare => panel.y.ticks(view.ranges[1], few.max(3)),
+            _ => view.y_ticks.clone(),
+        };
         let is_filled = panel.marks.iter().any(|mark| mark.edges() == Edges::Filled);
         if !panel.bare && !is_filled && style.size.has_grid() {
-            for (at, _) in &view.y_ticks {
+            for (at, _) in &y_ticks {
                 let y = place.along(1, *at);
                 self.rule([[plot.left, y], [plot.right(), y]], colours.grid, 0.5);
             }
@@ -267,12 +351,15 @@ impl Paper {
             self.rectangle(sides, &Fill { color: colours.canvas, opacity: 0.0 }, Some(&edge), 0.0);
         }
         if !style.size.has_grid() {
-            self.tick_marks(&place, [&x_ticks, &view.y_ticks], &edge);
+            self.tick_marks(&place, [&x_ticks, &y_ticks], &edge);
         }
-        self.numbers(view, &place, &x_ticks);
-        let first = plot.top - view.above + 1.1 * letter;
-        self.text([plot.left, first], &view.heading, 1.1 * letter, colours.text, Hold::Start);
-        self.legend(&view.legend, plot.right(), first);
+        self.numbers(view, &place, [&x_ticks, &y_ticks]);
+        let mut line = plot.top - above + TITLE * letter;
+        for (number, text) in view.heading.iter().enumerate() {
+            line += if number == 0 { 0.0 } else { LINE * TITLE * letter };
+            self.text([plot.left, line], text, TITLE * letter, colours.text, Hold::Start);
+        }
+        self.legend(&view.legend, plot.right(), line);
     }
 
     /// Short marks at the axes, inwards.
@@ -289,18 +376,27 @@ impl Paper {
     }
 
     /// What stands along the axes.
-    fn numbers(&mut self, view: &View, place: &Place, x_ticks: &[(f64, String)]) {
+    fn numbers(&mut self, view: &View, place: &Place, [x_ticks, y_ticks]: [&[(f64, String)]; 2]) {
         let (letter, color, plot, panel) = (self.letter(), self.colours().weak, place.plot, view.panel);
-        for (at, text) in &view.y_ticks {
+        for (at, text) in y_ticks {
             let at = [plot.left - 0.4 * letter, place.along(1, *at) + 0.35 * letter];
             self.text(at, text, letter, color, Hold::End);
         }
-        for (at, text) in x_ticks {
+        for (number, (at, text)) in x_ticks.iter().enumerate() {
             let x = place.along(0, *at);
-            if view.upright {
-                self.upward([x + 0.35 * letter, plot.bottom() + 0.4 * letter], text, color, Hold::End);
-            } else {
+            let Some(names) = &view.names else {
                 self.text([x, plot.bottom() + 1.2 * letter], text, letter, color, Hold::Middle);
+                continue;
+            };
+            let lines = &names.lines[number];
+            for (line, text) in lines.iter().enumerate() {
+                let line = LINE * letter * line as f64;
+                if names.upright {
+                    let first = x + 0.35 * letter - 0.5 * LINE * letter * lines.len().saturating_sub(1) as f64;
+                    self.upward([first + line, plot.bottom() + 0.4 * letter], text, color, Hold::End);
+                } else {
+                    self.text([x, plot.bottom() + 1.2 * letter + line], text, letter, color, Hold::Middle);
+                }
             }
         }
         if !panel.x.label.is_empty() {

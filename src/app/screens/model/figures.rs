@@ -14,8 +14,6 @@ use crate::recording::{Joint, Recording};
 use crate::session::Step;
 use crate::training::inside::{Balance, Fall, Inside};
 
-/// Width for which the drawing of the structure is laid out \[points\].
-const WIDTH: f64 = 760.0;
 /// Width of the truth, and how much of its colour it has.
 const STRONG: f64 = 2.4;
 const PALE: f64 = 0.4;
@@ -32,7 +30,7 @@ pub fn figures(recording: &Recording, step: &Step, shares: &[Vec<Share>]) -> Vec
         let heights: Vec<[f64; 3]> = shares.iter().map(|shares| [shares[joint].part, f64::NAN, f64::NAN]).collect();
         carried.push(Bars::beside(&info.name, [joint, joints], &heights, Ink::Series(joint)));
     }
-    vec![diagram::figure(model, joints, WIDTH), carried]
+    vec![diagram::for_paper(model, joints), carried]
 }
 
 /// One value of a model at each place.

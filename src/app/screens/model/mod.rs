@@ -106,10 +106,11 @@ fn terms(ui: &mut Ui, desk: &mut Desk) {
 
 /// The structure of the model over the full width.
 fn wiring(ui: &mut Ui, desk: &mut Desk, model: &Model, joints: usize) {
-    let panel = diagram::figure(model, joints, f64::from(ui.available_width()));
+    let width = f64::from(ui.available_width());
+    let panel = diagram::figure(model, joints, width);
     let labels: Vec<String> = model.terms.iter().map(Term::label).collect();
     let spoken = format!("structure of the model: the sum of {}", labels.join(", "));
-    let view = PanelView::new(panel).height(diagram::height(model, joints) as f32).spoken(spoken);
+    let view = PanelView::new(panel).height(diagram::height(model, joints, width) as f32).spoken(spoken);
     view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
 }
 
