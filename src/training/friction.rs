@@ -2,6 +2,7 @@
 //! it, and as it truly is. Mostly that is friction, and its curve shows which.
 
 use super::{TrainError, components};
+use crate::model::fit::interval_quantile;
 use crate::model::{Fitted, Prediction};
 use crate::recording::Trajectory;
 use crate::signals::Signals;
@@ -10,6 +11,8 @@ use crate::signals::Signals;
 const STRETCHES: usize = 41;
 /// A stretch with fewer samples has none.
 const FEWEST: usize = 5;
+/// A stretch that was passed fewer times has no interval.
+const FEWEST_PASSES: usize = 3;
 /// Samples that are asked of all runs together, at most.
 const MOST_SAMPLES: usize = 40_000;
 /// The band holds what lies between these parts of the samples of a stretch.
@@ -23,8 +26,12 @@ pub struct FrictionCurve {
     /// Of the measured torque less the model's inertia, Coriolis and gravity: velocity, and between which torques eight of ten
     /// samples lie \[N m or N\].
     pub band: Vec<[f64; 3]>,
-    /// Its median \[N m or N\].
+    /// Its mean \[N m or N\].
     pub measured: Vec<f64>,
+    /// Velocity, and between which torques that mean lies with a probability of 95 %, where the stretch was passed often enough to
+    /// tell. Samples of one pass through a stretch are not independent, so the passes are counted, as clusters of unequal size
+    /// (Cochran, Sampling Techniques, 3rd ed., ch. 9A) \[N m or N\].
+    pub interval: Vec<[f64; 3]>,
     /// The same part of the model's torque, in the mean \[N m or N\].
     pub model: Vec<f64>,
 }
@@ -38,7 +45,7 @@ pub fn curves(
     runs: &[Trajectory],
     predictions: &[Prediction],
 ) -> Result<Vec<FrictionCurve>, TrainError> {
-    let mut joints: Vec<Vec<[f64; 3]>> = vec![Vec::new(); runs.first().map_or(0, Trajectory::joint_count)];
+    let mut joints: Vec<Vec<Vec<[f64; 3]>>> = vec![Vec::new(); runs.first().map_or(0, Trajectory::joint_count)];
     let every = thinning(runs);
     for (run, prediction) in runs.iter().zip(predictions) {
         let few = run.thinned(every);
@@ -49,7 +56,7 @@ pub fn curves(
                 let model = prediction.total[joint][sample * every];
                 [few.qd[joint][sample], few.tau[joint][sample] - rigid, model - rigid]
             };
-            samples.extend((0..few.len()).map(left));
+            samples.push((0..few.len()).map(left).collect());
         }
     }
     Ok(joints.into_iter().map(|samples| FrictionCurve::of(&samples)).collect())
@@ -91,24 +98,47 @@ fn mean_of(values: &[f64]) -> f64 {
     if values.len() < FEWEST { f64::NAN } else { values.iter().sum::<f64>() / values.len() as f64 }
 }
 
+/// Half the interval that holds the mean of all samples with a probability of 95 %; `passes` are sums and numbers of samples.
+fn half_interval(passes: &[[f64; 2]]) -> Option<f64> {
+    if passes.len() < FEWEST_PASSES {
+        return None;
+    }
+    let [sum, samples] = [0, 1].map(|of| passes.iter().map(|pass| pass[of]).sum::<f64>());
+    let (mean, count) = (sum / samples, passes.len() as f64);
+    let squares: f64 = passes.iter().map(|[sum, samples]| (sum - mean * samples).powi(2)).sum();
+    Some(interval_quantile(passes.len()) * (count / (count - 1.0) * squares).sqrt() / samples)
+}
+
 /// The value below which a part of sorted values lies.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     sorted.get((part * (sorted.len() - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
 impl FrictionCurve {
-    /// Of samples of velocity, what is left of the measured and what of the predicted torque.
-    fn of(samples: &[[f64; 3]]) -> Self {
-        let fastest = samples.iter().map(|[velocity, ..]| velocity.abs()).fold(0.0, f64::max);
+    /// Of the samples of each run: velocity, what is left of the measured and what of the predicted torque.
+    fn of(runs: &[Vec<[f64; 3]>]) -> Self {
+        let fastest = runs.iter().flatten().map(|[velocity, ..]| velocity.abs()).fold(0.0, f64::max);
         let middle = |stretch: usize| fastest * ((2 * stretch + 1) as f64 / STRETCHES as f64 - 1.0);
         let velocity: Vec<f64> = (0..STRETCHES).map(middle).collect();
         let empty = || vec![f64::NAN; STRETCHES];
-        let mut curve = FrictionCurve { velocity, band: Vec::new(), measured: empty(), model: empty() };
+        let mut curve =
+            FrictionCurve { velocity, band: Vec::new(), measured: empty(), interval: Vec::new(), model: empty() };
         let mut stretches = vec![[const { Vec::new() }; 2]; STRETCHES];
-        for [velocity, measured, model] in samples {
-            if let Some(stretch) = curve.stretch_of(*velocity) {
+        // Of each pass through a stretch: the sum of its samples and their number.
+        let mut passes: Vec<Vec<[f64; 2]>> = vec![Vec::new(); STRETCHES];
+        for run in runs {
+            let mut before = None;
+            for [velocity, measured, model] in run {
+                let Some(stretch) = curve.stretch_of(*velocity) else { continue };
                 stretches[stretch][0].push(*measured);
                 stretches[stretch][1].push(*model);
+                if before != Some(stretch) {
+                    passes[stretch].push([0.0; 2]);
+                }
+                if let Some([sum, count]) = passes[stretch].last_mut() {
+                    (*sum, *count) = (*sum + measured, *count + 1.0);
+                }
+                before = Some(stretch);
             }
         }
         for (stretch, [mut measured, model]) in stretches.into_iter().enumerate() {
@@ -117,7 +147,12 @@ impl FrictionCurve {
                 continue;
             }
             measured.sort_by(f64::total_cmp);
-            curve.measured[stretch] = quantile(&measured, 0.5);
+            curve.measured[stretch] = mean_of(&measured);
+            curve.interval.extend(
+                half_interval(&passes[stretch]).map(|half| {
+                    [curve.velocity[stretch], curve.measured[stretch] - half, curve.measured[stretch] + half]
+                }),
+            );
             let [low, high] = BAND.map(|part| quantile(&measured, part));
             curve.band.push([curve.velocity[stretch], low, high]);
         }
@@ -135,12 +170,37 @@ impl FrictionCurve {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution as _, StandardNormal};
+
     use super::*;
     use crate::model::{self, Evaluation, Preset};
     use crate::progress::Monitor;
     use crate::recording::seal::HiddenEffect;
     use crate::recording::split::Split;
     use crate::simulation::{Excitation, Scenario, simulate};
+
+    /// The interval holds the true mean about as often as it says, although the samples of a pass go together.
+    #[test]
+    fn the_interval_counts_passes_and_not_samples() {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let draws = 400;
+        let mut held = 0;
+        for _ in 0..draws {
+            let pass = |random: &mut ChaCha8Rng| {
+                let (offset, samples) = (StandardNormal.sample(random), random.random_range(5..30));
+                let offset: f64 = offset;
+                [f64::from(samples) * offset, f64::from(samples)]
+            };
+            let passes: Vec<[f64; 2]> = (0..12).map(|_| pass(&mut random)).collect();
+            let [sum, samples] = [0, 1].map(|of| passes.iter().map(|pass| pass[of]).sum::<f64>());
+            held += usize::from((sum / samples).abs() < half_interval(&passes).unwrap());
+        }
+        let share = held as f64 / draws as f64;
+        assert!((0.89..0.99).contains(&share), "{share}");
+        assert_eq!(half_interval(&[[1.0, 1.0], [2.0, 1.0]]), None, "two passes tell nothing");
+    }
 
     /// A rigid body with the true friction has it as its curve, and the measurement lies on it; a bare one has none.
     #[test]

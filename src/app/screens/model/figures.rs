@@ -12,8 +12,16 @@ use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::model::Term;
 use crate::recording::{Joint, Recording};
 use crate::session::Step;
+use crate::training::friction::FrictionCurve;
 use crate::training::inside::{Balance, Fall, Inside};
 
+/// What the bands of friction are.
+const SAMPLES: &str = "80 % of samples";
+const INTERVAL: &str = "95 % interval of the mean";
+/// How much is seen of the band of samples.
+const FAINT: f64 = 0.13;
+/// Width of what was measured, as another model takes it.
+const THIN: f64 = 0.6;
 /// Width of the truth, and how much of its colour it has.
 const STRONG: f64 = 2.4;
 const PALE: f64 = 0.4;
@@ -32,6 +40,9 @@ pub fn figures(recording: &Recording, step: &Step, shares: &[Vec<Share>]) -> Vec
     }
     vec![diagram::for_paper(model, joints), carried]
 }
+
+/// A band of a friction curve.
+type OfCurve = fn(&FrictionCurve) -> &[[f64; 3]];
 
 /// One value of a model at each place.
 type Of<T> = fn(&T, usize) -> &[f64];
@@ -115,11 +126,14 @@ pub fn friction(
             Line::new(name, speeds, Shared::of(of, move |of| values(of, joint)), ink)
         };
         let title = format!("{}: beside inertia and gravity", info.name);
-        let mut panel = Panel::new(title, [x, Axis::new("", torque)]).with(Band::new(
-            "",
-            Shared::of(own, move |of| &of.curves[joint].band[..]),
-            Ink::Measured,
-        ));
+        let band = |name: &str, of: &Arc<OverVelocity>, band: OfCurve, ink: Ink| {
+            Band::new(name, Shared::of(of, move |of| band(&of.curves[joint])), ink)
+        };
+        let mut panel = Panel::new(title, [x, Axis::new("", torque)]);
+        if others.is_empty() {
+            panel.push(Band { opacity: FAINT, ..band(SAMPLES, own, |curve| &curve.band, Ink::Weak) });
+        }
+        panel.push(band(INTERVAL, own, |curve| &curve.interval, Ink::Measured));
         if own.truth.is_some() {
             let of_truth: fn(&OverVelocity, usize) -> &[f64] =
                 |of, joint| of.truth.as_ref().map_or(&[][..], |truth| &truth[joint]);
@@ -127,6 +141,9 @@ pub fn friction(
         }
         panel.push(curve("measured", own, |of, joint| &of.curves[joint].measured, Ink::Measured));
         for Other { name, ink, of } in others {
+            // What was measured depends on what the model takes to be inertia and gravity.
+            panel.push(band("", of, |curve| &curve.interval, *ink));
+            panel.push(curve("", of, |of, joint| &of.curves[joint].measured, *ink).width(THIN).dash(&[]));
             panel.push(curve(name, of, |of, joint| &of.curves[joint].model, *ink));
         }
         panel.with(curve(&step.name, own, |of, joint| &of.curves[joint].model, Ink::Predicted))

@@ -39,14 +39,14 @@ pub struct Other<T> {
 }
 
 /// What is to be looked at.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct Wish {
     /// Where the other joints stand \[rad or m\].
     posture: Vec<f64>,
     /// With which velocities c is asked for \[rad/s or m/s\].
     velocity: Vec<f64>,
     /// Whether the arm was let go.
-    falls: bool,
+    pub falls: bool,
 }
 
 /// The model over a slice, and the truth.
@@ -233,8 +233,8 @@ impl Wish {
             let others = others(desk, of, &|desk, question| desk.memo.later(&ctx, desk.session, question));
             match desk.memo.later(&ctx, desk.session, of(model)) {
                 Some(Ok(curves)) => {
-                    let text =
-                        "Friction, mostly. Shaded: between which values eight of ten samples lie that were measured.";
+                    let text = "Friction, mostly. Shaded: where the mean of what was measured lies with 95 %, by how often that \
+                                velocity was passed; pale, of one model alone: where eight of ten samples lie.";
                     ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).weak));
                     in_columns(ui, desk, figures::friction(&recording, &step, &curves, &others), LEAST_FRICTION);
                 }
