@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow, bail};
@@ -13,7 +13,7 @@ use crate::model::{self, Evaluation, JointError, Parameter};
 use crate::progress::Epoch;
 use crate::recording::Recording;
 use crate::recording::split::Split;
-use crate::session::{Command, Session, Spread, Step};
+use crate::session::{Command, Session, Spread, Step, file};
 use crate::training::{self, OtherStart};
 
 /// Identify a model from recordings and save it.
@@ -23,10 +23,12 @@ use crate::training::{self, OtherStart};
   torquescope train arm.npz --model structured-delan -o delan.model
   torquescope train arm.npz --model delan-friction --recipe thorough --hidden 64,64 --checkpoint run.npz
   torquescope train arm.npz --resume run.npz -o friction.model
-  torquescope train arm.npz --model structured-delan --seeds 5")]
+  torquescope train arm.npz --model structured-delan --seeds 5
+  torquescope train arm.npz --model structured-delan --seeds 5 -o seeds.torquescope  # then: torquescope figure train seeds.torquescope …")]
 pub struct Train {
-    /// Where to save the model: JSON, or an archive of JSON and weights if it has networks.
-    #[arg(short, long, value_name = "MODEL")]
+    /// Where to save the model: JSON, or an archive of JSON and weights if it has networks; a file that ends in .torquescope is the
+    /// whole session, with the models of all seeds.
+    #[arg(short, long, value_name = "MODEL|SESSION")]
     output: Option<PathBuf>,
     /// Where training with networks saves itself every 5 s and at its end, to be resumed.
     #[arg(long, value_name = "RUN")]
@@ -104,6 +106,10 @@ impl Train {
             return Err(anyhow!("--plain solves for the parameters of a model: one with networks is trained instead"))
                 .or_usage();
         }
+        let document = self.output.as_deref().filter(|path| is_session(path));
+        if self.plain.is_some() && document.is_some() {
+            return Err(anyhow!("--plain makes no session: save the model it finds as .json")).or_usage();
+        }
         let session = match &self.resume {
             Some(run) => self.data.session_resuming(run, self.checkpoint.clone())?,
             None => self.data.session_keeping(self.checkpoint.clone())?,
@@ -126,7 +132,12 @@ impl Train {
             bail!("--checkpoint is for models with networks: this one is solved for at once");
         }
         if let Some(path) = &self.output {
-            write_file(path, &training::fit::to_bytes(&step.fitted)?)?;
+            let bytes = match document {
+                // Where it kept itself while it was at work concerns nobody any more.
+                Some(_) => file::to_bytes(&Session { checkpoint_file: None, ..session.clone() }.into())?,
+                None => training::fit::to_bytes(&step.fitted)?,
+            };
+            write_file(path, &bytes)?;
         }
         if let Some(reason) = step.early_end() {
             match &self.output {
@@ -200,6 +211,11 @@ impl Train {
         }
         Ok(())
     }
+}
+
+/// Whether a file is to hold the whole session.
+fn is_session(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(file::ENDING))
 }
 
 /// A speed that some samples may have.
