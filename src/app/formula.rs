@@ -129,6 +129,12 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
     }
 }
 
+/// What is wrong with the formula, if something is.
+pub fn problem(desk: &mut Desk) -> Option<String> {
+    let (_, question) = asked(desk)?;
+    desk.memo.now(desk.session, question).err()
+}
+
 /// The same as a figure.
 pub fn figure(desk: &mut Desk) -> Option<Panel> {
     let (recording, question) = asked(desk)?;

@@ -128,9 +128,8 @@ impl Default for ScreenshotOptions {
 /// # Errors
 /// If there is no such screen, the size can't be, or the window does not settle.
 pub fn screenshot(session: Session, view: View, options: &ScreenshotOptions) -> anyhow::Result<Vec<u8>> {
-    let mut app = TorquescopeApp::new(session);
+    let mut app = TorquescopeApp::looking_at(session, view);
     let screen = screens::find(&options.screen)?;
-    app.look(view);
     if let Some(shown) = &options.experiment {
         app.order(Order::Experiment(shown.clone()));
     }
@@ -142,10 +141,18 @@ pub fn screenshot(session: Session, view: View, options: &ScreenshotOptions) -> 
 
 /// The plots of one screen with all samples in view, of the trajectory and the models that somebody looked at.
 pub fn plots(session: Session, view: View, screen: &About) -> Vec<Panel> {
-    let mut app = TorquescopeApp::new(session);
-    app.look(view);
+    let mut app = TorquescopeApp::looking_at(session, view);
     app.show_screen(screen);
-    app.figures()
+    app.figure().panels
+}
+
+impl TorquescopeApp {
+    /// The window without a display, as somebody looked at the session.
+    pub fn looking_at(session: Session, view: View) -> Self {
+        let mut app = TorquescopeApp::new(session);
+        app.look(view);
+        app
+    }
 }
 
 /// Runs an app until nothing moves any more and draws its last frame.

@@ -19,6 +19,7 @@ pub mod headless;
 mod icon;
 mod keeper;
 mod leaving;
+mod looking;
 mod math;
 mod memo;
 pub mod pace;
@@ -41,12 +42,13 @@ use egui::ViewportCommand;
 
 pub use desk::{About, Order, Parting, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
+pub use looking::{Looking, LookingError};
 pub use report::{ReportError, ReportFormat, Side, comparison, report};
 pub use settings::Settings;
 
-use crate::figure::{Figure, Format, Panel};
+use crate::figure::{Figure, Format};
 use crate::lesson::{self, Acted, LessonError};
-use crate::progress::{Epoch, Event, Monitor, Progress};
+use crate::progress::{Epoch, Event, Monitor, Progress, Stopped};
 use crate::recording::read;
 use crate::session::file::{self, Opened};
 use crate::session::{Command, History, Session, SessionError, View, runs};
@@ -329,8 +331,16 @@ impl TorquescopeApp {
         }
     }
 
-    /// What the shown screen shows, as figures, with what is in view.
-    pub fn figures(&mut self) -> Vec<Panel> {
+    /// What the shown screen shows, as a figure, with what is in view.
+    pub fn figure(&mut self) -> Figure {
+        self.at_desk(|screens, desk| {
+            let panels = screens.figures(desk);
+            Figure { panels: desk.focus.views.seen(panels), columns: screens.columns(desk) }
+        })
+    }
+
+    /// Lets the screens do something while nothing is drawn.
+    fn at_desk<T>(&mut self, act: impl FnOnce(&mut Screens, &mut Desk) -> T) -> T {
         let session = self.history.current().clone();
         let mut desk = Desk {
             session: &session,
@@ -343,8 +353,30 @@ impl TorquescopeApp {
             recent: self.recent.all(),
             templates: &self.templates,
         };
-        let panels = self.screens.figures(&mut desk);
-        self.focus.views.seen(panels)
+        act(&mut self.screens, &mut desk)
+    }
+
+    /// The figure of every screen that has one, as it is now, and where it is written in a folder.
+    ///
+    /// # Errors
+    /// If it was stopped.
+    pub fn pages(
+        &mut self,
+        format: Format,
+        folder: &Path,
+        monitor: &Monitor,
+    ) -> Result<Vec<(PathBuf, Figure)>, Stopped> {
+        let mut pages = Vec::new();
+        for (number, screen) in screens::all().enumerate() {
+            let done = number as f32 / screens::TABLE.len() as f32;
+            monitor.report(done, &format!("asking {}", screen.title))?;
+            self.show_screen(screen);
+            let figure = self.figure();
+            if !figure.panels.is_empty() {
+                pages.push((folder.join(format!("{}.{}", screen.id, format.ending())), figure));
+            }
+        }
+        Ok(pages)
     }
 
     /// Draws everything.
@@ -746,13 +778,16 @@ impl TorquescopeApp {
     fn write_figure(&mut self, drawing: Drawing, ctx: &egui::Context) {
         let context = ctx.clone();
         let wake = move || context.request_repaint();
-        let (session, view) = (self.history.current().clone(), self.view());
+        let (session, screens, focus) = (self.history.current().clone(), self.screens.copy(), self.focus.clone());
         self.drawing = Some(Job::spawn("export", wake, move |monitor| {
             let Drawing { figure, format, style, path } = drawing;
             let is_folder = figure.is_none();
             let figures = match figure {
                 Some(figure) => vec![(path.clone(), figure)],
-                None => pages(&session, &view, format, &path, &monitor.part(0.0..0.5))?,
+                None => {
+                    let mut app = TorquescopeApp { screens, focus, ..TorquescopeApp::new(session) };
+                    app.pages(format, &path, &monitor.part(0.0..0.5)).map_err(|stopped| stopped.to_string())?
+                }
             };
             let mut files = Vec::new();
             for (number, (path, figure)) in figures.iter().enumerate() {
@@ -938,26 +973,6 @@ impl TorquescopeApp {
 /// What the clock says \[s since 1970\].
 pub fn now() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
-}
-
-/// The plots of every screen that has some, and where they are written in a folder.
-fn pages(
-    session: &Session,
-    view: &View,
-    format: Format,
-    folder: &Path,
-    monitor: &Monitor,
-) -> Result<Vec<(PathBuf, Figure)>, String> {
-    let mut pages = Vec::new();
-    for (number, screen) in screens::all().enumerate() {
-        let done = number as f32 / screens::TABLE.len() as f32;
-        monitor.report(done, &format!("asking {}", screen.title)).map_err(|stopped| stopped.to_string())?;
-        let panels = plots(session.clone(), view.clone(), screen);
-        if !panels.is_empty() {
-            pages.push((folder.join(format!("{}.{}", screen.id, format.ending())), Figure::new(panels)));
-        }
-    }
-    Ok(pages)
 }
 
 /// Before a file is overwritten that is not as this window knows it.

@@ -9,12 +9,25 @@ use crate::session::{Command, Session};
 
 /// A screen of the window. What it remembers from one frame to the next is its own; what it shares with the others is on the
 /// [`Desk`].
-pub trait Screen {
+pub trait Screen: Send {
     /// Draws it. There is what it [`needs`](About::needs).
     fn ui(&mut self, ui: &mut Ui, desk: &mut Desk);
 
     /// What it shows, as figures: the window prints them, and so do files, without a window.
     fn figures(&self, desk: &mut Desk) -> Vec<Panel>;
+
+    /// How many of its figures stand beside each other where nobody says.
+    fn columns(&self, _desk: &Desk) -> usize {
+        1
+    }
+
+    /// What it shows in another way than at first if somebody asks for it by name.
+    fn switches<'a>(&'a mut self, _desk: &mut Desk) -> Vec<Switch<'a>> {
+        Vec::new()
+    }
+
+    /// The same screen as it looks now, without its jobs: a thread asks it for its figures.
+    fn copy(&self) -> Box<dyn Screen>;
 
     /// Whether its work is behind.
     fn is_done(&self, session: &Session) -> bool;
@@ -57,6 +70,57 @@ pub trait Screen {
 
     /// Stops that job.
     fn stop(&mut self) {}
+}
+
+/// Something that a screen shows in another way than at first, by name: a check box or a chooser of the window, and what
+/// `figure --show` asks for.
+pub struct Switch<'a> {
+    /// Its name.
+    pub name: &'static str,
+    /// What can stand behind its name as in `name=value`; where nothing can, the name is all.
+    pub values: Vec<String>,
+    turn: Turn<'a>,
+}
+
+/// Shows it, with what stands behind its name.
+type Turn<'a> = Box<dyn FnOnce(Option<&str>) + 'a>;
+
+impl<'a> Switch<'a> {
+    /// What is shown or not.
+    pub fn on(name: &'static str, shown: &'a mut bool) -> Self {
+        Switch::that(name, || *shown = true)
+    }
+
+    /// What does something.
+    pub fn that(name: &'static str, turn: impl FnOnce() + 'a) -> Self {
+        Switch { name, values: Vec::new(), turn: Box::new(|_| turn()) }
+    }
+
+    /// What one of several values can be chosen for, or none.
+    pub fn one_of(
+        name: &'static str,
+        values: impl IntoIterator<Item = impl Into<String>>,
+        turn: impl FnOnce(Option<&str>) + 'a,
+    ) -> Self {
+        Switch { name, values: values.into_iter().map(Into::into).collect(), turn: Box::new(turn) }
+    }
+
+    /// All that can be asked for of it: `grid`, `grid=torque`.
+    pub fn words(&self) -> Vec<String> {
+        let with_value = self.values.iter().map(|value| format!("{}={value}", self.name));
+        [self.name.to_owned()].into_iter().chain(with_value).collect()
+    }
+
+    /// Turns it, if it is what is asked for; whether it is.
+    pub fn turn(self, asked: &str) -> bool {
+        let value = asked.strip_prefix(self.name);
+        match value.map(|rest| rest.strip_prefix('=')) {
+            Some(None) if asked == self.name => (self.turn)(None),
+            Some(Some(value)) if self.values.iter().any(|known| known == value) => (self.turn)(Some(value)),
+            _ => return false,
+        }
+        true
+    }
 }
 
 /// What comes after a screen.

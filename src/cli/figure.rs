@@ -6,10 +6,13 @@ use clap::builder::RangedU64ValueParser;
 
 use super::choice::{Choice, one_of};
 use super::data::OptionalData;
+use super::failure::OrUsage;
 use super::screenshot::{prepared, screen_choices};
 use super::{output_folder, progress, write_file};
-use crate::app::{self, About, screens};
+use crate::app::{About, Looking, TorquescopeApp};
 use crate::figure::{self, Family, Figure, Format, Legend, Panel, Size, Style, Theme};
+use crate::progress::Monitor;
+use crate::session::{Document, Session, View};
 
 /// Write the plots of a screen as SVG, PDF, PNG, or the numbers behind them as CSV with what plots them (matplotlib, pgfplots).
 ///
@@ -19,19 +22,24 @@ use crate::figure::{self, Family, Figure, Format, Legend, Panel, Size, Style, Th
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope figure compare --only torque --size one-column -o torque.pdf
+  torquescope figure compare log.csv --trajectory 3 --range 2..5 --only 'joint 2' --show components -o parts.pdf
+  torquescope figure compare mine.torquescope --models all --show grid -o grid.pdf
   torquescope figure model --only structure -o network.svg
   torquescope figure compare --only residual --columns 2 --letters --font serif --theme grey -o residuals.pdf
   torquescope figure all mine.torquescope --format pdf -o figures
-  torquescope figure ladder mine.torquescope -o ladder.csv")]
+  torquescope figure ladder mine.torquescope -o ladder.csv
+  torquescope figure extrapolation seeds.torquescope --models all -o bands.pdf  # after: train … --seeds 5 -o seeds.torquescope")]
 pub struct FigureCommand {
     /// Which screen, or all that have plots.
     #[arg(value_parser = one_of(shown_choices()))]
     screen: Shown,
     #[command(flatten)]
     data: OptionalData,
-    /// Only plots whose title contains this.
+    #[command(flatten)]
+    at: FigureOf,
+    /// Only plots whose title contains this. May be repeated: the plots stand in the order of these.
     #[arg(long, value_name = "TITLE")]
-    only: Option<String>,
+    only: Vec<String>,
     #[command(flatten)]
     look: FigureLook,
     /// The file; its ending says what it holds: .svg, .pdf, .png or .csv. For all screens a folder.
@@ -40,6 +48,47 @@ pub struct FigureCommand {
     /// For all screens: what the files hold.
     #[arg(long, default_value = "svg", value_parser = one_of(FORMATS))]
     format: Format,
+}
+
+/// What figures are of.
+#[derive(Args)]
+struct FigureOf {
+    /// Of which trajectory: its name, or its number from 1.
+    #[arg(long, value_name = "NAME|NUMBER")]
+    trajectory: Option<String>,
+    /// Only this part of the trajectory [s].
+    #[arg(long, value_name = "FROM..TO", value_parser = range)]
+    range: Option<[f64; 2]>,
+    /// Of these models of the session and no others, by name or by number from 1, with commas between them; `all` for all. The first
+    /// is the current one. May be repeated.
+    #[arg(long, value_name = "NAME,…")]
+    models: Vec<String>,
+    /// Of which joint, from 1, where a screen shows one at a time.
+    #[arg(long, value_name = "NUMBER")]
+    joint: Option<usize>,
+    /// A line of your own below the charts over time, such as `tau1 - predicted1`.
+    #[arg(long, value_name = "FORMULA")]
+    formula: Option<String>,
+    /// What a check box or chooser of the screen shows: `terms`, `components`, `components=gravity`, `grid`, `grid=torque` (compare);
+    /// `training`, `map=position-velocity` (residuals); `let-go` (model); `one-seed` (train); `one-joint` (extrapolation); `after`,
+    /// `effect=ID` (diagnose). May be repeated.
+    #[arg(long, value_name = "WHAT")]
+    show: Vec<String>,
+}
+
+impl FigureOf {
+    fn looking(&self) -> Looking {
+        let (trajectory, formula) = (self.trajectory.clone(), self.formula.clone());
+        let (models, show) = (self.models.clone(), self.show.clone());
+        Looking { trajectory, range: self.range, models, joint: self.joint, formula, show }
+    }
+}
+
+/// A stretch of time.
+fn range(text: &str) -> Result<[f64; 2], String> {
+    let ends = text.split_once("..").and_then(|(from, to)| Some([from.trim().parse().ok()?, to.trim().parse().ok()?]));
+    let ends: Option<[f64; 2]> = ends.filter(|[from, to]: &[f64; 2]| from.is_finite() && to.is_finite() && from < to);
+    ends.ok_or_else(|| format!("`{text}` is no stretch of time: write it like 2..5.5"))
 }
 
 /// Whose plots are written.
@@ -149,21 +198,55 @@ impl FigureCommand {
 
     /// A file for each screen that has plots, as the session is.
     fn all(&self) -> anyhow::Result<()> {
-        let document = self.data.document_or_embedded()?;
+        let Document { history, view } = self.data.document_or_embedded()?;
+        let looking = self.at.looking();
+        let session = looking.taken_up(history.current()).or_usage()?;
+        let mut app = self.window(session, view, &looking, |_| true)?;
         output_folder(&self.output)?;
-        for screen in screens::all() {
-            let mut panels = app::plots(document.history.current().clone(), document.view.clone(), screen);
-            panels.retain(|panel| self.only.as_ref().is_none_or(|only| panel.title.contains(only.as_str())));
+        for (path, figure) in app.pages(self.format, &self.output, &Monitor::new())? {
+            let panels = self.wanted(&figure.panels);
             if !panels.is_empty() {
-                let path = self.output.join(format!("{}.{}", screen.id, self.format.ending()));
-                self.write(panels, self.format, &path)?;
+                self.write(Figure { panels, ..figure }, self.format, &path)?;
             }
         }
         Ok(())
     }
 
-    fn write(&self, panels: Vec<Panel>, format: Format, path: &Path) -> anyhow::Result<()> {
-        let (figure, style) = (Figure::new(panels), self.look.style());
+    /// The window that looks as it was asked for; what is to be shown must be known to one of these screens.
+    fn window(
+        &self,
+        session: Session,
+        view: View,
+        looking: &Looking,
+        of: impl Fn(&About) -> bool,
+    ) -> anyhow::Result<TorquescopeApp> {
+        let mut app = TorquescopeApp::looking_at(session, view);
+        let left_out = app.look_as(looking, of).or_usage()?;
+        if !left_out.is_empty() {
+            let names: Vec<&str> = left_out.iter().map(|step| step.name.as_str()).collect();
+            progress::remark(format_args!("left out, since no more models can be told apart: {}", names.join("; ")));
+        }
+        Ok(app)
+    }
+
+    /// The plots that were asked for, in that order.
+    fn wanted(&self, panels: &[Panel]) -> Vec<Panel> {
+        if self.only.is_empty() {
+            return panels.to_vec();
+        }
+        let mut wanted: Vec<&Panel> = Vec::new();
+        for only in &self.only {
+            for panel in panels.iter().filter(|panel| panel.title.contains(only.as_str())) {
+                if !wanted.iter().any(|known| std::ptr::eq(*known, panel)) {
+                    wanted.push(panel);
+                }
+            }
+        }
+        wanted.into_iter().cloned().collect()
+    }
+
+    fn write(&self, figure: Figure, format: Format, path: &Path) -> anyhow::Result<()> {
+        let style = self.look.style();
         let files = if self.look.dpi.is_some() {
             figure::files(&figure, format, &style, path)?
         } else {
@@ -179,19 +262,36 @@ impl FigureCommand {
 
     fn one(&self, screen: &'static About) -> anyhow::Result<()> {
         let format = Format::of(&self.output)?;
-        let document = self.data.document_or_embedded()?;
-        let session = prepared(screen, document.history.current())?;
-        let mut panels = app::plots(session, document.view, screen);
-        let titles: Vec<String> = panels.iter().map(|panel| format!("“{}”", panel.title)).collect();
-        if titles.is_empty() {
+        let Document { history, view } = self.data.document_or_embedded()?;
+        let looking = self.at.looking();
+        let session = looking.taken_up(history.current()).or_usage()?;
+        let session = prepared(screen, &session, &looking.chosen(&session).or_usage()?)?;
+        let mut app = self.window(session, view, &looking, |about| about == screen)?;
+        app.show_screen(screen);
+        let figure = app.figure();
+        if figure.panels.is_empty() {
             bail!("the screen `{}` shows no plot of these data", screen.id);
         }
-        if let Some(only) = &self.only {
-            panels.retain(|panel| panel.title.contains(only.as_str()));
-            if panels.is_empty() {
-                bail!("no title contains “{only}”; the screen shows {}", titles.join(", "));
-            }
+        let titles = |panels: &[Panel]| panels.iter().map(|panel| format!("“{}”", panel.title)).collect::<Vec<_>>();
+        let has = |only: &&String| figure.panels.iter().any(|panel| panel.title.contains(only.as_str()));
+        if let Some(only) = self.only.iter().find(|only| !has(only)) {
+            bail!("no title contains “{only}”; the screen shows {}", titles(&figure.panels).join(", "));
         }
-        self.write(panels, format, &self.output)
+        let panels = self.wanted(&figure.panels);
+        self.write(Figure { panels, ..figure }, format, &self.output)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::range;
+
+    #[test]
+    fn a_stretch_of_time_goes_forward() {
+        assert_eq!(range("2..5.5"), Ok([2.0, 5.5]));
+        assert_eq!(range("-1.5 .. 0"), Ok([-1.5, 0.0]));
+        for wrong in ["5..2", "2", "..", "a..b", "0..inf"] {
+            assert!(range(wrong).unwrap_err().contains("like 2..5.5"), "{wrong}");
+        }
     }
 }

@@ -75,7 +75,7 @@ impl ReportCommand {
 
 /// The newest session of a document, diagnosed.
 fn reported(document: &Document) -> anyhow::Result<Session> {
-    let session = prepared(&diagnose::ABOUT, document.history.current())?;
+    let session = prepared(&diagnose::ABOUT, document.history.current(), &[])?;
     // The ladder grows by what was found, which is told beside it.
-    Ok(Session { report: session.report.clone(), ..prepared(&ladder::ABOUT, &session)? })
+    Ok(Session { report: session.report.clone(), ..prepared(&ladder::ABOUT, &session, &[])? })
 }

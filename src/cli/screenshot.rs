@@ -1,4 +1,5 @@
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -11,8 +12,8 @@ use crate::app::screens::{self, diagnose, extrapolation, ladder, model, train};
 use crate::app::{self, About, ScreenshotOptions, Shown};
 use crate::lesson::{begin, catalogue};
 use crate::model::learned::LearnedPreset;
-use crate::session::{Command, Document, Session};
-use crate::simulation::extrapolation::Stretch;
+use crate::session::{Command, Document, Session, Step};
+use crate::simulation::extrapolation::{Stretch, Sweep};
 use crate::training::fit::Plan;
 
 /// Draw a screen of the window as a picture, without display or GPU.
@@ -105,7 +106,7 @@ impl Screenshot {
     }
 
     fn draw(&self, screen: &About, start: &Document) -> anyhow::Result<Vec<u8>> {
-        let session = prepared(screen, start.history.current())?;
+        let session = prepared(screen, start.history.current(), &[])?;
         let options = ScreenshotOptions {
             screen: screen.id.to_owned(),
             theme: self.theme,
@@ -143,8 +144,9 @@ const OVER: [Choice<Over>; 6] = [
 const LOOKS: [Choice<Look>; 2] =
     [("light", "dark text on light ground", Look::Light), ("dark", "light text on dark ground", Look::Dark)];
 
-/// The session in the state that the screen is about: what a saved session has already is not done again.
-pub fn prepared(screen: &About, start: &Session) -> anyhow::Result<Session> {
+/// The session in the state that the screen is about: what a saved session has already is not done again, and where models were
+/// chosen none are made.
+pub fn prepared(screen: &About, start: &Session, chosen: &[Arc<Step>]) -> anyhow::Result<Session> {
     let mut session = start.clone();
     let is_trained = session.current().is_some_and(|step| step.fitted.model.is_learned());
     if *screen == train::ABOUT && session.recording.is_some() && !is_trained {
@@ -152,7 +154,7 @@ pub fn prepared(screen: &About, start: &Session) -> anyhow::Result<Session> {
         session = progress::run(Command::TrainPreset { preset, plan: Box::new(Plan::default()) }, &session)?;
     }
     let is_of_repair = [&model::ABOUT, &ladder::ABOUT, &extrapolation::ABOUT].contains(&screen);
-    let repaired = is_of_repair && session.ladder.len() < 2;
+    let repaired = is_of_repair && session.ladder.len() < 2 && chosen.is_empty();
     if (repaired || *screen == diagnose::ABOUT) && session.current().is_some() && session.report.is_none() {
         session = progress::run(Command::Diagnose, &session)?;
     }
@@ -162,8 +164,12 @@ pub fn prepared(screen: &About, start: &Session) -> anyhow::Result<Session> {
             session = progress::run(command, &session)?;
         }
     }
-    if *screen == extrapolation::ABOUT && session.current().is_some() && session.sweep.is_none() {
-        let command = Command::Extrapolate { steps: session.ladder.clone(), stretch: Stretch::Speed };
+    let has_all = |sweep: &Sweep| chosen.iter().all(|step| sweep.curves.iter().any(|curve| curve.model == step.name));
+    let is_swept = session.sweep.as_deref().is_some_and(has_all);
+    if *screen == extrapolation::ABOUT && session.current().is_some() && !is_swept {
+        let is_chosen = |step: &Step| chosen.iter().any(|chosen| chosen.generation == step.generation);
+        let stretch = session.sweep.as_deref().map_or(Stretch::Speed, |sweep| sweep.stretch);
+        let command = Command::Extrapolate { steps: extrapolation::computed(&session, is_chosen), stretch };
         session = progress::run(command, &session)?;
     }
     Ok(session)

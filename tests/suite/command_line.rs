@@ -112,6 +112,110 @@ fn a_tall_figure_is_drawn_with_the_pixels_that_fit() {
     assert!(message.contains("another resolution"), "{message}");
 }
 
+/// The lines of a table whose first words are these.
+fn rows_of<'t>(table: &'t str, name: &str) -> Vec<&'t str> {
+    table.lines().filter(|line| line.contains(name)).collect()
+}
+
+/// Of which trajectory, time, joint and models a figure is, and what it shows, is asked for; what there is not is told with what
+/// there is.
+#[test]
+fn a_figure_is_of_what_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(&["simulate", "--embedded", "-o", "arm.npz"], at);
+    let table = |of: &[&str]| {
+        succeeds(&[&["figure", "compare", "arm.npz", "-o", "a.csv"], of].concat(), at);
+        std::fs::read_to_string(at.join("a.csv")).unwrap()
+    };
+    let torque = ["--only", "joint 1: torque"];
+    let first = table(&torque);
+    let range = table(&[&torque[..], &["--trajectory", "2", "--range", "2..2.5"]].concat());
+    assert_eq!(range, table(&[&torque[..], &["--trajectory", "run 2", "--range", "2..2.5"]].concat()));
+    assert_ne!(table(&[&torque[..], &["--trajectory", "2"]].concat()), first, "of another trajectory");
+    let (all, few) = (rows_of(&first, "measured").len(), rows_of(&range, "measured").len());
+    assert!((40..60).contains(&few) && all > 10 * few, "half a second of {all} samples: {few}");
+    // What a check box of the window shows.
+    assert!(table(&["--show", "components", "--only", "joint 1"]).contains("Coriolis"));
+    let gravity = table(&["--show", "components=gravity", "--only", "joint 1: gravity"]);
+    assert!(gravity.contains("joint 1: gravity") && !gravity.contains("Coriolis"));
+    assert!(table(&["--formula", "2 * tau1", "--only", "2 * tau1"]).contains("2 * tau1"));
+    // In the order in which they were named.
+    let order = table(&["--only", "joint 2: residual", "--only", "joint 1: torque"]);
+    assert!(order.find("joint 2: residual") < order.find("joint 1: torque"));
+    assert!(order.find("joint 1: torque").is_some());
+    let wrong = [
+        (["--trajectory", "nine"], "12 `run 12`"),
+        (["--range", "50..60"], "from 0.000 to 7.990 s"),
+        (["--range", "5..2"], "like 2..5.5"),
+        (["--joint", "4"], "the arm has 3"),
+        (["--models", "DeLaN"], "1 `rigid body`"),
+        (["--formula", "tau7"], "no channel `tau7`"),
+        (["--show", "components=weight"], "components=gravity"),
+    ];
+    for (option, told) in wrong {
+        let message = fails(&[&["figure", "compare", "arm.npz", "-o", "b.svg"], &option[..]].concat(), at, 2);
+        assert!(message.contains(told), "{message}");
+    }
+    assert!(!at.join("b.svg").exists());
+}
+
+/// Trainings that differ by their seed are saved as a session, and its models are drawn together: the error outside the data as a
+/// band, learning curves with bands, a grid with a row for each joint and a column for each model.
+#[test]
+fn models_of_a_saved_session_are_drawn_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(&["simulate", "--embedded", "-o", "arm.npz"], at);
+    let train = ["train", "arm.npz", "--model", "ff-nn", "--hidden", "4", "--epochs", "2"];
+    succeeds(&[&train[..], &["--seeds", "3", "-o", "seeds.torquescope"]].concat(), at);
+    let table = |of: &[&str]| {
+        succeeds(&[&["figure"], of, &["-o", "a.csv"]].concat(), at);
+        std::fs::read_to_string(at.join("a.csv")).unwrap()
+    };
+    let sweep = table(&["extrapolation", "seeds.torquescope", "--models", "all", "--only", "error"]);
+    assert!(!rows_of(&sweep, "FF-NN, 3 trainings").is_empty() && !rows_of(&sweep, "rigid body").is_empty(), "{sweep}");
+    assert!(!sweep.contains("seed 1"), "the seeds are one band: {sweep}");
+    // A seed brings the others of its training along.
+    assert!(table(&["extrapolation", "seeds.torquescope", "--models", "FF-NN"]).contains("FF-NN, 3 trainings"));
+    assert!(table(&["train", "seeds.torquescope", "--only", "errors"]).contains("mean of 3 seeds"));
+    let errors = table(&["ladder", "seeds.torquescope", "--models", "rigid body,FF-NN, seed 1"]);
+    assert!(
+        errors.contains("FF-NN, seed 1") || rows_of(&errors, "bar").len() == 6,
+        "two models of three joints: {errors}"
+    );
+    let grid = ["figure", "compare", "seeds.torquescope", "--models", "1,2", "--show", "grid", "-o", "grid.svg"];
+    succeeds(&grid, at);
+    let svg = std::fs::read_to_string(at.join("grid.svg")).unwrap();
+    let plots: Vec<(&str, &str)> = svg
+        .split("<clipPath")
+        .skip(1)
+        .map(|plot| {
+            let value = |key: &str| plot.split_once(&format!(" {key}=\"")).unwrap().1.split('"').next().unwrap();
+            (value("x"), value("y"))
+        })
+        .collect();
+    assert_eq!(plots.len(), 6, "three joints, two models");
+    assert!(plots[0].1 == plots[1].1 && plots[0].0 == plots[2].0 && plots[0].0 != plots[1].0, "{plots:?}");
+    let limits: Vec<&str> = svg
+        .split("data-y=\"")
+        .skip(1)
+        .map(|rest| rest.split_once("from").unwrap().1.split("label").next().unwrap())
+        .collect();
+    let ends = |text: &str| text.split("high").next().unwrap().to_owned();
+    assert_eq!(ends(limits[0]), ends(limits[1]), "the plots of a row have the same limits");
+    assert_ne!(ends(limits[0]), ends(limits[2]), "another joint has its own");
+    // Every screen is as it was asked for.
+    succeeds(
+        &["figure", "all", "seeds.torquescope", "--models", "1,2", "--show", "grid", "--format", "csv", "-o", "all"],
+        at,
+    );
+    let compare = std::fs::read_to_string(at.join("all/compare.csv")).unwrap();
+    assert!(compare.contains("joint 3: FF-NN") && !compare.contains("joint 3: torque"));
+    let message = fails(&["train", "arm.npz", "--plain", "-o", "plain.torquescope"], at, 2);
+    assert!(message.contains("makes no session"), "{message}");
+}
+
 /// Columns, letters, fonts and greys of a figure are asked for; an SVG brings only the letters along that it has.
 #[test]
 fn a_figure_is_made_for_a_paper() {

@@ -46,7 +46,7 @@ fn another_recording_is_looked_at_beside_the_one_that_was_trained_on() {
     window.state_mut().order(Order::Show(&compare::ABOUT));
     settle(&mut window);
     let names = |window: &mut Window, title: &str| -> Vec<String> {
-        let panels = window.state_mut().figures();
+        let panels = window.state_mut().figure().panels;
         let panel = panels.iter().find(|panel| panel.title == title).unwrap();
         panel.legend().iter().map(|entry| entry.name.to_owned()).collect()
     };

@@ -158,7 +158,7 @@ fn words_are_explained_to_those_who_point_at_them() {
 #[test]
 fn the_map_of_the_residual_has_a_scale() {
     let mut window = window(demonstration(), &residuals::ABOUT, Theme::Light);
-    let figures = window.state_mut().figures();
+    let figures = window.state_mut().figure().panels;
     let map = figures.iter().find(|panel| panel.title.starts_with("mean residual")).unwrap();
     let scale = map.legend()[0].name;
     assert!(scale.starts_with('−') && scale.ends_with("N m"), "{scale}");

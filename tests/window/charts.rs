@@ -7,7 +7,7 @@ use torquescope::recording::read::ReadOptions;
 use super::*;
 
 fn titles(window: &mut Window) -> Vec<String> {
-    window.state_mut().figures().into_iter().map(|panel| panel.title).collect()
+    window.state_mut().figure().panels.into_iter().map(|panel| panel.title).collect()
 }
 
 fn write_into(window: &mut Window, field: &str, text: &str) {
@@ -21,7 +21,7 @@ fn a_formula_of_channels_is_drawn() {
     let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
     write_into(&mut window, "formula of channels", "tau1 - predicted1");
     assert!(window.query_by_label_contains("plot of tau1 - predicted1").is_some());
-    let panels = window.state_mut().figures();
+    let panels = window.state_mut().figure().panels;
     let rows = |title: &str| {
         let panel = panels.iter().find(|panel| panel.title == title).unwrap();
         let mut rows: Vec<f64> = Vec::new();
@@ -41,7 +41,7 @@ fn a_formula_of_channels_is_drawn() {
 fn a_formula_passes_a_low_pass_on_every_screen() {
     let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
     let legend = |window: &mut Window| -> Vec<String> {
-        let panels = window.state_mut().figures();
+        let panels = window.state_mut().figure().panels;
         let panel = panels.iter().find(|panel| panel.title == "tau1 * qd1").unwrap();
         panel.legend().iter().map(|entry| entry.name.to_owned()).collect()
     };
@@ -68,7 +68,7 @@ fn a_formula_passes_a_low_pass_on_every_screen() {
 fn limits_of_axes_are_typed() {
     let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
     let seen = |window: &mut Window, title: &str| {
-        let panels = window.state_mut().figures();
+        let panels = window.state_mut().figure().panels;
         let panel = panels.iter().find(|panel| panel.title == title).unwrap();
         [panel.x.range, panel.y.range]
     };
@@ -118,7 +118,7 @@ fn what_a_model_has_learned_is_looked_into() {
     }
     assert!(window.query_by_label_contains("plot of H(q), diagonal").is_some());
     let names = |window: &mut Window| -> Vec<String> {
-        let panels = window.state_mut().figures();
+        let panels = window.state_mut().figure().panels;
         let panel = panels.iter().find(|panel| panel.title == "g(q)").unwrap();
         panel.legend().iter().map(|entry| entry.name.to_owned()).collect()
     };
@@ -255,7 +255,7 @@ fn a_picture_that_is_too_tall_tells_its_pixels() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tall.png");
     let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
-    let panels = window.state_mut().figures().into_iter().cycle().take(3).collect();
+    let panels = window.state_mut().figure().panels.into_iter().cycle().take(3).collect();
     let style = Style { size: Size::Slide, height: None, dpi: 4000.0, ..Style::default() };
     let drawing = Drawing { figure: Some(Figure::new(panels)), format: Format::Png, style, path: path.clone() };
     window.state_mut().order(Order::Draw(Box::new(drawing)));
@@ -363,7 +363,7 @@ fn an_arm_in_space_is_drawn_and_turned() {
     // Where the second link is seen to begin and end, in metres of the page.
     let link = |window: &mut Window| -> Vec<[f64; 2]> {
         let panel =
-            window.state_mut().figures().into_iter().find(|panel| panel.title.starts_with("the arm at")).unwrap();
+            window.state_mut().figure().panels.into_iter().find(|panel| panel.title.starts_with("the arm at")).unwrap();
         let mut ends = Vec::new();
         for mark in panel.marks.iter().filter(|mark| mark.entry().is_some_and(|entry| entry.name == "link 2")) {
             mark.rows(&panel.x, &mut |row| ends.push([row.x, row.y]));
@@ -426,6 +426,72 @@ fn every_screen_is_exported_in_one_go() {
     for screen in ["data.csv", "model.csv", "compare.csv", "residuals.csv", "ladder.csv"] {
         assert!(files.contains(&screen.to_owned()), "{screen}: {files:?}");
     }
+}
+
+/// Every screen is exported as it is: what is shown in place of the residual, and the zoom.
+#[test]
+fn every_screen_is_exported_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    settle(&mut window);
+    window.get_by_role_and_label(Role::CheckBox, "Decompose").click();
+    settle(&mut window);
+    let plot = window.get_by_label("plot of joint 1: torque [N m]").rect();
+    window.hover_at(plot.center());
+    window.run_steps(2);
+    for _ in 0..6 {
+        window.event(egui::Event::Zoom(1.3));
+        window.run_steps(2);
+    }
+    settle(&mut window);
+    window.state_mut().order(Order::Show(&data::ABOUT));
+    window.state_mut().order(Order::Export(None));
+    settle(&mut window);
+    window.get_by_role_and_label(Role::CheckBox, "Every screen, a file for each in a folder of this name").click();
+    window.run_steps(2);
+    export_to(&mut window, &folder.path().join("paper.csv"), "CSV: the numbers");
+    let compare = std::fs::read_to_string(folder.path().join("paper/compare.csv")).unwrap();
+    assert!(compare.contains("joint 1: decomposition") && !compare.contains("joint 1: residual"));
+    let measured = compare.lines().filter(|line| line.contains("joint 1: torque") && line.contains("measured")).count();
+    assert!((10..700).contains(&measured), "{measured} of 800 samples are in view");
+    assert_eq!(window.state_mut().screen().id, "data", "the window stays where it is");
+}
+
+/// Plots are drawn in the order that is chosen in the dialog, also in the file.
+#[test]
+fn plots_are_exported_in_the_chosen_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("order.csv");
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    window.state_mut().order(Order::Export(None));
+    settle(&mut window);
+    let top = |window: &Window, title: &str| window.get_by_role_and_label(Role::CheckBox, title).rect().top();
+    let (torque, residual) = ("joint 1: torque", "joint 1: residual");
+    assert!(top(&window, torque) < top(&window, residual));
+    click(&mut window, "move down: joint 1: torque");
+    settle(&mut window);
+    assert!(top(&window, torque) > top(&window, residual));
+    assert!(window.query_by_role_and_label(Role::Image, "preview of the figure").is_some());
+    export_to(&mut window, &path, "CSV: the numbers");
+    let table = std::fs::read_to_string(&path).unwrap();
+    assert!(table.find(residual) < table.find(torque), "{}", &table[..300]);
+}
+
+/// A row for each joint, a column for each model that is shown: in the window, and as a figure.
+#[test]
+fn joints_and_models_stand_in_a_grid() {
+    let mut window = models::compared(&compare::ABOUT);
+    window.get_by_role_and_label(Role::ComboBox, "Grid").click();
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::Button, "residual").click();
+    settle(&mut window);
+    let titles = ["rigid body", "rigid body + Coulomb 1, 2"].map(|model| format!("plot of joint 1: {model} [N m]"));
+    let [one, other] = titles.map(|title| window.get_by_label(&title).rect());
+    assert!((one.top() - other.top()).abs() < 1.0 && one.right() <= other.left(), "{one:?} {other:?}");
+    let figure = window.state_mut().figure();
+    let limits: Vec<Option<[f64; 2]>> = figure.panels.iter().map(|panel| panel.y.range).collect();
+    assert_eq!((figure.columns, figure.panels.len()), (4, 12));
+    assert!(limits[0].is_some() && limits[0] == limits[3] && limits[0] != limits[4], "{limits:?}");
 }
 
 /// What is printed of a saved session has the models that were drawn over each other when it was saved.

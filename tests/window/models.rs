@@ -77,7 +77,7 @@ fn a_legend_names_every_line_that_is_drawn() {
     ] {
         assert!(is_spoken(&window, &format!("{name} in joint 1: torque")), "{name}");
     }
-    for panel in window.state_mut().figures().iter().filter(|panel| panel.title.contains("torque")) {
+    for panel in window.state_mut().figure().panels.iter().filter(|panel| panel.title.contains("torque")) {
         let mut dashes: Vec<&[f32]> = Vec::new();
         for entry in panel.legend() {
             let LineKey::Line(_, dash, ..) = entry.key else { panic!("{} is a line", entry.name) };
@@ -130,7 +130,7 @@ fn models_are_looked_into_over_each_other() {
     click(&mut window, "What it has learned");
     let titles = ["H(q), diagonal", "V(q)", "g(q)", "c(q, q̇)", "energy"];
     for title in titles {
-        let panels = window.state_mut().figures();
+        let panels = window.state_mut().figure().panels;
         let panel = panels.iter().find(|panel| panel.title == title).unwrap();
         let of_other = panel.marks.iter().filter(|mark| {
             mark.entry().is_some_and(|entry| matches!(entry.key, LineKey::Line(torquescope::figure::Ink::Model(0), ..)))
@@ -197,7 +197,7 @@ fn a_model_is_trained_from_five_seeds() {
     assert_eq!(session.seeds_of(session.current().unwrap()).len(), 5);
     assert!(window.query_by_label_contains("Error on held-out data, 5 seeds").is_some());
     let legend = |window: &mut Window| -> Vec<String> {
-        let panels = window.state_mut().figures();
+        let panels = window.state_mut().figure().panels;
         panels[0].legend().iter().map(|entry| entry.name.to_owned()).collect()
     };
     let mean = "held-out nMSE, mean of 5 seeds".to_owned();

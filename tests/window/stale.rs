@@ -15,12 +15,12 @@ fn what_was_computed_over_speed_is_not_shown_over_range() {
     let is_shown =
         |window: &Window| is_there(window, "Error over speed") || is_there(window, "Error (nMSE) of all joints");
     assert!(is_shown(&window));
-    let printed = window.state_mut().figures().len();
+    let printed = window.state_mut().figure().panels.len();
     window.get_by_role_and_label(Role::RadioButton, "Wider").click();
     settle(&mut window);
     assert!(!is_shown(&window) && is_there(&window, "Nothing was computed yet over range"));
     assert!(!is_there(&window, "goes from an error"));
-    assert_eq!(window.state_mut().figures().len(), printed - 1, "nor is it printed");
+    assert_eq!(window.state_mut().figure().panels.len(), printed - 1, "nor is it printed");
     window.get_by_role_and_label(Role::RadioButton, "Faster").click();
     settle(&mut window);
     assert!(is_shown(&window), "it was not thrown away");

@@ -17,9 +17,9 @@ const SKETCHED: f64 = 0.085;
 const MOST_HELP: f64 = 8.0;
 
 /// What pictures cost: the time of the thread that draws them and, where there is no graphics card, of those that render.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Film {
-    last: Option<(ThreadTime, ProcessTime)>,
+    last: Option<[Duration; 2]>,
     /// The frame that was drawn last, and when the one after it was due.
     frame: (u64, Duration),
     /// Time of a picture, of all threads \[s\], of the last few.
@@ -56,9 +56,9 @@ impl Film {
             return self.frame.1;
         }
         let now = ThreadTime::try_now().ok().zip(ProcessTime::try_now().ok());
-        let spent = now.zip(self.last).map(|((own, all), last)| {
-            [own.duration_since(last.0), all.duration_since(last.1)].map(|time| time.as_secs_f64())
-        });
+        let now = now.map(|(own, all)| [own.as_duration(), all.as_duration()]);
+        let spent =
+            now.zip(self.last).map(|(now, last)| [0, 1].map(|of| now[of].saturating_sub(last[of]).as_secs_f64()));
         self.last = now;
         self.frame = (frame, self.after(spent.unwrap_or_default()));
         self.frame.1

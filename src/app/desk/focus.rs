@@ -28,7 +28,7 @@ impl OwnSeries {
 }
 
 /// Which trajectory, joint and time all screens show.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Focus {
     /// Index of the trajectory.
     pub trajectory: usize,
@@ -44,6 +44,8 @@ pub struct Focus {
     pub own_series: OwnSeries,
     /// Models that are drawn over the current one.
     pub overlaid: Overlaid,
+    /// Whether steps of the ladder are left out that are not drawn over the current one.
+    pub hides_ladder: bool,
     /// Models that are to be made beside the current one.
     pub wanted: Vec<Preset>,
     /// What is marked in state space, in the order of time; `None` if nothing is.
@@ -72,6 +74,7 @@ impl Default for Focus {
             views: Views::default(),
             own_series: OwnSeries::default(),
             overlaid: Overlaid::default(),
+            hides_ladder: false,
             wanted: Vec::new(),
             marked: None,
             is_playing: false,

@@ -85,6 +85,14 @@ impl Desk<'_> {
         others.filter_map(|step| Some((Arc::clone(step), self.focus.overlaid.ink(step.generation)?))).collect()
     }
 
+    /// All models that are drawn, the current one among them, in the order in which they were made.
+    pub fn shown_models(&self) -> Vec<Arc<Step>> {
+        let current = self.session.current().map(|step| step.generation);
+        let is_shown =
+            |step: &&Arc<Step>| Some(step.generation) == current || self.focus.overlaid.ink(step.generation).is_some();
+        self.session.all_models().filter(is_shown).cloned().collect()
+    }
+
     /// Gives an order to change the session.
     pub fn run(&mut self, command: Command) {
         self.orders.push(Order::run(command));

@@ -72,7 +72,7 @@ impl Window {
 }
 
 /// The view of every quantity.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Views(HashMap<String, Window>);
 
 impl Views {

@@ -103,6 +103,32 @@ impl Screens {
         self.guarded(desk, |screen, desk| screen.figures(desk)).unwrap_or_default()
     }
 
+    /// How many of them stand beside each other where nobody says.
+    pub fn columns(&self, desk: &Desk) -> usize {
+        self.current().columns(desk)
+    }
+
+    /// The same screens as they look now, without their jobs.
+    pub fn copy(&self) -> Screens {
+        let open = self.open.iter().map(|screen| screen.copy()).collect();
+        Screens { open, shown: self.shown, broken: self.broken.clone() }
+    }
+
+    /// Shows what is asked for by name on all screens that know it.
+    ///
+    /// # Errors
+    /// All that can be asked for, if none does.
+    pub fn turn(&mut self, desk: &mut Desk, asked: &str, of: impl Fn(&About) -> bool) -> Result<(), Vec<String>> {
+        let (mut known, mut is_known) = (Vec::new(), false);
+        for (_, screen) in all().zip(&mut self.open).filter(|(about, _)| of(about)) {
+            for switch in screen.switches(desk) {
+                known.extend(switch.words());
+                is_known |= switch.turn(asked);
+            }
+        }
+        if is_known { Ok(()) } else { Err(known) }
+    }
+
     /// Lets the shown screen do something. If that breaks, it is a defect of the program that ends this screen, and neither the
     /// window nor the work in it: the screen begins anew when the session changes, or somebody asks for it.
     fn guarded<T>(&mut self, desk: &mut Desk, act: impl FnOnce(&mut dyn Screen, &mut Desk) -> T) -> Option<T> {

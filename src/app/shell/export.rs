@@ -31,6 +31,14 @@ const COLUMNS: std::ops::RangeInclusive<usize> = 1..=4;
 const QUESTIONS: f32 = 470.0;
 const PICTURE: f32 = 430.0;
 
+/// A plot that can be exported.
+struct Plot {
+    panel: Panel,
+    /// Its place on the screen.
+    number: usize,
+    is_wanted: bool,
+}
+
 /// What is exported and how, while it is asked.
 pub struct Exporting {
     /// Whether it is the report, and not the plots.
@@ -38,8 +46,10 @@ pub struct Exporting {
     report: Report,
     /// Only the plot of this title.
     only: Option<String>,
-    /// The plots of the screen, and which are wanted; `None` until all is computed.
-    plots: Option<Vec<(Panel, bool)>>,
+    /// The plots of the screen in the order in which they are drawn; `None` until all is computed.
+    plots: Option<Vec<Plot>>,
+    /// How many of them stand beside each other where nobody says.
+    columns: usize,
     format: Format,
     style: Style,
     /// Whether the plots of every screen are written, a file for each.
@@ -60,6 +70,7 @@ impl Exporting {
             report: Report::new(&name),
             only,
             plots: None,
+            columns: 1,
             format: Format::Svg,
             style: Style::default(),
             all: false,
@@ -100,10 +111,13 @@ impl Exporting {
         self.preview.is_busy()
     }
 
-    /// The plots that are wanted.
+    /// The plots that are wanted, in their order.
+    fn wanted(&self) -> impl Iterator<Item = &Plot> {
+        self.plots.iter().flatten().filter(|plot| plot.is_wanted)
+    }
+
     fn figure(&self) -> Figure {
-        let wanted = self.plots.iter().flatten().filter(|(_, on)| *on);
-        Figure::new(wanted.map(|(panel, _)| panel.clone()).collect())
+        Figure { panels: self.wanted().map(|plot| plot.panel.clone()).collect(), columns: self.columns }
     }
 }
 
@@ -119,11 +133,9 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
     if open.plots.is_none() {
         let panels = screens.figures(desk);
         let is_wanted = |panel: &Panel| open.only.as_ref().is_none_or(|title| *title == panel.title);
-        let with_wish = |panel: Panel| {
-            let on = is_wanted(&panel);
-            (panel, on)
-        };
-        open.plots = Some(desk.focus.views.seen(panels).into_iter().map(with_wish).collect());
+        let plot = |(number, panel): (usize, Panel)| Plot { number, is_wanted: is_wanted(&panel), panel };
+        open.plots = Some(desk.focus.views.seen(panels).into_iter().enumerate().map(plot).collect());
+        open.columns = screens.columns(desk);
     }
     let room = ui.ctx().content_rect();
     let mut closes = false;
@@ -168,17 +180,41 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
 /// What the file would show.
 fn preview(ui: &mut Ui, open: &mut Exporting, room: egui::Vec2) {
     let mut drawn = std::mem::take(&mut open.preview);
-    let chosen = open.plots.iter().flatten().map(|(_, on)| *on).collect();
+    let chosen = open.wanted().map(|plot| plot.number).collect();
     drawn.show(ui, chosen, &open.style, || open.figure(), room);
     open.preview = drawn;
 }
 
-/// How the page is laid out.
-fn layout(ui: &mut Ui, style: &mut Style) {
+/// Which plots are wanted, and in which order.
+fn list(ui: &mut Ui, plots: &mut [Plot]) {
+    let (mut moved, last) = (None, plots.len() - 1);
+    for (place, plot) in plots.iter_mut().enumerate() {
+        ui.horizontal(|ui| {
+            for (sign, way, to, can) in
+                [("↑", "up", place.wrapping_sub(1), place > 0), ("↓", "down", place + 1, place < last)]
+            {
+                let button = ui.add_enabled(can, Button::new(sign).small());
+                let spoken = format!("move {way}: {}", plot.panel.title);
+                button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, can, &spoken));
+                if button.on_hover_text("The order in which the plots are drawn").clicked() {
+                    moved = Some((place, to));
+                }
+            }
+            ui.checkbox(&mut plot.is_wanted, &plot.panel.title);
+        });
+    }
+    if let Some((from, to)) = moved {
+        plots.swap(from, to);
+    }
+}
+
+/// How the page is laid out, of a figure that has so many columns where nobody says.
+fn layout(ui: &mut Ui, style: &mut Style, usual: usize) {
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Columns");
-        let mut columns = style.columns.unwrap_or(1);
-        if ui.add(DragValue::new(&mut columns).range(COLUMNS)).labelled_by(label.id).changed() {
+        let mut columns = style.columns.unwrap_or(usual);
+        let range = *COLUMNS.start()..=usual.max(*COLUMNS.end());
+        if ui.add(DragValue::new(&mut columns).range(range)).labelled_by(label.id).changed() {
             style.columns = Some(columns);
         }
         maybe(ui, "Height of a plot", " mm", &mut style.height, [10.0, 300.0, 40.0]);
@@ -213,7 +249,8 @@ fn maybe(ui: &mut Ui, name: &str, unit: &str, value: &mut Option<f64>, [least, m
 /// The questions, and whether they are answered.
 fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
     let palette = Palette::in_ui(ui);
-    let Exporting { plots, format, style, all, path, .. } = open;
+    let figure = open.figure();
+    let Exporting { plots, columns, format, style, all, path, .. } = open;
     let plots = plots.get_or_insert_default();
     if plots.is_empty() {
         widgets::weak(ui, "This screen shows no plot yet.");
@@ -221,12 +258,8 @@ fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
     }
     // However many there are, what follows stays in sight.
     let height = (ui.ctx().content_rect().height() - 560.0).clamp(70.0, 330.0);
-    let list = ScrollArea::vertical().id_salt("plots").max_height(height).min_scrolled_height(height);
-    list.show(ui, |ui| {
-        for (panel, on) in plots.iter_mut() {
-            ui.checkbox(on, &panel.title);
-        }
-    });
+    let area = ScrollArea::vertical().id_salt("plots").max_height(height).min_scrolled_height(height);
+    area.show(ui, |ui| list(ui, plots));
     ui.add_space(GAP);
     ending::choose(ui, &FORMATS, format, path);
     ui.add_enabled_ui(*format != Format::Csv, |ui| {
@@ -249,28 +282,27 @@ fn ask(ui: &mut Ui, desk: &mut Desk, open: &mut Exporting) -> bool {
             let dpi = DragValue::new(&mut style.dpi).range(36.0..=1200.0).max_decimals(0);
             ui.add_enabled(*format == Format::Png, dpi).labelled_by(label.id);
         });
-        layout(ui, style);
+        layout(ui, style, *columns);
     });
     ui.add_space(GAP);
     ending::ask(ui, &FORMATS, format, path, *all);
     ui.checkbox(all, "Every screen, a file for each in a folder of this name");
     let text = match all {
-        true => "All samples of the shown trajectory; what was never computed is left out.",
+        true => "Every screen as it is now, with its zoom; what was never computed is left out.",
         false => "All samples that are in view, in their full precision; equal plots give equal files.",
     };
     ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     ui.add_space(GAP);
-    let chosen = plots.iter().filter(|(_, on)| *on).count();
-    let ready = if *all { !path.trim().is_empty() } else { chosen > 0 && ending::is_named(&FORMATS, path) };
+    let has_plots = !figure.panels.is_empty();
+    let ready = if *all { !path.trim().is_empty() } else { has_plots && ending::is_named(&FORMATS, path) };
     ui.horizontal_wrapped(|ui| {
         let write = primary(ui, ready, "Write the file");
         write.widget_info(|| WidgetInfo::labeled(egui::Role::Button, ready, "Write the file"));
         if write.on_disabled_hover_text("Choose a plot and name a file").clicked() {
-            let panels = plots.iter().filter(|(_, on)| *on).map(|(panel, _)| panel.clone()).collect();
             let file = std::path::PathBuf::from(path.trim());
             let (figure, path) = match all {
                 true => (None, file.with_extension("")),
-                false => (Some(Figure::new(panels)), file),
+                false => (Some(figure), file),
             };
             let drawing = Drawing { figure, format: *format, style: *style, path };
             desk.orders.push(Order::Draw(Box::new(drawing)));

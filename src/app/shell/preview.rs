@@ -15,8 +15,8 @@ const LARGEST: f64 = 2000.0;
 /// The picture of what is chosen, as soon as it is drawn; the one before it meanwhile.
 #[derive(Default)]
 pub struct Preview {
-    /// What is drawn or was drawn last: which plots, and how.
-    asked: Option<(Vec<bool>, Style)>,
+    /// What is drawn or was drawn last: which plots in which order, and how.
+    asked: Option<(Vec<usize>, Style)>,
     job: Option<Job<Pixels>>,
     shown: Option<Result<TextureHandle, String>>,
 }
@@ -28,7 +28,14 @@ impl Preview {
     }
 
     /// Draws the figure of these choices within this room.
-    pub fn show(&mut self, ui: &mut Ui, chosen: Vec<bool>, style: &Style, figure: impl FnOnce() -> Figure, room: Vec2) {
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        chosen: Vec<usize>,
+        style: &Style,
+        figure: impl FnOnce() -> Figure,
+        room: Vec2,
+    ) {
         let style = Style { dpi: DPI, ..*style };
         let asks = (chosen, style);
         if self.asked.as_ref() != Some(&asks) {

@@ -3,6 +3,7 @@
 mod arm;
 mod errors;
 mod figures;
+mod grid;
 mod parts;
 mod sum;
 
@@ -12,6 +13,7 @@ use egui::{ComboBox, EventFilter, Key, Response, RichText, Sense, Slider, Ui, Wi
 
 use errors::Sorting;
 use figures::{Beside, Moved, Overlay, Torques};
+use grid::Cell;
 use parts::Decomposition;
 
 use crate::app::desk::{About, Desk, Focus, Needs, held_out_times, time_extent};
@@ -19,7 +21,7 @@ use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
 use crate::app::plot::spatial::Sight;
 use crate::app::plot::{PanelView, ticks};
-use crate::app::screen::{Next, NextStep, Screen};
+use crate::app::screen::{Next, NextStep, Screen, Switch};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{controls, formula, tables, widgets};
 use crate::figure::Panel;
@@ -61,13 +63,15 @@ const PANELS: Part<Compare> = Part::Beside(&[
 ]);
 
 /// The screen that compares.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct Compare {
     show_terms: bool,
     /// Whether the parts of the torque are shown in place of the residual.
     show_parts: bool,
     /// Only this part of the torque is shown, of all models; `None` for all parts of the current one.
     only: Option<String>,
+    /// What a grid of all joints and all models that are shown is of, in place of the torques of the current one; `None` for no grid.
+    grid: Option<Cell>,
     sorting: Sorting,
     /// Whether somebody has looked at this recording here.
     was_seen: bool,
@@ -92,6 +96,7 @@ impl Screen for Compare {
             let what = "Inertial, Coriolis, gravity and effects in place of the residual; thick and pale: the truth, once unsealed";
             ui.checkbox(&mut self.show_parts, "Decompose").on_hover_text(what);
             self.part(ui, desk, &step);
+            Cell::choose(ui, &mut self.grid);
             formula::field(ui, &mut desk.focus.own_series);
             controls::fit(ui, desk);
             ui.label(RichText::new(controls::HINT).size(SMALL).color(Palette::in_ui(ui).weak));
@@ -106,6 +111,10 @@ impl Screen for Compare {
         let (Some(recording), Some(step)) = (&desk.session.recording, desk.session.current()) else {
             return Vec::new();
         };
+        if let Some(cell) = self.grid {
+            let residual = |desk: &mut Desk, question| desk.memo.now(desk.session, question).ok();
+            return grid::panels(desk, cell, &residual).concat();
+        }
         let run = desk.focus.trajectory;
         let Ok(facts) = desk.memo.now(desk.session, Drawn { trajectory: run }) else { return Vec::new() };
         let parts_of = |desk: &mut Desk, model: Generation| {
@@ -133,6 +142,32 @@ impl Screen for Compare {
         panels.extend(figures::scatter(desk.session));
         panels.extend(arm::panel(recording, step, facts, run, desk.focus.cursor, desk.focus.sight));
         panels
+    }
+
+    /// A grid has a column for each model.
+    fn columns(&self, desk: &Desk) -> usize {
+        self.grid.map_or(1, |_| desk.shown_models().len())
+    }
+
+    fn switches<'a>(&'a mut self, desk: &mut Desk) -> Vec<Switch<'a>> {
+        let Compare { show_terms, show_parts, only, grid, .. } = self;
+        let question = desk
+            .session
+            .current()
+            .map(|step| Decomposition { trajectory: desk.focus.trajectory, model: step.generation });
+        let parts = question.and_then(|question| desk.memo.now(desk.session, question).ok());
+        let names: Vec<String> = parts.iter().flat_map(|parts| parts.iter()).map(|part| part.name.clone()).collect();
+        let components = |asked: Option<&str>| (*show_parts, *only) = (true, asked.map(str::to_owned));
+        let cells = |asked: Option<&str>| *grid = Some(Cell::of(asked));
+        vec![
+            Switch::on("terms", show_terms),
+            Switch::one_of("components", names, components),
+            Switch::one_of("grid", Cell::ALL.map(Cell::name), cells),
+        ]
+    }
+
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::new(self.clone())
     }
 
     fn is_done(&self, session: &Session) -> bool {
@@ -263,6 +298,9 @@ impl Compare {
         let (Some(recording), Some(step)) = (desk.session.recording.clone(), desk.session.current().cloned()) else {
             return;
         };
+        if let Some(cell) = self.grid {
+            return grid::show(ui, desk, cell);
+        }
         let run = desk.focus.trajectory;
         let Some(facts) = facts(ui, desk) else { return };
         let ctx = ui.ctx().clone();

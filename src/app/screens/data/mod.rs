@@ -86,6 +86,10 @@ impl Screen for Data {
         panels
     }
 
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::<Data>::default()
+    }
+
     fn is_done(&self, session: &Session) -> bool {
         session.recording.is_some()
     }

@@ -14,7 +14,7 @@ use sure::Sure;
 use crate::app::desk::{About, Busy, Desk, Focus, Needs, Order};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
-use crate::app::screen::{Next, NextStep, Screen};
+use crate::app::screen::{Next, NextStep, Screen, Switch};
 use crate::app::screens::{ladder, residuals};
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
@@ -73,6 +73,20 @@ impl Screen for Diagnose {
             return Vec::new();
         }
         figures::evidence(report, self.chosen, self.after, recording)
+    }
+
+    fn switches<'a>(&'a mut self, desk: &mut Desk) -> Vec<Switch<'a>> {
+        let report = desk.session.report.clone();
+        let ids: Vec<&str> = report.iter().flat_map(|report| &report.effects).map(|found| found.effect.id).collect();
+        let (chosen, known) = (&mut self.chosen, ids.clone());
+        let choose = move |asked: Option<&str>| {
+            *chosen = known.iter().position(|id| asked == Some(id)).unwrap_or(*chosen);
+        };
+        vec![Switch::one_of("effect", ids, choose), Switch::on("after", &mut self.after)]
+    }
+
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::new(Diagnose { chosen: self.chosen, after: self.after, sure: Sure::default() })
     }
 
     fn is_done(&self, session: &Session) -> bool {

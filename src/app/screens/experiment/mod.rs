@@ -69,6 +69,10 @@ impl Screen for Experiments {
         name.and_then(|name| figures::curve(&joined, name, &self.trials.left_out)).into_iter().collect()
     }
 
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::new(Experiments { trials: self.trials.without_jobs() })
+    }
+
     fn is_done(&self, _: &Session) -> bool {
         false
     }

@@ -81,6 +81,12 @@ struct Running {
 }
 
 impl Trials {
+    /// The same without what is at work.
+    pub fn without_jobs(&self) -> Self {
+        let (shown, left_out, joined) = (self.shown.clone(), self.left_out.clone(), self.joined.clone());
+        Trials { shown, left_out, quantity: self.quantity, curve: self.curve, joined, ..Trials::default() }
+    }
+
     /// Whether a run or a reading is at work.
     pub fn is_busy(&self) -> bool {
         self.reading.is_some() || self.running.is_some()

@@ -40,7 +40,8 @@ fn ink_of(desk: &Desk, curve: &Curve, number: usize) -> Option<Ink> {
     let Some(step) = desk.session.model(&curve.model) else { return Some(Ink::Series(number)) };
     let is_current = desk.session.current().is_some_and(|current| current.generation == step.generation);
     let own = if is_current { Some(Ink::Predicted) } else { desk.focus.overlaid.ink(step.generation) };
-    own.or_else(|| desk.session.has_on_ladder(step).then_some(Ink::Series(number)))
+    let is_on_ladder = || desk.session.has_on_ladder(step) && !desk.focus.hides_ladder;
+    own.or_else(|| is_on_ladder().then_some(Ink::Series(number)))
 }
 
 /// Torque and velocity of one joint along a replay, with the torque of other models.
@@ -103,7 +104,10 @@ impl Drawn {
     /// to the worst, around their median, the geometric mean of the two in the middle.
     fn of(curves: &[&Curve], joint: Option<usize>) -> Self {
         let error = |point: &Point| joint.map_or(point.overall, |joint| point.joints[joint]);
-        let (name, first) = (curves[0].model.clone(), &curves[0].points);
+        // Of trainings of one model the first is named after it, the others by their seeds, too.
+        let names = curves.iter().map(|curve| &curve.model);
+        let name = names.min_by_key(|name| name.chars().count()).cloned().unwrap_or_default();
+        let first = &curves[0].points;
         let within = |band: &[f64; 3]| band.iter().all(|value| value.is_finite() && *value > 0.0);
         if curves.len() == 1 {
             let of_blocks = |point: &Point| [point.scale, point.band[0], point.band[1]];

@@ -10,7 +10,7 @@ use crate::app::desk::{About, Desk, Focus, Needs};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
 use crate::app::plot::{PanelView, ticks};
-use crate::app::screen::{Next, NextStep, Screen};
+use crate::app::screen::{Next, NextStep, Screen, Switch};
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::{controls, widgets};
 use crate::figure::Panel;
@@ -42,7 +42,7 @@ const PANELS: Part<Extrapolation> = Part::Beside(&[
 ]);
 
 /// The screen of extrapolation.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct Extrapolation {
     stretch: Stretch,
     /// The shown joint; `None` for all together.
@@ -78,6 +78,15 @@ impl Screen for Extrapolation {
         panels
     }
 
+    fn switches<'a>(&'a mut self, desk: &mut Desk) -> Vec<Switch<'a>> {
+        let joint = desk.focus.joint;
+        vec![Switch::that("one-joint", move || self.joint = Some(joint))]
+    }
+
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::new(self.clone())
+    }
+
     fn is_done(&self, session: &Session) -> bool {
         session.sweep.is_some()
     }
@@ -87,7 +96,8 @@ impl Screen for Extrapolation {
             return Next::Export;
         }
         let why = "Test the models at up to three times the speed";
-        let sweep = Command::Extrapolate { steps: computed(session, focus), stretch: Stretch::Speed };
+        let shown = |step: &Step| focus.overlaid.ink(step.generation).is_some();
+        let sweep = Command::Extrapolate { steps: computed(session, shown), stretch: Stretch::Speed };
         Next::Step(NextStep::run("Go faster", why, sweep))
     }
 
@@ -106,11 +116,19 @@ impl Screen for Extrapolation {
     }
 }
 
-/// The models that are computed: the ladder, and what is drawn over the current model.
-fn computed(session: &Session, focus: &Focus) -> Vec<Arc<Step>> {
-    let shown = session.all_models().filter(|step| focus.overlaid.ink(step.generation).is_some());
-    let beside = shown.filter(|step| !session.has_on_ladder(step));
-    session.ladder.iter().chain(beside).cloned().collect()
+/// The models that are computed: the ladder, what is drawn over the current model, and with each the trainings that differ from it
+/// in nothing but their seed, which are one band.
+pub fn computed(session: &Session, is_shown: impl Fn(&Step) -> bool) -> Vec<Arc<Step>> {
+    let shown = session.all_models().filter(|step| is_shown(step));
+    let mut all: Vec<Arc<Step>> = Vec::new();
+    for step in session.ladder.iter().chain(shown) {
+        for step in [step].into_iter().chain(session.seeds_of(step)) {
+            if all.iter().all(|known| known.generation != step.generation) {
+                all.push(Arc::clone(step));
+            }
+        }
+    }
+    all
 }
 
 /// A model along a trajectory, faster, wider or under load.
@@ -274,9 +292,13 @@ impl Extrapolation {
                 }
             });
             ui.add_space(2.0);
-            let steps = computed(desk.session, desk.focus);
+            let shown = |step: &Step| desk.focus.overlaid.ink(step.generation).is_some();
+            let steps = computed(desk.session, shown);
             let names: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
-            widgets::weak(ui, format!("The ladder, and what is shown over it (Models): {}.", names.join("; ")));
+            widgets::weak(
+                ui,
+                format!("The ladder, what is shown over it (Models), all seeds of each: {}.", names.join("; ")),
+            );
             ui.add_space(2.0);
             let button = ui.add_enabled(desk.busy.is_none(), Button::new("Compute"));
             if button.on_disabled_hover_text("Something is at work; see below").clicked() {

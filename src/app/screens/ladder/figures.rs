@@ -10,6 +10,9 @@ use crate::statistics::ends;
 
 /// The models whose errors are shown: the steps of the ladder, and behind them what is drawn over the current model.
 pub fn models(desk: &Desk) -> Vec<Arc<Step>> {
+    if desk.focus.hides_ladder {
+        return desk.shown_models();
+    }
     let others = desk.overlaid().into_iter().map(|(step, _)| step).filter(|step| !desk.session.has_on_ladder(step));
     desk.session.ladder.iter().cloned().chain(others).collect()
 }

@@ -47,7 +47,7 @@ const PANELS: Part<Ladder> = Part::Stack(&[
 ]);
 
 /// The screen of the ladder; all that it shows is in the session.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct Ladder;
 
 impl Screen for Ladder {
@@ -58,6 +58,10 @@ impl Screen for Ladder {
 
     fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
         figures::figures(desk.session, &figures::models(desk))
+    }
+
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::new(self.clone())
     }
 
     fn is_done(&self, session: &Session) -> bool {

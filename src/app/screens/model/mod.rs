@@ -13,7 +13,7 @@ use super::train;
 use crate::app::desk::{About, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
-use crate::app::screen::Screen;
+use crate::app::screen::{Screen, Switch};
 use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{glossary, math, widgets};
@@ -48,7 +48,7 @@ const PANELS: Part<Terms> = Part::Beside(&[
 ]);
 
 /// The screen of the model: which effect is to be added, as set in its panel.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct Terms {
     /// Index into what can be added.
     effect: usize,
@@ -78,6 +78,14 @@ impl Screen for Terms {
         let mut panels = figures::figures(recording, step, &shares);
         panels.extend(self.inside.figures(desk));
         panels
+    }
+
+    fn switches<'a>(&'a mut self, _: &mut Desk) -> Vec<Switch<'a>> {
+        vec![Switch::on("let-go", &mut self.inside.falls)]
+    }
+
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::new(self.clone())
     }
 
     fn is_done(&self, session: &Session) -> bool {

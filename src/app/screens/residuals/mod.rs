@@ -19,7 +19,7 @@ use crate::app::controls;
 use crate::app::desk::{About, Desk, Needs};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{Along, PanelView};
-use crate::app::screen::Screen;
+use crate::app::screen::{Screen, Switch};
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets::{self, is_narrow};
 use crate::figure::Panel;
@@ -50,6 +50,7 @@ const PANELS: Part<Residuals> = Part::Stack(&[
 ]);
 
 /// The screen of the residual.
+#[derive(Clone)]
 pub struct Residuals {
     held_out_only: bool,
     looking: Looking,
@@ -152,6 +153,21 @@ impl Screen for Residuals {
             View::Of(curve) => shown.curve(*curve),
         };
         views::ALL.iter().filter_map(panel).chain([shown.time_line()]).collect()
+    }
+
+    fn switches<'a>(&'a mut self, _: &mut Desk) -> Vec<Switch<'a>> {
+        let Residuals { held_out_only, looking, .. } = self;
+        let name = |[x, y]: [Quantity; 2]| [x, y].map(|state| state.text([""; 4]).0).join("-");
+        let all = || Quantity::STATES.into_iter().flat_map(|x| Quantity::STATES.map(|y| [x, y]));
+        let map = move |asked: Option<&str>| {
+            looking.map = all().find(|map| asked == Some(&name(*map))).unwrap_or(looking.map);
+        };
+        let maps = all().map(name);
+        vec![Switch::that("training", || *held_out_only = false), Switch::one_of("map", maps, map)]
+    }
+
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::new(self.clone())
     }
 
     fn is_done(&self, session: &Session) -> bool {

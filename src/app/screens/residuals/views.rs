@@ -44,7 +44,7 @@ pub const ALL: [View; 10] = [
 ];
 
 /// What is marked, and of what the map is.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Looking {
     pub brush: Option<Brush>,
     /// The states of the map.

@@ -9,7 +9,7 @@ use egui::{Align, Button, ComboBox, DragValue, Layout, RadioButton, RichText, Sl
 use crate::app::desk::{About, Busy, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
-use crate::app::screen::Screen;
+use crate::app::screen::{Screen, Switch};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets::thousands;
 use crate::app::{glossary, tables, widgets};
@@ -48,7 +48,7 @@ const PANELS: Part<Train> = Part::Beside(&[
 ]);
 
 /// The screen of training: what to train and how, and which curves are drawn.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct Train {
     preset: Preset,
     plan: Plan,
@@ -76,6 +76,14 @@ impl Screen for Train {
             None if is_learned(self.preset) => vec![figures::rate(&[], &self.plan, batches(&self.plan))],
             None => Vec::new(),
         }
+    }
+
+    fn switches<'a>(&'a mut self, _: &mut Desk) -> Vec<Switch<'a>> {
+        vec![Switch::on("one-seed", &mut self.only_one)]
+    }
+
+    fn copy(&self) -> Box<dyn Screen> {
+        Box::new(self.clone())
     }
 
     fn is_done(&self, session: &Session) -> bool {
