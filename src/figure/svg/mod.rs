@@ -25,7 +25,7 @@ const LINE: f64 = 1.2;
 /// Lines that a title may have.
 const MOST_LINES_OF_TITLE: usize = 7;
 /// Numbers at the left have so much room from one to the next, in letters, and there are no more than so many.
-const ROOM_OF_NUMBER: f64 = 1.8;
+const ROOM_OF_NUMBER: f64 = 1.3;
 const MOST_NUMBERS: usize = 6;
 /// Between the names of neighbours, in letters.
 const BETWEEN_NAMES: f64 = 0.8;
@@ -241,6 +241,21 @@ impl<'a> View<'a> {
         let above = (1.6 * legend.len() as f64 + 0.2 + more) * letter;
         View { panel, heading, ranges, y_ticks, legend, left, above, below, names }
     }
+
+    /// The numbers at the left that have room below each other; one alone would be no scale.
+    fn y_ticks_in(&self, place: &Place, letter: f64) -> Vec<(f64, String)> {
+        let room = |pair: &[(f64, String)]| (place.along(1, pair[0].0) - place.along(1, pair[1].0)).abs();
+        let fit = |ticks: &Vec<(f64, String)>| {
+            ticks.len() > 1 && ticks.windows(2).all(|pair| room(pair) >= ROOM_OF_NUMBER * letter)
+        };
+        let fewer = (2..MOST_NUMBERS).rev().map(|count| self.panel.y.ticks(self.ranges[1], count));
+        // Every name is needed, a number is not.
+        if matches!(self.panel.y.scale, Scale::Names(_)) || self.y_ticks.len() < 2 || fit(&self.y_ticks) {
+            return self.y_ticks.clone();
+        }
+        let ends = || self.y_ticks.iter().step_by(self.y_ticks.len() - 1).cloned().collect();
+        fewer.into_iter().find(fit).unwrap_or_else(ends)
+    }
 }
 
 /// Entries of a legend in rows of this width, of whose first some is used.
@@ -322,10 +337,7 @@ impl Paper {
         }
         let count = (plot.width / (7.0 * letter)).clamp(2.0, 12.0) as usize;
         let x_ticks = if panel.bare { Vec::new() } else { panel.x.ticks(view.ranges[0], count) };
-        let y_ticks = match (plot.height / (ROOM_OF_NUMBER * letter)) as usize {
-            few @ ..MOST_NUMBERS if !panel.bare => panel.y.ticks(view.ranges[1], few.max(3)),
-            _ => view.y_ticks.clone(),
-        };
+        let y_ticks = view.y_ticks_in(&place, letter);
         let is_filled = panel.marks.iter().any(|mark| mark.edges() == Edges::Filled);
         if !panel.bare && !is_filled && style.size.has_grid() {
             for (at, _) in &y_ticks {
