@@ -7,7 +7,7 @@ use egui::style::{Selection, WidgetVisuals, Widgets};
 use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Shadow, Stroke, TextStyle, Theme, Visuals, vec2};
 
 use crate::figure::Ink;
-use crate::figure::colours::{self, Colours, DASHES, Rgb};
+use crate::figure::colours::{self, Colours, Rgb};
 pub use crate::figure::colours::{Dash, MEASURED_DASH, PREDICTED_DASH};
 
 /// Distance between things that belong together \[points\].
@@ -237,7 +237,7 @@ impl Palette {
 
     /// Colour and dash of the n-th joint, effect or term.
     pub fn nth(&self, n: usize) -> (Color32, Dash) {
-        (self.series[n % self.series.len()], DASHES[n % DASHES.len()])
+        (self.series[n % self.series.len()], Ink::Series(n).dash())
     }
 }
 

@@ -188,19 +188,19 @@ fn with_margin([low, high]: [f64; 2]) -> [f64; 2] {
 }
 
 /// The trained networks of a model: for each seed its members.
-struct Trained<'a> {
-    model: &'a str,
+struct Trained {
+    model: String,
     seeds: Vec<Vec<Fitted>>,
 }
 
-fn members<'a>(experiment: &'a Experiment, cells: &[Cell], store: &Store) -> Result<Vec<Trained<'a>>, ExperimentError> {
+fn members(experiment: &Experiment, cells: &[Cell], store: &Store) -> Result<Vec<Trained>, ExperimentError> {
     let mut all = Vec::new();
     for model in &experiment.models {
         let own = cell::of_model(cells, &model.name).into_iter();
         let seeds = own.map(|cell| trained_members(cell, store)).collect::<Result<Vec<_>, _>>()?;
         let seeds: Vec<Vec<Fitted>> = seeds.into_iter().flatten().collect();
         if !seeds.is_empty() {
-            all.push(Trained { model: &model.name, seeds });
+            all.push(Trained { model: model.title(), seeds });
         }
     }
     Ok(all)
@@ -241,7 +241,7 @@ fn torques(set: &TestSet, recording: &Recording, models: &[Trained]) -> Result<F
                         [time[sample], least, at(sample).fold(f64::NEG_INFINITY, f64::max)]
                     };
                     let points: Vec<[f64; 3]> = (0..time.len()).map(band).collect();
-                    panel.push(Band::new(*model, points, ink));
+                    panel.push(Band::new(model.as_str(), points, ink));
                 }
             }
         }
@@ -321,15 +321,15 @@ fn curve_figures(experiment: &Experiment, rows: &[Row]) -> Vec<(String, Figure)>
             figures.push((name, Figure::new(vec![Panel::new(&experiment.title, axes)])));
             figures.len() - 1
         });
-        let number = experiment.models.iter().position(|model| model.name == curve.model).unwrap_or(0);
         let shown = curve.points.iter().filter(|point| point[1] > SMALLEST * largest);
         let points: Vec<[f64; 4]> = shown.copied().collect();
+        let (title, number) = experiment.called(&curve.model);
         let ink = Ink::Series(number);
         let line: Vec<[f64; 2]> = points.iter().map(|[x, mean, ..]| [*x, *mean]).collect();
         let band: Vec<[f64; 3]> = points.iter().map(|[x, _, least, most]| [*x, *least, *most]).collect();
         let panel = &mut figures[own].1.panels[0];
-        panel.push(Line::through(&curve.model, line.clone(), ink));
-        panel.push(Band::new(&curve.model, band, ink));
+        panel.push(Line::through(&title, line.clone(), ink));
+        panel.push(Band::new(title, band, ink));
         panel.push(Points::new("", line, ink));
     }
     figures
@@ -363,7 +363,7 @@ fn errors(experiment: &Experiment, sets: &[&TestSet], rows: &[Row]) -> Figure {
             bars.push([x, row.mse(), low, high]);
             published.extend(row.published_mse().map(|mse| [x, mse]));
         }
-        let (name, ink) = ((*model).to_owned(), Ink::Series(number));
+        let (name, ink) = (experiment.called(model).0, Ink::Series(number));
         panel.push(Bars { name, bars, width: 0.9 * width, ink, written: None });
     }
     if !published.is_empty() {

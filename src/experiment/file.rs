@@ -158,6 +158,17 @@ impl Model {
         let learned = self.terms.iter().any(|term| matches!(term, Term::Learned(_)));
         learned || matches!(self.preset, Some(Preset::Learned(_)))
     }
+
+    /// What it is called in legends and tables: what it starts from as everywhere else, and what its name says beyond that, such as
+    /// `structured DeLaN, named` of `structured-delan-named`.
+    pub fn title(&self) -> String {
+        let of_preset = |preset: Preset| Some((preset.title(), self.name.strip_prefix(preset.id())?));
+        match self.preset.and_then(of_preset) {
+            Some((title, "")) => title.to_owned(),
+            Some((title, more)) if more.starts_with('-') => format!("{title}, {}", more[1..].replace('-', " ")),
+            _ => self.name.clone(),
+        }
+    }
 }
 
 /// Effects of a model.
@@ -289,6 +300,12 @@ impl Experiment {
         let spec = catalogue::mapping(name.get_ref()).map_err(|problem| place + &problem.to_string())?;
         self.data.read.mapping = Some(spec);
         Ok(())
+    }
+
+    /// What the model of this name is called in legends and tables, and its place among all.
+    pub fn called(&self, model: &str) -> (String, usize) {
+        let place = self.models.iter().position(|own| own.name == model);
+        place.map_or_else(|| (model.to_owned(), 0), |place| (self.models[place].title(), place))
     }
 
     /// Its small version.

@@ -60,7 +60,8 @@ impl Ink {
         match self {
             Ink::Measured | Ink::Residual | Ink::Marked | Ink::Cursor => MEASURED_DASH,
             Ink::Predicted => PREDICTED_DASH,
-            Ink::Series(n) => DASHES[n % DASHES.len()],
+            // There are as many colours as dashes: another round pairs them otherwise, so that 49 look different.
+            Ink::Series(n) => DASHES[(n + n / DASHES.len()) % DASHES.len()],
             Ink::Model(n) => MODEL_DASHES[n % MODEL_DASHES.len()],
             Ink::Text | Ink::Weak => &[2.0, 2.0],
         }
@@ -167,14 +168,15 @@ const GREY: Colours = Colours {
     held_out: [0xee, 0xee, 0xee],
     marked: [0x20, 0x20, 0x20],
     cursor: [0x20, 0x20, 0x20],
+    // Those that share a dash are next to each other here, and far from each other to see.
     series: [
         [0x10, 0x10, 0x10],
-        [0x58, 0x58, 0x58],
+        [0x4c, 0x4c, 0x4c],
         [0x88, 0x88, 0x88],
-        [0x30, 0x30, 0x30],
-        [0x48, 0x48, 0x48],
-        [0x70, 0x70, 0x70],
-        [0x80, 0x80, 0x80],
+        [0x38, 0x38, 0x38],
+        [0x74, 0x74, 0x74],
+        [0x24, 0x24, 0x24],
+        [0x60, 0x60, 0x60],
     ],
     ..PRINT
 };
@@ -268,5 +270,17 @@ mod tests {
             assert!(!all.iter().any(|other| is_like(&dash, other)), "{dash:?}");
         }
         assert_eq!(count, 16);
+    }
+
+    /// Also without colours: where a dash comes again, the grey is another.
+    #[test]
+    fn forty_series_look_different_on_paper() {
+        let look = |n: usize| (Ink::Series(n).dash(), i32::from(GREY.of(Ink::Series(n))[0]));
+        for n in 0..40 {
+            for other in 0..n {
+                let ((dash, grey), (dash_of_other, grey_of_other)) = (look(n), look(other));
+                assert!(dash != dash_of_other || (grey - grey_of_other).abs() >= 0x14, "{other} and {n}");
+            }
+        }
     }
 }

@@ -7,6 +7,7 @@ mod busy;
 mod care;
 mod charts;
 mod importing;
+mod legends;
 mod lessons;
 mod looks;
 mod lost;

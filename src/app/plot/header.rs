@@ -136,9 +136,9 @@ impl Header<'_> {
         }
     }
 
-    /// A name with its value at the cursor, or mean and RMS of what is measured.
+    /// A name with its value at the cursor, or mean and RMS of what is measured. What stands for several lines has none.
     fn text(&self, entry: &Entry, window: &Window) -> String {
-        let marks = || self.of.panel.marks.iter().filter(|mark| mark.entry().is_some_and(|own| own.name == entry.name));
+        let marks = || self.of.panel.marks.iter().filter(|mark| mark.name() == entry.name);
         if let Some([mean, rms]) =
             window.measured.and_then(|between| marks().find_map(|mark| mark.mean_and_rms(between)))
         {

@@ -369,8 +369,8 @@ fn ranges(panel: &Panel, plot: Rect, columns: usize, decimator: &mut Decimator) 
 /// Where it is, and the values of all lines there; empty if none has one.
 pub(super) fn values_at(panel: &Panel, x: f64) -> Vec<String> {
     let text = |mark: &std::sync::Arc<dyn crate::figure::mark::Mark>| {
-        let (value, entry) = (mark.value_at(x)?, mark.entry()?);
-        Some(format!("{} {}", entry.name, with_value(&panel.y, value)).trim().to_owned())
+        let value = with_value(&panel.y, mark.value_at(x)?);
+        Some(format!("{} {value}", mark.name()).trim().to_owned())
     };
     let values: Vec<String> = panel.marks.iter().filter_map(text).collect();
     let place = (!values.is_empty()).then(|| with_value(&panel.x, x));

@@ -8,10 +8,14 @@ use crate::figure::decimate::{self, Sight};
 use crate::figure::place::{Place, is_finite};
 use crate::figure::shared::Shared;
 
+/// Width of what lies wide and pale under other lines, and how much of its colour it has.
+const WIDE: f64 = 2.4;
+const PALE: f64 = 0.4;
+
 /// A line.
 #[derive(Debug, Clone)]
 pub struct Line {
-    /// In the legend.
+    /// In tables, and in the legend.
     pub name: String,
     /// Where.
     pub x: Shared<f64>,
@@ -27,6 +31,8 @@ pub struct Line {
     pub opacity: f64,
     /// How its points follow each other.
     pub course: Course,
+    /// The name in the legend that it shares with others; its own if `None`.
+    pub together: Option<&'static str>,
 }
 
 /// How the points of a line follow each other.
@@ -45,7 +51,7 @@ impl Line {
     /// A line of usual width over ascending x, at any distances.
     pub fn new(name: impl Into<String>, x: impl Into<Shared<f64>>, y: impl Into<Shared<f64>>, ink: Ink) -> Self {
         let (x, y, course) = (x.into(), y.into(), Course::Ascending);
-        Line { name: name.into(), x, y, ink, dash: ink.dash(), width: 1.0, opacity: 1.0, course }
+        Line { name: name.into(), x, y, ink, dash: ink.dash(), width: 1.0, opacity: 1.0, course, together: None }
     }
 
     /// A line through points of ascending x.
@@ -84,6 +90,26 @@ impl Line {
     #[must_use]
     pub fn dash(mut self, dash: Dash) -> Self {
         self.dash = dash;
+        self
+    }
+
+    /// The same in another ink, broken as that is.
+    #[must_use]
+    pub fn ink(mut self, ink: Ink) -> Self {
+        (self.ink, self.dash) = (ink, ink.dash());
+        self
+    }
+
+    /// The same, wide and pale: the truth, under what a model has of it.
+    #[must_use]
+    pub fn wide_and_pale(self) -> Self {
+        self.width(WIDE).opacity(PALE)
+    }
+
+    /// The same in the legend under a name for several lines, which are hidden and shown together.
+    #[must_use]
+    pub fn together(mut self, name: &'static str) -> Self {
+        self.together = Some(name);
         self
     }
 
@@ -138,7 +164,12 @@ impl Mark for Line {
     }
 
     fn entry(&self) -> Option<Entry<'_>> {
-        Some(Entry { name: &self.name, key: Key::Line(self.ink, self.dash, self.opacity, self.width) })
+        let name = self.together.unwrap_or(&self.name);
+        Some(Entry { name, key: Key::Line(self.ink, self.dash, self.opacity, self.width) })
+    }
+
+    fn name(&self) -> &str {
+        &self.name
     }
 
     fn draw(&self, place: &Place, canvas: &mut dyn Canvas) {

@@ -54,6 +54,11 @@ pub trait Mark: Debug + Send + Sync {
         None
     }
 
+    /// What it is called where it stands alone: as in the legend, unless it stands there with others.
+    fn name(&self) -> &str {
+        self.entry().map_or("", |entry| entry.name)
+    }
+
     /// Whether it lies behind the grid.
     fn is_behind(&self) -> bool {
         false

@@ -18,12 +18,10 @@ use crate::signals::Signals;
 const MOST_POINTS: usize = 2500;
 /// Width of the measured torque, which is seen under the predicted one.
 const UNDER: f64 = 1.36;
-/// Width of the truth.
+/// Width of what stands out.
 const STRONG: f64 = 1.86;
 /// How much of its colour a part has while another one is lit.
 const BEHIND: f64 = 0.3;
-/// How much of its colour the truth has.
-const PALE: f64 = 0.45;
 
 /// Width and dashes of another trajectory: of what was measured, and of what is predicted.
 const THIN: f64 = 0.9;
@@ -106,9 +104,9 @@ impl Torques<'_> {
         let mut panel = self.panel(joint, self.recording.joints[joint].kind.effort()).with(measured.width(UNDER));
         let terms = self.step.fitted.model.terms.iter().map(Term::label).enumerate();
         let terms = terms.filter(|(term, _)| self.show_terms && self.facts.acts[*term][joint]);
-        for (number, (term, label)) in terms.enumerate() {
-            // Unbroken is what was measured.
-            let dash = DASHES[1 + number % (DASHES.len() - 1)];
+        for (term, label) in terms {
+            // Unbroken is what was measured. There is one dash less than colours: 42 look different.
+            let dash = DASHES[1 + term % (DASHES.len() - 1)];
             let torque = series::term(self.step, self.run, term, joint);
             panel.push(self.line(&format!("term: {label}"), torque, Ink::Series(term)).dash(dash));
         }
@@ -143,20 +141,22 @@ impl Torques<'_> {
             return self.one_part(joint, only, parts);
         }
         let mut panel = self.panel(joint, "decomposition");
-        let is_drawn = |part: &Part| [&part.own, &part.truth].into_iter().flatten().any(|torque| acts(&torque[joint]));
-        let drawn = parts.iter().enumerate().filter(|(_, part)| is_drawn(part)).zip(DASHES.iter().cycle());
-        for ((number, part), dash) in drawn {
+        for (number, part) in parts.iter().enumerate() {
             let ink = Ink::Series(number);
             let seen = if self.lit.is_none_or(|lit| lit == part.name) { 1.0 } else { BEHIND };
             let width = if self.lit.is_some_and(|lit| lit == part.name) { STRONG } else { 1.0 };
-            if part.truth.as_ref().is_some_and(|truth| acts(&truth[joint])) {
-                let name = if part.own.is_none() { part.name.as_str() } else { "" };
+            let acts_in = |torque: &Option<Signals>| torque.as_ref().is_some_and(|torque| acts(&torque[joint]));
+            if acts_in(&part.truth) {
                 let truth = Shared::of(parts, move |parts| torque_of(&parts[number].truth, joint));
-                panel.push(self.line(name, truth, ink).width(STRONG).opacity(PALE * seen).dash(&[]));
+                let truth = self.line(&format!("truth of {}", part.name), truth, ink).wide_and_pale();
+                let pale = truth.opacity * seen;
+                // What the model lacks has its own name: nothing else tells what it is.
+                let truth = if acts_in(&part.own) { truth.together("truth") } else { truth };
+                panel.push(truth.opacity(pale));
             }
-            if part.own.as_ref().is_some_and(|own| acts(&own[joint])) {
+            if acts_in(&part.own) {
                 let own = Shared::of(parts, move |parts| torque_of(&parts[number].own, joint));
-                panel.push(self.line(&part.name, own, ink).dash(dash).opacity(seen).width(width));
+                panel.push(self.line(&part.name, own, ink).opacity(seen).width(width));
             }
         }
         panel
@@ -168,7 +168,7 @@ impl Torques<'_> {
         let place = |parts: &Vec<Part>| parts.iter().position(|part| part.name == only);
         if let Some(number) = place(parts).filter(|number| parts[*number].truth.is_some()) {
             let truth = Shared::of(parts, move |parts| torque_of(&parts[number].truth, joint));
-            panel.push(self.line("truth", truth, Ink::Measured).width(UNDER));
+            panel.push(self.line("truth", truth, Ink::Series(0)).wide_and_pale());
         }
         let mut push = |name: &str, parts: &Arc<Vec<Part>>, ink: Ink| {
             if let Some(number) = place(parts).filter(|number| parts[*number].own.is_some()) {

@@ -20,11 +20,11 @@ pub fn curve(joined: &Joined, name: &str, left_out: &HashSet<String>) -> Option<
     let x = Axis::new(&curves.first()?.axis, "").range(extent).linked(format!("experiment: {name}"));
     let mut panel = Panel::new("nMSE of the torque, logarithmic", [x, Axis::default().logarithmic()]);
     for curve in &curves {
-        let number = joined.experiment.models.iter().position(|model| model.name == curve.model).unwrap_or(0);
+        let (title, number) = joined.experiment.called(&curve.model);
         let ink = Ink::Series(number);
         let band: Vec<[f64; 3]> = curve.points.iter().map(|[x, _, least, most]| [*x, *least, *most]).collect();
         panel.push(Band { opacity: FAINT, ..Band::new("", band, ink) });
-        panel.push(Line::through(&curve.model, curve.points.iter().map(|[x, mean, ..]| [*x, *mean]), ink).width(CURVE));
+        panel.push(Line::through(title, curve.points.iter().map(|[x, mean, ..]| [*x, *mean]), ink).width(CURVE));
     }
     Some(panel)
 }

@@ -180,7 +180,7 @@ fn cells(ui: &mut Ui, joined: &Joined) {
                 }
                 ui.end_row();
                 for model in &joined.experiment.models {
-                    ui.label(&model.name).on_hover_text(&model.note);
+                    ui.label(model.title()).on_hover_text(&model.note);
                     let own = joined.cells.iter().filter(|(name, ..)| *name == model.name);
                     for (_, _, state) in own {
                         let (sign, color, text) = match state {
@@ -226,7 +226,7 @@ fn table(ui: &mut Ui, trials: &mut Trials, joined: &Joined) {
                     let row = joined.rows.iter().find(|row| row.model == model.name && row.test_set == **set);
                     WidgetText::from(row.map_or("—".to_owned(), |row| text_of(row, quantity)))
                 };
-                std::iter::once(WidgetText::from(model.name.as_str())).chain(sets.iter().map(cell)).collect()
+                std::iter::once(WidgetText::from(model.title())).chain(sets.iter().map(cell)).collect()
             })
             .collect();
         let header: Vec<&str> = std::iter::once("model").chain(sets.iter().copied()).collect();
@@ -340,7 +340,7 @@ fn models(ui: &mut Ui, trials: &mut Trials, joined: &Arc<Joined>) {
         let left_out = &mut trials.left_out;
         for model in &joined.experiment.models {
             let mut chosen = !left_out.contains(&model.name);
-            let label = ui.checkbox(&mut chosen, &model.name).on_hover_text(&model.note);
+            let label = ui.checkbox(&mut chosen, model.title()).on_hover_text(&model.note);
             if label.changed() && chosen {
                 left_out.remove(&model.name);
             } else if label.changed() {

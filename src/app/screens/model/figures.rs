@@ -22,9 +22,6 @@ const INTERVAL: &str = "95 % interval of the mean";
 const FAINT: f64 = 0.13;
 /// Width of what was measured, as another model takes it.
 const THIN: f64 = 0.6;
-/// Width of the truth, and how much of its colour it has.
-const STRONG: f64 = 2.4;
-const PALE: f64 = 0.4;
 /// With more joints than this only those entries of H are drawn that the joint which goes has.
 const MOST_JOINTS: usize = 4;
 
@@ -50,9 +47,38 @@ type Of<T> = fn(&T, usize) -> &[f64];
 /// One of the curves of a run's balance.
 type OverTime = fn(&Balance) -> &[f64];
 
+/// A component of what a chart shows: what the current model has of it, the truth, and what others have.
+struct Component {
+    own: Line,
+    truth: Option<Line>,
+    others: Vec<Line>,
+}
+
+/// All components in one chart, told apart by colour and dash. With other models over it each has a chart of its own: there colour
+/// and dash tell whose a line is, as on all screens.
+fn charts(panel: &Panel, model: &str, components: Vec<Component>) -> Vec<Panel> {
+    if components.iter().all(|component| component.others.is_empty()) {
+        let inked = |(number, component): (usize, &Component)| {
+            let of_truth = |truth: Line| truth.ink(Ink::Series(number)).wide_and_pale().together("truth");
+            (component.truth.clone().map(of_truth), component.own.clone().ink(Ink::Series(number)))
+        };
+        let (truths, own): (Vec<_>, Vec<_>) = components.iter().enumerate().map(inked).unzip();
+        return vec![panel.clone().with_all(truths.into_iter().flatten()).with_all(own)];
+    }
+    let is_one = components.len() == 1;
+    let chart = |Component { own, truth, others }: Component| {
+        let title = if is_one { panel.title.clone() } else { format!("{}: {}", panel.title, own.name) };
+        let of_truth = |truth: Line| truth.ink(Ink::Series(0)).wide_and_pale().together("truth");
+        let own = Line { name: model.to_owned(), ..own.ink(Ink::Predicted) };
+        Panel { title, ..panel.clone() }.with_all(truth.map(of_truth)).with_all(others).with(own)
+    };
+    components.into_iter().map(chart).collect()
+}
+
 /// Mass matrix, its eigenvalues, V, g and c over the position of one joint, each beside the truth and what other models have.
 pub fn over_slice(
     recording: &Arc<Recording>,
+    step: &Step,
     joint: usize,
     slice: &Arc<OverSlice>,
     others: &[Other<OverSlice>],
@@ -60,34 +86,24 @@ pub fn over_slice(
     let n = recording.joint_count();
     let (info, mass) = (&recording.joints[joint], unit_of_mass(recording));
     let [position, _, _, torque] = info.kind.units();
-    let panel = |title: &str, unit: &str| {
+    let draw = |title: &str, unit: &str, components: Vec<(String, usize)>, of: Of<Inside>| {
         let x = Axis::new(format!("position of {}", info.name), position).linked(Along::Slice);
-        Panel::new(title, [x, Axis::new("", unit)])
-    };
-    let draw = |mut panel: Panel, lines: Vec<(String, usize)>, of: Of<Inside>| {
-        let places = |which: fn(&OverSlice) -> Option<&Inside>| {
-            Shared::of(slice, move |slice| which(slice).map_or(&[][..], |inside| &inside.places))
+        let component = |(name, index): (String, usize)| {
+            let own = |name: &str, slice: &Arc<OverSlice>, ink: Ink| {
+                let places = Shared::of(slice, |slice| &slice.own.places[..]);
+                Line::new(name, places, Shared::of(slice, move |slice| of(&slice.own, index)), ink)
+            };
+            let truth = slice.truth.is_some().then(|| {
+                let of_truth = move |of: Of<Inside>| {
+                    Shared::of(slice, move |slice| slice.truth.as_ref().map_or(&[][..], |truth| of(truth, index)))
+                };
+                Line::new(format!("truth of {name}"), of_truth(|truth, _| &truth.places), of_truth(of), Ink::Text)
+            });
+            let others = others.iter().map(|Other { name, ink, of }| own(name, of, *ink)).collect();
+            Component { own: own(&name, slice, Ink::Predicted), truth, others }
         };
-        for (number, (_, index)) in lines.iter().enumerate().filter(|_| slice.truth.is_some()) {
-            let index = *index;
-            let truth = Shared::of(slice, move |slice| slice.truth.as_ref().map_or(&[][..], |truth| of(truth, index)));
-            let name = if number == 0 { "truth" } else { "" };
-            let line = Line::new(name, places(|slice| slice.truth.as_ref()), truth, Ink::Series(number));
-            panel.push(line.width(STRONG).opacity(PALE).dash(&[]));
-        }
-        for Other { name, ink, of: other } in others {
-            for (number, (_, index)) in lines.iter().enumerate() {
-                let index = *index;
-                let name = if number == 0 { name.as_str() } else { "" };
-                let values = Shared::of(other, move |slice| of(&slice.own, index));
-                panel.push(Line::new(name, Shared::of(other, |slice| &slice.own.places[..]), values, *ink));
-            }
-        }
-        for (number, (name, index)) in lines.into_iter().enumerate() {
-            let own = Shared::of(slice, move |slice| of(&slice.own, index));
-            panel.push(Line::new(name, places(|slice| Some(&slice.own)), own, Ink::Series(number)));
-        }
-        panel
+        let components = components.into_iter().map(component).collect();
+        charts(&Panel::new(title, [x, Axis::new("", unit)]), &step.name, components)
     };
     let named = |letter: &str| (0..n).map(|joint| (format!("{letter}{}", joint + 1), joint)).collect::<Vec<_>>();
     let entry = |row: usize, column: usize| (format!("H{}{}", row + 1, column + 1), row * n + column);
@@ -96,18 +112,15 @@ pub fn over_slice(
         .filter(|(row, column)| n <= MOST_JOINTS || [row, column].contains(&&joint))
         .map(|(row, column)| entry(row, column))
         .collect();
-    let mut panels = vec![draw(
-        panel("H(q), diagonal", mass),
-        (0..n).map(|joint| entry(joint, joint)).collect(),
-        |inside, entry| &inside.mass[entry],
-    )];
+    let diagonal = (0..n).map(|joint| entry(joint, joint)).collect();
+    let mut panels = draw("H(q), diagonal", mass, diagonal, |inside, entry| &inside.mass[entry]);
     if !beside.is_empty() {
-        panels.push(draw(panel("H(q), beside the diagonal", mass), beside, |inside, entry| &inside.mass[entry]));
+        panels.extend(draw("H(q), beside the diagonal", mass, beside, |inside, entry| &inside.mass[entry]));
     }
-    panels.push(draw(panel("eigenvalues of H(q)", mass), named("λ"), |inside, index| &inside.eigenvalues[index]));
-    panels.push(draw(panel("V(q)", "J"), vec![("V".to_owned(), 0)], |inside, _| &inside.potential));
-    panels.push(draw(panel("g(q)", torque), named("g"), |inside, joint| &inside.gravity[joint]));
-    panels.push(draw(panel("c(q, q̇)", torque), named("c"), |inside, joint| &inside.coriolis[joint]));
+    panels.extend(draw("eigenvalues of H(q)", mass, named("λ"), |inside, index| &inside.eigenvalues[index]));
+    panels.extend(draw("V(q)", "J", vec![("V".to_owned(), 0)], |inside, _| &inside.potential));
+    panels.extend(draw("g(q)", torque, named("g"), |inside, joint| &inside.gravity[joint]));
+    panels.extend(draw("c(q, q̇)", torque, named("c"), |inside, joint| &inside.coriolis[joint]));
     panels
 }
 
@@ -137,7 +150,7 @@ pub fn friction(
         if own.truth.is_some() {
             let of_truth: fn(&OverVelocity, usize) -> &[f64] =
                 |of, joint| of.truth.as_ref().map_or(&[][..], |truth| &truth[joint]);
-            panel.push(curve("truth", own, of_truth, Ink::Series(0)).width(STRONG).opacity(PALE).dash(&[]));
+            panel.push(curve("truth", own, of_truth, Ink::Series(0)).wide_and_pale());
         }
         panel.push(curve("measured", own, |of, joint| &of.curves[joint].measured, Ink::Measured));
         for Other { name, ink, of } in others {
@@ -151,28 +164,25 @@ pub fn friction(
     recording.joints.iter().enumerate().map(panel).collect()
 }
 
-/// Positions of an arm that was let go, each beside the truth.
-pub fn falling(recording: &Arc<Recording>, falls: &Falls) -> Panel {
+/// Positions of an arm that was let go, each beside the truth and where other models have it fall.
+pub fn falling(recording: &Arc<Recording>, step: &Step, falls: &Falls, others: &[Other<Falls>]) -> Vec<Panel> {
     let [unit, ..] = recording.units();
-    let mut panel = Panel::new("let go", [Axis::new("time since then", "s"), Axis::new("position", &unit)]);
-    let line = |fall: &Fall, joint: usize, name: &str| {
-        Line::new(name, Shared::from(fall.time.clone()), Shared::from(fall.q[joint].to_vec()), Ink::Series(joint))
+    let line = |fall: &Fall, joint: usize, name: &str, ink: Ink| {
+        Line::new(name, Shared::from(fall.time.clone()), Shared::from(fall.q[joint].to_vec()), ink)
     };
-    for joint in 0..recording.joint_count() {
-        if let Some(truth) = &falls.truth {
-            let name = if joint == 0 { "truth" } else { "" };
-            panel.push(line(truth, joint, name).width(STRONG).opacity(PALE).dash(&[]));
-        }
-    }
-    for (joint, info) in recording.joints.iter().enumerate() {
-        panel.push(line(&falls.own, joint, &info.name));
-    }
-    panel
+    let component = |(joint, info): (usize, &Joint)| Component {
+        own: line(&falls.own, joint, &info.name, Ink::Predicted),
+        truth: falls.truth.as_ref().map(|truth| line(truth, joint, &format!("truth of {}", info.name), Ink::Text)),
+        others: others.iter().map(|other| line(&other.of.own, joint, &other.name, other.ink)).collect(),
+    };
+    let panel = Panel::new("let go", [Axis::new("time since then", "s"), Axis::new("position", &unit)]);
+    charts(&panel, &step.name, recording.joints.iter().enumerate().map(component).collect())
 }
 
 /// Energy over time, and where the power goes, each beside the truth and what other models have.
 pub fn along_run(
     recording: &Arc<Recording>,
+    step: &Step,
     run: usize,
     balance: &Arc<AlongRun>,
     others: &[Other<AlongRun>],
@@ -183,39 +193,41 @@ pub fn along_run(
         Panel::new(title, [x, Axis::new("", unit)])
     };
     let line = |name: &str, values: Shared<f64>, ink: Ink| Line::new(name, time.clone(), values, ink).sampled();
-    let truth = |panel: &mut Panel, name: &str, of: OverTime, ink: Ink| {
-        if balance.truth.is_some() {
-            let values = Shared::of(balance, move |run| run.truth.as_ref().map_or(&[][..], of));
-            panel.push(line(name, values, ink).width(STRONG).opacity(PALE).dash(&[]));
-        }
+    let truth = |name: &str, of: OverTime| {
+        let values = || Shared::of(balance, move |run| run.truth.as_ref().map_or(&[][..], of));
+        balance.truth.is_some().then(|| line(&format!("truth of {name}"), values(), Ink::Text))
     };
-    let mut energy = panel("energy", "J");
     let kinds: [(&str, OverTime); 2] =
         [("kinetic T", |balance| &balance.kinetic), ("potential V", |balance| &balance.potential)];
-    for (number, (_, of)) in kinds.into_iter().enumerate() {
-        truth(&mut energy, if number == 0 { "truth" } else { "" }, of, Ink::Series(number));
+    let mut energies: Vec<Component> = Vec::new();
+    for (name, of) in kinds {
+        let own = |name: &str, run: &Arc<AlongRun>, ink: Ink| line(name, Shared::of(run, move |run| of(&run.own)), ink);
+        let others = others.iter().map(|other| own(&other.name, &other.of, other.ink)).collect();
+        energies.push(Component { own: own(name, balance, Ink::Predicted), truth: truth(name, of), others });
     }
-    for Other { name, ink, of: other } in others {
-        for (number, (_, of)) in kinds.into_iter().enumerate() {
-            let name = if number == 0 { name.as_str() } else { "" };
-            energy.push(line(name, Shared::of(other, move |run| of(&run.own)), *ink));
-        }
-    }
-    for (number, (name, of)) in kinds.into_iter().enumerate() {
-        energy.push(line(name, Shared::of(balance, move |run| of(&run.own)), Ink::Series(number)));
-    }
-    let lost: Vec<f64> = balance.own.lost(&balance.power[0], &recording.trajectories[run].time);
-    energy.push(line("lost so far: ∫ τ q̇ dt − T − V", lost.into(), Ink::Measured));
+    let lost = |name: &str, energy: &Balance, ink: Ink| {
+        line(name, energy.lost(&balance.power[0], &recording.trajectories[run].time).into(), ink)
+    };
+    let name = "lost so far: ∫ τ q̇ dt − T − V";
+    energies.push(Component {
+        own: lost(name, &balance.own, Ink::Predicted),
+        truth: balance.truth.as_ref().map(|truth| lost(&format!("truth of {name}"), truth, Ink::Text)),
+        others: others.iter().map(|other| lost(&other.name, &other.of.own, other.ink)).collect(),
+    });
     let mut power = panel("power", "W");
-    truth(&mut power, "truth of d(T + V)/dt", |balance| &balance.change, Ink::Series(0));
+    let change = "d(T + V)/dt";
+    power =
+        power.with_all(truth(change, |balance| &balance.change).map(|line| line.ink(Ink::Series(1)).wide_and_pale()));
     for Other { name, ink, of } in others {
-        power.push(line(&format!("d(T + V)/dt of {name}"), Shared::of(of, |run| &run.own.change[..]), *ink));
+        power.push(line(&format!("{change} of {name}"), Shared::of(of, |run| &run.own.change[..]), *ink));
     }
     power.push(line("measured τ q̇", Shared::of(balance, |run| &run.power[0]), Ink::Measured));
     power.push(line("predicted τ̂ q̇", Shared::of(balance, |run| &run.power[1]), Ink::Predicted));
-    power.push(line("into energy: d(T + V)/dt", Shared::of(balance, |run| &run.own.change), Ink::Series(0)));
+    power.push(line(&format!("into energy: {change}"), Shared::of(balance, |run| &run.own.change), Ink::Series(1)));
     let lost =
         balance.power[1].iter().zip(&balance.own.change).map(|(power, change)| power - change).collect::<Vec<f64>>();
     power.push(line("into friction and the rest", lost.into(), Ink::Series(2)));
-    vec![energy, power]
+    let mut panels = charts(&panel("energy", "J"), &step.name, energies);
+    panels.push(power);
+    panels
 }

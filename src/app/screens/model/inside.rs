@@ -28,6 +28,9 @@ const CHART: f32 = 200.0;
 /// Least width of a chart \[points\]; where there is room for two they stand side by side.
 const LEAST_CHART: f32 = 420.0;
 
+/// Least width of a chart of one component of several models \[points\].
+const LEAST_COMPARED: f32 = 300.0;
+
 /// Least width of the chart of a joint's friction \[points\]: all joints stand side by side where there is room.
 const LEAST_FRICTION: f32 = 230.0;
 
@@ -109,6 +112,7 @@ pub type Falls = BesideTruth<Fall>;
 
 impl Question for Falling {
     type Answer = Falls;
+    const KEPT: usize = 9;
 
     fn answer(&self, session: &Session) -> Result<Falls, String> {
         let of_model = |fitted: &Fitted| Fall::of_model(fitted, &self.posture);
@@ -223,7 +227,7 @@ impl Wish {
             let of = |model| self.question(&recording, model, joint);
             let others = others(desk, of, &|desk, question| desk.memo.later(&ctx, desk.session, question));
             match desk.memo.later(&ctx, desk.session, of(model)) {
-                Some(Ok(slice)) => charts(ui, desk, figures::over_slice(&recording, joint, &slice, &others)),
+                Some(Ok(slice)) => charts(ui, desk, figures::over_slice(&recording, &step, joint, &slice, &others)),
                 other => waiting(ui, other.and_then(Result::err)),
             }
         });
@@ -245,8 +249,10 @@ impl Wish {
             ui.checkbox(&mut self.falls, "Let the arm go at rest in this posture, without motors and friction");
             if self.falls {
                 let posture = self.question(&recording, model, desk.focus.joint_of(&recording)).posture;
-                match desk.memo.later(&ctx, desk.session, Falling { model, posture }) {
-                    Some(Ok(fall)) => charts(ui, desk, vec![figures::falling(&recording, &fall)]),
+                let of = |model| Falling { model, posture: posture.clone() };
+                let others = others(desk, of, &|desk, question| desk.memo.later(&ctx, desk.session, question));
+                match desk.memo.later(&ctx, desk.session, of(model)) {
+                    Some(Ok(fall)) => charts(ui, desk, figures::falling(&recording, &step, &fall, &others)),
                     other => waiting(ui, other.and_then(Result::err)),
                 }
             }
@@ -260,7 +266,7 @@ impl Wish {
             let of = |model| Balanced { model, trajectory };
             let others = others(desk, of, &|desk, question| desk.memo.later(&ctx, desk.session, question));
             match desk.memo.later(&ctx, desk.session, of(model)) {
-                Some(Ok(run)) => charts(ui, desk, figures::along_run(&recording, trajectory, &run, &others)),
+                Some(Ok(run)) => charts(ui, desk, figures::along_run(&recording, &step, trajectory, &run, &others)),
                 other => waiting(ui, other.and_then(Result::err)),
             }
             formula::show(ui, desk);
@@ -305,7 +311,7 @@ impl Wish {
         let of = |model| self.question(&recording, model, joint);
         let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
         if let Ok(slice) = desk.memo.now(desk.session, of(model)) {
-            panels.extend(figures::over_slice(&recording, joint, &slice, &over));
+            panels.extend(figures::over_slice(&recording, &step, joint, &slice, &over));
         }
         let of = |model| Friction { model };
         let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
@@ -314,13 +320,16 @@ impl Wish {
         }
         if self.falls {
             let posture = self.question(&recording, model, joint).posture;
-            let fall = desk.memo.now(desk.session, Falling { model, posture });
-            panels.extend(fall.iter().map(|fall| figures::falling(&recording, fall)));
+            let of = |model| Falling { model, posture: posture.clone() };
+            let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
+            if let Ok(fall) = desk.memo.now(desk.session, of(model)) {
+                panels.extend(figures::falling(&recording, &step, &fall, &over));
+            }
         }
         let of = |model| Balanced { model, trajectory };
         let over = others(desk, of, &|desk, question| Some(desk.memo.now(desk.session, question)));
         if let Ok(run) = desk.memo.now(desk.session, of(model)) {
-            panels.extend(figures::along_run(&recording, trajectory, &run, &over));
+            panels.extend(figures::along_run(&recording, &step, trajectory, &run, &over));
         }
         panels.extend(formula::figure(desk));
         panels
@@ -333,9 +342,10 @@ fn number(ui: &mut Ui, value: &mut f64, spoken: &str, unit: &str) {
     drag.on_hover_text(spoken);
 }
 
-/// Charts in as many columns as there is room for, two at most.
+/// Charts in as many columns as there is room for: two at most, unless models are compared, whose charts are many and simple.
 fn charts(ui: &mut Ui, desk: &mut Desk, panels: Vec<Panel>) {
-    let least = LEAST_CHART.max(0.4 * ui.available_width());
+    let is_compared = !desk.overlaid().is_empty();
+    let least = if is_compared { LEAST_COMPARED } else { LEAST_CHART.max(0.4 * ui.available_width()) };
     in_columns(ui, desk, panels, least);
 }
 

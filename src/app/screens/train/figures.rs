@@ -36,21 +36,24 @@ pub fn errors(epochs: &[Epoch], share: f64, others: &[(Arc<Step>, Ink)]) -> [Pan
         panel.push(Points::new("", vec![[epoch, error]], Ink::Text).radius(MARKED));
     }
     // Trainings of before, and those without held-out data, have no validation part.
-    let raw =
-        |y: &[f64], ink: Ink| (share > 0.0).then(|| Line::new("", x.clone(), y.to_vec(), ink).dash(&[]).opacity(RAW));
+    let raw = |name: &'static str, y: &[f64], ink: Ink| {
+        let line = || Line::new(format!("{name}, as it is"), x.clone(), y.to_vec(), ink).opacity(RAW);
+        (share > 0.0 && y.iter().any(|value| value.is_finite())).then(|| line().together(name))
+    };
     let curve = |name: &str, y: &[f64], ink: Ink| {
         let is_there = y.iter().any(|value| value.is_finite());
         is_there.then(|| Line::new(name, x.clone(), smoothed(y, share), ink).width(CURVE))
     };
+    let [on_validation, on_held_out, on_train] = ["validation nMSE", "held-out nMSE", "loss on train"];
     let inks = [Ink::Series(1), Ink::Predicted];
-    panel = panel.with_all(raw(&validation, inks[0])).with_all(raw(&held_out, inks[1]));
+    panel = panel.with_all(raw(on_validation, &validation, inks[0])).with_all(raw(on_held_out, &held_out, inks[1]));
     for (step, ink) in others {
         panel = panel.with_all(of_other(step, *ink));
     }
-    panel = panel.with_all(curve("validation nMSE", &validation, inks[0]));
-    panel = panel.with_all(curve("held-out nMSE", &held_out, inks[1]));
+    panel = panel.with_all(curve(on_validation, &validation, inks[0]));
+    panel = panel.with_all(curve(on_held_out, &held_out, inks[1]));
     let loss_ink = Ink::Series(0);
-    [panel, loss_panel.with_all(raw(&loss, loss_ink)).with_all(curve("loss on train", &loss, loss_ink))]
+    [panel, loss_panel.with_all(raw(on_train, &loss, loss_ink)).with_all(curve(on_train, &loss, loss_ink))]
 }
 
 /// Empty panels of the errors and of the loss over so many epochs.
