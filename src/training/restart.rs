@@ -85,3 +85,49 @@ pub(super) fn next_start(
     let is_stuck = possible.is_some_and(|possible| left > FAR * possible);
     Ok(is_stuck.then_some(run.plan.options.seed + NEXT_SEED))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::learned::LearnedPreset;
+    use crate::progress::Event;
+    use crate::session::{Command, Session};
+    use crate::simulation::{Excitation, Scenario};
+    use crate::training::fit::Plan;
+
+    /// A network that learns nothing, since its steps are next to none, trained for so long.
+    fn stuck(epochs: u64) -> (Vec<OtherStart>, u64, Vec<String>) {
+        let motion = Excitation::PaperPointToPoint { trajectories: 6, duration: 2.0, samples: 50, range: 2.0 };
+        let arm = crate::arm::Arm::uniform(2);
+        let scenario = Scenario { arm, motion, effects: Vec::new(), ..Scenario::embedded() };
+        let simulated = Command::Simulate(Box::new(scenario)).run(&Session::default(), &Monitor::new()).unwrap();
+        let mut plan = Plan::default();
+        (plan.options.epochs, plan.options.batch, plan.options.rate) = (epochs, 64, 1e-12);
+        let monitor = Monitor::new();
+        let train = Command::TrainPreset { preset: LearnedPreset::FfNn, plan: Box::new(plan) };
+        let trained = train.run(&simulated, &monitor).unwrap();
+        let run = trained.current().unwrap().run.clone().unwrap();
+        let warnings = monitor.take_events().into_iter().filter_map(|event| match event {
+            Event::Warning(warning) => Some(warning),
+            _ => None,
+        });
+        (run.other_starts.clone(), run.plan.options.seed, warnings.collect())
+    }
+
+    /// A second start is tried and told of; since it is as bad, there is no third. The better of the two is kept, with what the
+    /// other one left.
+    #[test]
+    fn a_training_that_got_stuck_begins_anew_and_says_so() {
+        let (others, kept, warnings) = stuck(LEAST_EPOCHS);
+        assert_eq!(others.len(), 1);
+        let mut seeds = [kept, others[0].seed];
+        seeds.sort_unstable();
+        assert_eq!(seeds, [0, NEXT_SEED]);
+        assert!(others[0].unexplained > LEARNED);
+        assert_eq!(warnings.len(), 1);
+        assert!(warnings[0].contains("got stuck") && warnings[0].contains("seed 1000 instead of 0"), "{warnings:?}");
+        // Too short to be judged.
+        let (others, kept, warnings) = stuck(LEAST_EPOCHS - 1);
+        assert!(others.is_empty() && kept == 0 && warnings.is_empty());
+    }
+}

@@ -819,3 +819,20 @@ fn masses_go_into_a_robot_file(at: &Path) {
         assert!(links < free + 0.01, "{told}");
     }
 }
+
+/// A desktop that knows both files opens sessions with the program: one names the type that the other one defines.
+#[test]
+fn the_desktop_knows_sessions_by_their_ending() {
+    let read =
+        |name: &str| std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("assets").join(name)).unwrap();
+    let (desktop, types) = (read("torquescope.desktop"), read("torquescope.xml"));
+    let types = roxmltree::Document::parse(&types).unwrap();
+    let of = |tag: &str, attribute: &str| {
+        let node = types.descendants().find(|node| node.tag_name().name() == tag).unwrap();
+        node.attribute(attribute).unwrap().to_owned()
+    };
+    assert_eq!(of("glob", "pattern"), format!("*.{}", torquescope::session::file::ENDING));
+    assert!(desktop.lines().any(|line| line == format!("MimeType={};", of("mime-type", "type"))), "{desktop}");
+    assert!(desktop.lines().any(|line| line == "Exec=torquescope %F"), "it is given the files");
+    assert!(desktop.lines().any(|line| line == format!("Icon={}", of("icon", "name"))));
+}

@@ -158,7 +158,17 @@ fn details(ui: &mut Ui, step: &Step) {
     match &step.run {
         Some(run) => {
             ui.label(run.plan.options.seed.to_string()).on_hover_text(tables::plan_text(&run.plan));
-            ui.label(step.history.last().map_or("—".to_owned(), |last| duration_text(last.elapsed_s)));
+            let time = step.history.last().map_or("—".to_owned(), |last| duration_text(last.elapsed_s));
+            match run.other_starts.as_slice() {
+                [] => ui.label(time),
+                others => {
+                    let left = others.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+                    let text = format!(
+                        "It got stuck and began anew from another start. Left of the variance by others: {left}"
+                    );
+                    ui.label(format!("{time}, best of {} starts", others.len() + 1)).on_hover_text(text)
+                }
+            };
         }
         None => {
             ui.label("—");
