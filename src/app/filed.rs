@@ -5,22 +5,23 @@ use std::path::{Path, PathBuf};
 
 use super::keeper::clock;
 use crate::file::{self, Mark, absolute};
-use crate::session::{Generation, Session};
+use crate::session::{Generation, Session, View};
 
 /// Which file the document is in, and what the files that the window read or wrote were then.
 #[derive(Default)]
 pub struct Filed {
     file: Option<PathBuf>,
-    /// The session that is in it.
-    saved: Option<Generation>,
+    /// The session that is in it, and what was set up to be looked at then.
+    saved: Option<(Generation, View)>,
     /// The session that was only opened or simulated so far: nobody loses work with it.
     fresh: Option<Generation>,
     known: BTreeMap<PathBuf, Mark>,
 }
 
 impl Filed {
-    /// The document was read from a file, or written into one; what is in it is this session, or none that is known.
-    pub fn is_in(&mut self, path: &Path, mark: Option<Mark>, saved: Option<Generation>) {
+    /// The document was read from a file, or written into one; what is in it is this session, looked at
+    /// like this, or none that is known.
+    pub fn is_in(&mut self, path: &Path, mark: Option<Mark>, saved: Option<(Generation, View)>) {
         self.file = Some(path.to_owned());
         // Without a mark there is no such file any more.
         self.saved = saved.filter(|_| mark.is_some());
@@ -42,14 +43,17 @@ impl Filed {
         self.file.as_deref()
     }
 
-    /// Whether the session is in its file as it is.
-    pub fn is_saved(&self, session: &Session) -> bool {
-        self.saved == Some(session.generation)
+    /// Whether the session is in its file as it is, with what is set up to be looked at.
+    pub fn is_saved(&self, session: &Session, set_up: &dyn Fn() -> View) -> bool {
+        let is_same =
+            |(generation, view): &(Generation, View)| *generation == session.generation && view.is_set_up_as(&set_up());
+        self.saved.as_ref().is_some_and(is_same)
     }
 
     /// Whether somebody worked on the session, and would lose that.
-    pub fn is_unsaved(&self, session: &Session) -> bool {
-        session.recording.is_some() && !self.is_saved(session) && self.fresh != Some(session.generation)
+    pub fn is_unsaved(&self, session: &Session, set_up: &dyn Fn() -> View) -> bool {
+        let is_fresh = self.fresh == Some(session.generation);
+        session.recording.is_some() && !is_fresh && !self.is_saved(session, set_up)
     }
 
     /// Whether the window knows what a file is now: it may write it without a question.
@@ -78,8 +82,8 @@ impl Filed {
     }
 
     /// What stands in the title bar: a point before the name means that it is not saved.
-    pub fn title(&self, session: &Session) -> String {
-        let mark = if self.is_unsaved(session) { "• " } else { "" };
+    pub fn title(&self, session: &Session, is_unsaved: bool) -> String {
+        let mark = if is_unsaved { "• " } else { "" };
         match self.name(session) {
             name if name.is_empty() => "Torquescope".to_owned(),
             name => format!("{mark}{name} — Torquescope"),
@@ -103,8 +107,8 @@ mod tests {
         assert_eq!(filed.would_overwrite(&path), None, "there is none");
         file::write(&path, b"theirs").unwrap();
         assert!(filed.would_overwrite(&path).is_some_and(|text| text.contains("already")));
-        filed.is_in(&path, file::mark(&path), Some(session.generation));
-        assert!(filed.would_overwrite(&path).is_none() && filed.is_saved(&session));
+        filed.is_in(&path, file::mark(&path), Some((session.generation, View::default())));
+        assert!(filed.would_overwrite(&path).is_none() && filed.is_saved(&session, &View::default));
         file::write(&path, b"theirs again").unwrap();
         assert!(filed.would_overwrite(&path).is_some_and(|text| text.contains("was changed")));
     }

@@ -33,7 +33,7 @@ impl TorquescopeApp {
     /// Somebody closes the window: unless all is saved and at rest, that is asked about first.
     pub(super) fn hear_closing(&mut self, ctx: &Context) {
         let asked = ctx.input(|input| input.viewport().close_requested());
-        let is_unsaved = self.filed.is_unsaved(self.history.current());
+        let is_unsaved = self.is_unsaved();
         if !asked || matches!(self.leaving, Some(Leaving::Decided)) || (self.at_work().is_none() && !is_unsaved) {
             return;
         }
@@ -107,8 +107,8 @@ impl TorquescopeApp {
             ctx.request_repaint_after(std::time::Duration::from_millis(50));
         }
         match self.keeper.poll() {
-            Some(Kept::Saved { path, mark, generation }) => {
-                self.filed.is_in(&path, mark, Some(generation));
+            Some(Kept::Saved { path, mark, saved }) => {
+                self.filed.is_in(&path, mark, Some(saved));
                 self.remember(&path);
                 self.messages.toast(Tone::Info, format!("Saved: {}.", path.display()), ctx);
                 if matches!(self.leaving, Some(Leaving::Saving)) {
@@ -140,13 +140,13 @@ impl TorquescopeApp {
     /// What is told of the copy.
     pub(super) fn note(&self, closed: bool) -> Note {
         let session = self.history.current();
-        Note { name: self.filed.name(session), has_work: self.filed.is_unsaved(session), closed, owner: None }
+        Note { name: self.filed.name(session), has_work: self.is_unsaved(), closed, owner: None }
     }
 
     /// The window is closed: what no file has is left for the next one.
     pub(super) fn close(&mut self) {
         let session = self.history.current();
-        let keeps = session.recording.is_some() && !self.filed.is_saved(session);
+        let keeps = session.recording.is_some() && !self.filed.is_saved(session, &|| self.set_up());
         let kept = keeps.then(|| (self.document(), self.note(true)));
         self.keeper.close(kept);
     }

@@ -39,6 +39,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use egui::ViewportCommand;
+use serde_json::json;
 
 pub use desk::{About, Order, Parting, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
@@ -324,7 +325,8 @@ impl TorquescopeApp {
             self.carry_out(order, ctx);
         }
         self.hear_closing(ctx);
-        let title = self.filed.title(self.history.current());
+        self.keep_what_is_set_up(ctx);
+        let title = self.filed.title(self.history.current(), self.is_unsaved());
         if self.title != title {
             ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;
@@ -391,6 +393,7 @@ impl TorquescopeApp {
             epochs: &running.epochs,
             found: &running.found,
         });
+        let is_unsaved = self.is_unsaved();
         let session = self.history.current().clone();
         self.memo.keep_to(&session);
         let desk = Desk {
@@ -416,7 +419,7 @@ impl TorquescopeApp {
             copies_hidden: self.copies_hidden,
             filed: &self.filed,
             has_models_open: self.overlays.models.is_some(),
-            is_unsaved: self.filed.is_unsaved(&session),
+            is_unsaved,
             aside,
             at_work,
             is_covered: self.overlays.cover(),
@@ -542,6 +545,14 @@ impl TorquescopeApp {
         self.keeper.copy(self.document(), self.note(false));
     }
 
+    /// What somebody has set up is in the copy, too, as soon as the pointer lets go of it.
+    fn keep_what_is_set_up(&mut self, ctx: &egui::Context) {
+        let is_settled = !ctx.input(|input| input.pointer.any_down());
+        if is_settled && self.keeper.lacks(self.history.current(), &|| self.set_up()) {
+            self.keep_copy();
+        }
+    }
+
     fn save(&mut self, path: PathBuf) {
         if self.history.current().recording.is_none() {
             let text = "There is no recording yet, so there is nothing to save.";
@@ -563,27 +574,42 @@ impl TorquescopeApp {
 
     /// Where one looks.
     fn view(&self) -> View {
-        let models = || self.history.current().all_models();
-        let shown = |shown| models().find(|model| model.generation == shown).cloned();
-        let overlaid = self.focus.overlaid.shown().filter_map(shown).collect();
         View {
             screen: self.screens.shown().id.to_owned(),
             trajectory: self.focus.trajectory,
             joint: self.focus.joint,
-            overlaid,
             layouts: serde_json::to_value(self.panels.layouts()).unwrap_or_default(),
+            sight: json!({ "focus": self.focus.in_sight(), "screens": self.screens.setup() }),
+            ..self.set_up()
         }
     }
 
+    /// What somebody has set up to be looked at.
+    fn set_up(&self) -> View {
+        let models = || self.history.current().all_models();
+        let shown = |shown| models().find(|model| model.generation == shown).cloned();
+        let overlaid = self.focus.overlaid.shown().filter_map(shown).collect();
+        View { overlaid, setup: self.focus.setup(), ..View::default() }
+    }
+
+    /// Whether somebody worked on the document, and would lose that.
+    fn is_unsaved(&self) -> bool {
+        self.filed.is_unsaved(self.history.current(), &|| self.set_up())
+    }
+
     /// Looks where somebody looked.
-    fn look(&mut self, view: View) {
+    fn look(&mut self, mut view: View) {
         if let Ok(screen) = screens::find(&view.screen) {
             self.screens.show(screen);
             self.focus.show_trajectory(view.trajectory);
             self.focus.joint = view.joint;
         }
         self.focus.overlaid = Overlaid::of(view.overlaid.iter().map(|model| model.generation));
+        if let Some(recording) = &self.history.current().recording {
+            self.focus.look_as(view.setup, view.sight["focus"].take(), recording);
+        }
         // What another program wrote there is passed over.
+        self.screens.set_up(serde_json::from_value(view.sight["screens"].take()).unwrap_or_default());
         if let Ok(layouts) = serde_json::from_value(view.layouts) {
             self.panels.restore(layouts);
         }
@@ -713,10 +739,13 @@ impl TorquescopeApp {
             }
             // What is left of a file is in none.
             None if crate::file::owner(path).is_some() => self.filed.begin(false, generation),
-            None => self.filed.is_in(path, mark, instead.is_none().then_some(generation)),
+            None => self.filed.is_in(path, mark, None),
         }
         self.follow(before, Some(command));
         self.look(document.view);
+        if self.filed.file().is_some() && instead.is_none() {
+            self.filed.is_in(path, mark, Some((generation, self.set_up())));
+        }
         if let Some(run) = copy.and_then(|copy| copy.run()) {
             self.offer_training(&run);
         }

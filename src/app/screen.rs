@@ -1,6 +1,7 @@
 //! What a screen is: a value that owns its memory, draws itself, and says what comes after it.
 
 use egui::Ui;
+use serde_json::Value;
 
 use super::desk::{About, Desk, Focus, Order};
 use crate::figure::Panel;
@@ -54,6 +55,14 @@ pub trait Screen: Send {
 
     /// The session has changed: by a command, or by undo and redo.
     fn follow(&mut self, _before: &Session, _after: &Session, _by: Option<&Command>) {}
+
+    /// How it is set up, as a file of the session keeps it; null if there is nothing to keep.
+    fn setup(&self) -> Value {
+        Value::Null
+    }
+
+    /// Is set up as a file tells; what another program wrote there is passed over.
+    fn set_up(&mut self, _setup: Value) {}
 
     /// Receives what its own jobs have, also while it is not shown.
     fn poll(&mut self) {}

@@ -12,7 +12,15 @@ pub fn confusion(hidden: &[String], named: &[String], counts: &[Vec<usize>]) -> 
     let axes = [Axis::names("named", named.to_vec()), Axis::names("hidden", names)];
     let extent = [[-0.5, named.len() as f64 - 0.5], [-0.5, hidden.len() as f64 - 0.5]];
     let size = [named.len(), hidden.len()];
-    let cells = Cells { size, extent, values: values.into(), shades: Shades::Written, unit: "", scale: String::new() };
+    let cells = Cells {
+        size,
+        extent,
+        values: values.into(),
+        shades: Shades::Written,
+        unit: "",
+        scale: String::new(),
+        most: None,
+    };
     let aspect = hidden.len() as f64 / named.len().max(1) as f64;
     Figure::new(vec![Panel::new("hidden effect × named effect (draws)", axes).with(cells).aspect(aspect)])
 }

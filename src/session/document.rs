@@ -47,4 +47,25 @@ pub struct View {
     pub overlaid: Vec<Arc<Step>>,
     /// Where the panels are, as the window writes it; null if it has written nothing.
     pub layouts: serde_json::Value,
+    /// What somebody has set up to be looked at, as the window writes it; null if it has written nothing.
+    pub setup: serde_json::Value,
+    /// What is in sight of it, as the window writes it; null if it has written nothing.
+    pub sight: serde_json::Value,
+}
+
+impl View {
+    /// Whether somebody finds there what they have set up; where they look, and where the panels are, goes without saying.
+    pub fn is_set_up_as(&self, other: &View) -> bool {
+        let models = |view: &View| view.overlaid.iter().map(|step| step.generation).collect::<Vec<_>>();
+        models(self) == models(other) && self.setup == other.setup
+    }
+
+    /// Whether it is the same in everything.
+    pub fn is_like(&self, other: &View) -> bool {
+        let place = |view: &View| (view.trajectory, view.joint);
+        place(self) == place(other)
+            && self.screen == other.screen
+            && [&self.layouts, &self.sight] == [&other.layouts, &other.sight]
+            && self.is_set_up_as(other)
+    }
 }

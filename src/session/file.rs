@@ -173,6 +173,10 @@ struct ViewAbout {
     joint: usize,
     overlaid: Vec<usize>,
     layouts: serde_json::Value,
+    #[serde(default)]
+    setup: serde_json::Value,
+    #[serde(default)]
+    sight: serde_json::Value,
 }
 
 /// A file of version 1 or 2.
@@ -339,6 +343,8 @@ pub fn to_bytes(document: &Document) -> Result<Vec<u8>, SessionFileError> {
         joint: view.joint,
         overlaid: parts.steps.places(&view.overlaid),
         layouts: view.layouts.clone(),
+        setup: view.setup.clone(),
+        sight: view.sight.clone(),
     };
     let about = |step: &Arc<Step>| StepAbout {
         name: Some(step.name.clone()),
@@ -522,8 +528,8 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
     parts.sweeps.0.extend(entries.counted(sweep_name)?.into_iter().map(Arc::new));
     let seal = recording.seal.as_ref().filter(|_| contents.opened);
     let truth = seal.map(|seal| seal.open()).transpose()?.map(Arc::new);
-    let ViewAbout { screen, trajectory, joint, overlaid, layouts } = contents.view;
-    let view = View { screen, trajectory, joint, overlaid: parts.steps.at(&overlaid)?, layouts };
+    let ViewAbout { screen, trajectory, joint, overlaid, layouts, setup, sight } = contents.view;
+    let view = View { screen, trajectory, joint, overlaid: parts.steps.at(&overlaid)?, layouts, setup, sight };
     if trajectory >= recording.trajectories.len() || joint >= recording.joint_count() {
         return Err(damaged("it looks at a trajectory or joint that is not there"));
     }
@@ -781,10 +787,13 @@ mod tests {
             joint: 2,
             overlaid: vec![Arc::clone(&first.ladder[1])],
             layouts: serde_json::json!({ "compare": [1, 2] }),
+            setup: serde_json::json!({ "beside": 0 }),
+            sight: serde_json::json!({ "cursor": 1.5 }),
         };
         let bytes = to_bytes(&Document { history: history.clone(), view: view.clone() }).unwrap();
         let back = from_bytes(&bytes, &Monitor::new()).unwrap();
         assert_eq!((back.view.screen, back.view.layouts), (view.screen, view.layouts));
+        assert_eq!((back.view.setup, back.view.sight), (view.setup, view.sight));
         assert_eq!((back.view.trajectory, back.view.joint), (view.trajectory, view.joint));
         let (mut own, mut back_history) = (history, back.history);
         assert_eq!(back_history.current().guess(), Some(&guess));

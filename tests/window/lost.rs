@@ -467,3 +467,87 @@ fn the_start_screen_has_what_was_opened_of_late() {
     click(&mut second, "swing.csv");
     assert_eq!(second.state().session().recording.as_ref().unwrap().sample_count(), 2000);
 }
+
+/// What a session is looked at like is in its file: all that was set up is there again. What somebody sets up later is unsaved, and
+/// in the copy.
+#[test]
+fn a_session_keeps_what_was_set_up_to_be_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let (copies, mine) = (folder.path().join("copies"), folder.path().join("mine.torquescope"));
+    let tick = |window: &mut Window, name: &str| {
+        window.get_by_role_and_label(Role::CheckBox, name).scroll_to_me();
+        window.run_steps(3);
+        window.get_by_role_and_label(Role::CheckBox, name).click();
+        settle(window);
+    };
+    let numbers = |window: &mut Window| {
+        let seen = [&model::ABOUT, &residuals::ABOUT, &compare::ABOUT].map(|screen| {
+            window.state_mut().order(Order::Show(screen));
+            settle(window);
+            let figure = torquescope::figure::Figure::new(window.state_mut().figure().panels);
+            let (csv, style) = (torquescope::figure::Format::Csv, torquescope::figure::Style::default());
+            String::from_utf8(torquescope::figure::render(&figure, csv, &style).unwrap()).unwrap()
+        });
+        seen.join("\n")
+    };
+    let mut first = models::compared(&model::ABOUT);
+    click(&mut first, "Models (4)");
+    click(&mut first, "What it has learned");
+    tick(&mut first, "Let the arm go at rest in this posture, without motors and friction");
+    first.state_mut().order(Order::Show(&residuals::ABOUT));
+    settle(&mut first);
+    let chart = first.get_by_label("plot of residual against velocity [N m]").rect();
+    drag(&mut first, chart.lerp_inside(egui::vec2(0.6, 0.4)), chart.lerp_inside(egui::vec2(0.9, 0.8)));
+    first.state_mut().order(Order::Show(&compare::ABOUT));
+    settle(&mut first);
+    ["Terms", "Decompose"].into_iter().for_each(|name| tick(&mut first, name));
+    type_into(&mut first, "formula of channels", "tau1 - predicted1");
+    first.get_by_role_and_label(Role::ComboBox, "over it").click();
+    first.run_steps(3);
+    let other = first.state().session().recording.as_ref().unwrap().trajectories[0].name.clone();
+    first.get_by_role_and_label(Role::Button, &other).click();
+    settle(&mut first);
+    let chart = first.get_by_label("plot of joint 1: torque [N m]").rect();
+    first.hover_at(chart.center());
+    first.run_steps(2);
+    first.event(egui::Event::Zoom(1.6));
+    settle(&mut first);
+    let before = numbers(&mut first);
+    for part in
+        ["tau1 - predicted1", "term: viscous friction", "samples marked", &format!("measured τ, {other}"), "let go"]
+    {
+        assert!(before.contains(part), "{part}");
+    }
+    first.state_mut().order(Order::Save(mine.clone()));
+    settle(&mut first);
+
+    let mut second = empty_window(&copies);
+    second.state_mut().order(Order::open(vec![mine.clone()]));
+    settle(&mut second);
+    let after = numbers(&mut second);
+    let differs = || before.lines().zip(after.lines()).find(|(one, other)| one != other);
+    assert!(before == after, "{:?}", differs());
+    close(&mut second);
+    assert!(!asked(&second).contains(&ViewportCommand::CancelClose), "to look elsewhere is no change");
+    // What is set up anew is asked about, and kept.
+    type_into(&mut second, "formula of channels", "abs(qd2) * qd2");
+    settle(&mut second);
+    close(&mut second);
+    second.run_steps(3);
+    close_by(second, "Close, keep a copy");
+    let mut third = empty_window(&copies);
+    go_on(&mut third);
+    assert!(third.state_mut().figure().panels.iter().any(|panel| panel.title == "abs(qd2) * qd2"));
+    // Also without closing: the copy has it at once.
+    type_into(&mut third, "formula of channels", "tau2");
+    settle(&mut third);
+    let kept = torquescope::session::file::open(&newest_copy(&copies), &torquescope::progress::Monitor::new()).unwrap();
+    assert_eq!(kept.document.view.setup["own_series"]["text"], "tau2");
+}
+
+/// The copy that was written last.
+fn newest_copy(copies: &Path) -> PathBuf {
+    let files = std::fs::read_dir(copies).unwrap().map(|entry| entry.unwrap().path());
+    let sessions = files.filter(|path| path.extension().is_some_and(|ending| ending == "torquescope"));
+    sessions.max_by_key(|path| path.metadata().unwrap().modified().unwrap()).unwrap()
+}

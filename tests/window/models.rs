@@ -85,7 +85,7 @@ fn a_legend_names_every_line_that_is_drawn() {
     ] {
         assert!(is_spoken(&window, &format!("{name} in joint 1: torque")), "{name}");
     }
-    for panel in window.state_mut().figure().panels.iter().filter(|panel| panel.title.contains("torque")) {
+    for panel in window.state_mut().figure().panels.iter().filter(|panel| panel.title.ends_with(": torque")) {
         let mut dashes: Vec<&[f32]> = Vec::new();
         for entry in panel.legend() {
             let LineKey::Line(_, dash, ..) = entry.key else { panic!("{} is a line", entry.name) };
@@ -128,6 +128,48 @@ fn models_are_drawn_over_each_other_on_every_screen() {
     window.get_by_role_and_label(Role::CheckBox, "show rigid body").click();
     settle(&mut window);
     assert!(!is_spoken(&window, "rigid body in joint 1: gravity"));
+}
+
+/// Where lines over each other could not be told apart, each model has a chart or a row of its own.
+#[test]
+fn models_stand_beside_each_other() {
+    let mut window = compared(&residuals::ABOUT);
+    let chart = window.get_by_label("plot of residual against velocity [N m]").rect();
+    drag(&mut window, chart.lerp_inside(egui::vec2(0.02, 0.02)), chart.lerp_inside(egui::vec2(0.98, 0.98)));
+    settle(&mut window);
+    let of =
+        |window: &Window, title: &str| names(window).iter().map(|name| title.replace('*', name)).collect::<Vec<_>>();
+    let panels = window.state_mut().figure().panels;
+    let titled = |panels: &[torquescope::figure::Panel], part: &str| -> Vec<String> {
+        panels.iter().map(|panel| panel.title.clone()).filter(|title| title.contains(part)).collect()
+    };
+    let sorted = |mut titles: Vec<String>| {
+        titles.sort();
+        titles
+    };
+    let maps = of(&window, "*: ↑ velocity");
+    assert_eq!(sorted(titled(&panels, ": ↑ velocity")), sorted(maps.clone()));
+    let legend = |title: &str| -> Vec<&str> {
+        let panel = panels.iter().find(|panel| panel.title == title).unwrap();
+        panel.legend().iter().map(|entry| entry.name).collect()
+    };
+    assert_eq!(legend("residual–velocity loop around the cursor"), names(&window));
+    assert_eq!(legend("residual power by frequency: marked region")[1..], names(&window));
+    // One scale of colours for all.
+    let scales: Vec<Vec<&str>> = maps.iter().map(|title| legend(title)).collect();
+    assert!(scales.iter().all(|scale| scale.len() == 1 && *scale == scales[0]), "{scales:?}");
+    window.get_by_label(&format!("plot of {} [rad/s]", maps[1])).scroll_to_me();
+    settle(&mut window);
+
+    window.state_mut().order(Order::Show(&compare::ABOUT));
+    settle(&mut window);
+    let panels = window.state_mut().figure().panels;
+    assert_eq!(sorted(titled(&panels, "joint 2: τ̂ of")), sorted(of(&window, "joint 2: τ̂ of *")));
+    assert!(is_spoken(&window, "What others leave: τ − τ̂ [N m]"));
+    click(&mut window, "Errors by trajectory");
+    let all = names(&window);
+    let rows = [&all[3..], &all[..3]].concat().join("\n");
+    assert!(window.query_all_by_label(&rows).count() > 1, "{rows}");
 }
 
 /// H, V, g, c, energy, power and the friction of all joints, of every model that is shown.
@@ -229,4 +271,18 @@ fn the_arms_of_models_are_simulated_by_a_click() {
     window.state_mut().order(Order::run(Command::AddEffect { effect: "torque-offset".into(), joints: vec![1] }));
     settle(&mut window);
     assert!(is_enabled(&window, "Simulate"));
+}
+
+/// A training that gets stuck begins anew: that is said while it goes on, and stands in the table of models.
+#[test]
+fn a_training_that_got_stuck_is_told_of() {
+    let mut plan = short_plan(20);
+    plan.options.rate = 1e-12;
+    let mut window = window(small(), &train::ABOUT, Theme::Light);
+    let train = Command::TrainPreset { preset: torquescope::model::learned::LearnedPreset::FfNn, plan: Box::new(plan) };
+    window.state_mut().order(Order::run(train));
+    settle(&mut window);
+    assert!(window.query_by_label_contains("The training got stuck").is_some());
+    click(&mut window, "Models (2)");
+    assert!(window.query_by_label_contains("best of 2 starts").is_some());
 }

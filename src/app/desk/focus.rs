@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
 use super::Stretch;
 use super::film::Film;
 use super::overlaid::Overlaid;
@@ -12,7 +15,7 @@ use crate::recording::{Recording, Trajectory};
 use crate::session::{Command, Session, Step};
 
 /// A series of one's own over time, as it is written.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct OwnSeries {
     /// A formula of channels; blank for none.
     pub text: String,
@@ -25,6 +28,24 @@ impl OwnSeries {
     pub fn is_empty(&self) -> bool {
         self.text.trim().is_empty()
     }
+}
+
+/// What somebody has set up, as a file keeps it.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct Setup {
+    beside: Option<usize>,
+    own_series: OwnSeries,
+    marked: Option<Vec<Stretch>>,
+}
+
+/// What is in sight, as a file keeps it.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct InSight {
+    cursor: Option<f64>,
+    views: Views,
+    sight: Sight,
 }
 
 /// Which trajectory, joint and time all screens show.
@@ -108,6 +129,32 @@ impl Focus {
                 (self.trajectory, self.beside) = (recording.trajectories.len(), Some(before_it));
             }
         }
+    }
+
+    /// What somebody has set up, as a file keeps it.
+    pub fn setup(&self) -> Value {
+        let Focus { beside, own_series, marked, .. } = self;
+        let marked = marked.as_deref().cloned();
+        let setup = Setup { beside: *beside, own_series: own_series.clone(), marked };
+        serde_json::to_value(setup).unwrap_or_default()
+    }
+
+    /// What is in sight, as a file keeps it.
+    pub fn in_sight(&self) -> Value {
+        let in_sight = InSight { cursor: self.cursor, views: self.views.clone(), sight: self.sight };
+        serde_json::to_value(in_sight).unwrap_or_default()
+    }
+
+    /// Looks at this recording as a file tells; what another program wrote there is passed over.
+    pub fn look_as(&mut self, setup: Value, in_sight: Value, recording: &Recording) {
+        let Setup { beside, own_series, marked } = serde_json::from_value(setup).unwrap_or_default();
+        let count = recording.trajectories.len();
+        self.beside = beside.filter(|other| *other < count);
+        self.own_series = own_series;
+        let is_there = |marked: &Vec<Stretch>| marked.iter().all(|stretch| stretch.trajectory < count);
+        self.marked = marked.filter(is_there).map(Arc::new);
+        let InSight { cursor, views, sight } = serde_json::from_value(in_sight).unwrap_or_default();
+        (self.cursor, self.views, self.sight) = (cursor, views, sight);
     }
 
     /// What makes the models that are wanted and not there yet; `None` if there are none.

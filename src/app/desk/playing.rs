@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::Focus;
 use super::time::time_extent;
 use crate::app::plot::Along;
 use crate::recording::Recording;
 
 /// A stretch of a trajectory.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stretch {
     /// Index of the trajectory.
     pub trajectory: usize,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub use copies::{Copy, Note, Shelf, clock};
 
 use crate::file::{self, Mark};
-use crate::session::{Document, Generation, file as document_file};
+use crate::session::{Document, Generation, Session, View, file as document_file};
 use crate::work::{self, Job, Outcome};
 
 /// Saves in the background.
@@ -21,18 +21,25 @@ pub struct Keeper {
     saves: VecDeque<(PathBuf, Document)>,
     /// The newest state that is not in the copy yet.
     copy: Option<(Document, Note)>,
-    /// Which session the copy is of.
-    copied: Option<Generation>,
+    /// Which session the copy is of, and where one looked.
+    copied: Option<(Generation, View)>,
+    /// The same of the copy that was asked for last, whatever became of it.
+    asked: Option<(Generation, View)>,
     /// Whether the last copy could not be written.
     copy_failed: bool,
     /// The session that was restored from another copy, which goes as soon as it is in this one.
     restored: Option<Generation>,
 }
 
+/// Which session a document is at, and where one looks in it.
+fn seen(document: &Document) -> (Generation, View) {
+    (document.history.current().generation, document.view.clone())
+}
+
 /// What is being written.
 struct Target {
     path: PathBuf,
-    generation: Generation,
+    document: (Generation, View),
     is_copy: bool,
 }
 
@@ -44,8 +51,8 @@ pub enum Kept {
         path: PathBuf,
         /// As it was written.
         mark: Option<Mark>,
-        /// Which session.
-        generation: Generation,
+        /// Which session, and where one looked.
+        saved: (Generation, View),
     },
     /// It is not, and why.
     Failed(String),
@@ -119,9 +126,18 @@ impl Keeper {
     /// Brings the copy up to date.
     pub fn copy(&mut self, document: Document, note: Note) {
         if self.shelf.own().is_some() && document.history.current().recording.is_some() {
+            self.asked = Some(seen(&document));
             self.copy = Some((document, note));
             self.start();
         }
+    }
+
+    /// Whether something was set up to be looked at that is not in the copy of this session, nor asked to be.
+    pub fn lacks(&self, session: &Session, set_up: &dyn Fn() -> View) -> bool {
+        let is_other = |(generation, view): &(Generation, View)| {
+            *generation == session.generation && !view.is_set_up_as(&set_up())
+        };
+        self.asked.as_ref().is_some_and(is_other)
     }
 
     fn start(&mut self) {
@@ -130,12 +146,11 @@ impl Keeper {
         }
         // What the user asked for goes first.
         if let Some((path, document)) = self.saves.pop_front() {
-            let target =
-                Target { path: path.clone(), generation: document.history.current().generation, is_copy: false };
+            let target = Target { path: path.clone(), document: seen(&document), is_copy: false };
             let save = move || document_file::save(&path, &document).map(|()| file::mark(&path));
             self.running = Some((Job::spawn("save", || (), move |_| save()), target));
         } else if let (Some(own), Some((document, note))) = (self.shelf.own().map(Path::to_owned), self.copy.take()) {
-            let target = Target { path: own.clone(), generation: document.history.current().generation, is_copy: true };
+            let target = Target { path: own.clone(), document: seen(&document), is_copy: true };
             let write = move || Shelf::write(&own, &document, &note).map(|()| None);
             self.running = Some((Job::spawn("copy", || (), move |_| write()), target));
         }
@@ -144,11 +159,11 @@ impl Keeper {
     /// What became of the last order to save; copies are silent as long as they succeed.
     pub fn poll(&mut self) -> Option<Kept> {
         let outcome = self.running.as_mut()?.0.poll()?;
-        let (_, Target { path, generation, is_copy }) = self.running.take()?;
+        let (_, Target { path, document, is_copy }) = self.running.take()?;
         let kept = match (outcome, is_copy) {
-            (Outcome::Done(mark), false) => Some(Kept::Saved { path, mark, generation }),
+            (Outcome::Done(mark), false) => Some(Kept::Saved { path, mark, saved: document }),
             (Outcome::Done(_), true) => {
-                self.has_copied(generation);
+                self.has_copied(document);
                 None
             }
             (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), true) => {
@@ -163,8 +178,9 @@ impl Keeper {
         kept
     }
 
-    fn has_copied(&mut self, generation: Generation) {
-        (self.copied, self.copy_failed) = (Some(generation), false);
+    fn has_copied(&mut self, document: (Generation, View)) {
+        let generation = document.0;
+        (self.copied, self.copy_failed) = (Some(document), false);
         self.shelf.forget_trainings();
         if self.restored.is_some_and(|restored| restored <= generation) {
             self.restored = None;
@@ -186,13 +202,14 @@ impl Keeper {
         }
         let Some(own) = self.shelf.own().map(Path::to_owned) else { return };
         let Some((document, note)) = keep else { return self.shelf.clear() };
-        let generation = document.history.current().generation;
-        let written = match self.copied == Some(generation) {
+        let (generation, view) = seen(&document);
+        let is_as_copied = |(copied, then): &(Generation, View)| *copied == generation && then.is_like(&view);
+        let written = match self.copied.as_ref().is_some_and(is_as_copied) {
             true => Shelf::describe(&own, &note).is_ok(),
             false => Shelf::write(&own, &document, &note).is_ok(),
         };
         if written {
-            self.has_copied(generation);
+            self.has_copied((generation, view));
         }
         self.shelf.leave(note.has_work);
     }

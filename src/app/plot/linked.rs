@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::figure::Panel;
 
 /// What stands along the horizontal axis of a chart; joints are counted from 0.
@@ -46,7 +48,8 @@ impl fmt::Display for Along {
 }
 
 /// What is in view of charts that are linked.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Window {
     /// The part of the horizontal axis; `None` shows everything.
     pub range: Option<[f64; 2]>,
@@ -72,7 +75,7 @@ impl Window {
 }
 
 /// The view of every quantity.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Views(HashMap<String, Window>);
 
 impl Views {

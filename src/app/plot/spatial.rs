@@ -3,6 +3,8 @@
 
 use std::f64::consts::TAU;
 
+use serde::{Deserialize, Serialize};
+
 use super::arm::{ARC_POINTS, LARGEST_ARC, RADII, ROOM, SMALLEST_ARC, arc};
 use crate::arm::chain::Chain;
 use crate::arm::skeleton::{Pivot, Vector};
@@ -17,7 +19,7 @@ const BASE: f64 = 0.3;
 const STEEPEST: f64 = 1.5;
 
 /// From where one looks at an arm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sight {
     /// About the vertical, from the x axis of the base \[rad\].
     pub around: f64,

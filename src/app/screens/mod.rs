@@ -10,9 +10,11 @@ pub mod model;
 pub mod residuals;
 pub mod train;
 
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use egui::Ui;
+use serde_json::Value;
 
 use super::desk::{About, Desk, Needs, Order};
 use super::screen::Screen;
@@ -158,6 +160,18 @@ impl Screens {
     /// Every screen and what is known of it.
     pub fn iter(&self) -> impl Iterator<Item = (&'static About, &dyn Screen)> {
         all().zip(self.open.iter().map(Box::as_ref))
+    }
+
+    /// How they are set up, by their ids.
+    pub fn setup(&self) -> BTreeMap<String, Value> {
+        self.iter().map(|(about, screen)| (about.id.to_owned(), screen.setup())).collect()
+    }
+
+    /// Sets them up as a file tells.
+    pub fn set_up(&mut self, mut setup: BTreeMap<String, Value>) {
+        for (about, screen) in all().zip(&mut self.open) {
+            screen.set_up(setup.remove(about.id).unwrap_or_default());
+        }
     }
 
     /// Whether one of them keeps an answer back.

@@ -26,6 +26,8 @@ pub struct Cells {
     pub unit: &'static str,
     /// What the colours range over, for the legend; empty for no entry.
     pub scale: String,
+    /// The value of the strongest colour; its own largest one if `None`.
+    pub most: Option<f64>,
 }
 
 /// What the colours of cells say.
@@ -67,12 +69,22 @@ impl Cells {
     /// The same with an entry in the legend that tells what the colours range over.
     #[must_use]
     pub fn with_scale(mut self) -> Self {
-        let most = ticks::short(
-            self.values.iter().filter(|value| value.is_finite()).fold(0.0, |most, value| value.abs().max(most)),
-        );
+        let most = ticks::short(self.strongest());
         let from = if self.shades == Shades::Signed { format!("−{most}") } else { "0".to_owned() };
         self.scale = format!("{from} … {most} {}", self.unit).trim().to_owned();
         self
+    }
+
+    /// The value of the strongest colour.
+    pub fn strongest(&self) -> f64 {
+        self.most.unwrap_or_else(|| largest(&self.values))
+    }
+
+    /// The same in colours that range up to this value, to stand beside others.
+    #[must_use]
+    pub fn up_to(mut self, most: f64) -> Self {
+        self.most = Some(most);
+        self.with_scale()
     }
 
     /// The cell at a place.
@@ -103,10 +115,7 @@ impl Cells {
 
     /// The largest value that the value of a cell is compared with.
     fn most(&self) -> impl Fn(usize) -> f64 + '_ {
-        let largest = |values: &[f64]| {
-            values.iter().filter(|value| value.is_finite()).fold(0.0, |most: f64, value| most.max(value.abs()))
-        };
-        let whole = largest(&self.values);
+        let whole = self.strongest();
         let columns = self.size[0].max(1);
         let rows: Vec<f64> = match self.shades {
             Shades::Written => self.values.chunks(columns).map(largest).collect(),
@@ -162,6 +171,11 @@ impl Mark for Cells {
             write(Row { value: *value, ..Row::point("cell", "", [x, y]) });
         }
     }
+}
+
+/// The largest size of a value.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().filter(|value| value.is_finite()).fold(0.0, |most, value| value.abs().max(most))
 }
 
 /// Whether black is easier to read on it than white.

@@ -1,5 +1,7 @@
 //! The error in other ways: predicted against measured torque, and by joint and trajectory as a table that can be sorted.
 
+use std::sync::Arc;
+
 use egui::{Button, RichText, ScrollArea, Ui, WidgetInfo};
 
 use super::figures;
@@ -8,12 +10,12 @@ use crate::app::memo::Question;
 use crate::app::plot::{PanelView, ticks};
 use crate::app::theme::{GROUP, Palette, SMALL};
 use crate::app::widgets;
-use crate::session::Session;
+use crate::session::{Generation, Session, Step};
 
 /// Predicted against measured torque of every joint on held-out data: on the diagonal where the model is right.
 pub fn scatter(ui: &mut Ui, desk: &mut Desk) {
     let palette = Palette::in_ui(ui);
-    let panels = figures::scatter(desk.session);
+    let panels = figures::scatter(desk);
     if panels.is_empty() {
         return;
     }
@@ -35,14 +37,16 @@ pub fn scatter(ui: &mut Ui, desk: &mut Desk) {
 
 /// nMSE of each trajectory and joint: `errors[trajectory][joint]`.
 #[derive(Clone, PartialEq)]
-struct ErrorsByRun;
+struct ErrorsByRun {
+    model: Generation,
+}
 
 impl Question for ErrorsByRun {
     type Answer = Vec<Vec<f64>>;
 
     fn answer(&self, session: &Session) -> Result<Vec<Vec<f64>>, String> {
         let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.current().ok_or("there is no model")?;
+        let step = session.model_of(self.model).ok_or("there is no such model")?;
         let error = |run: usize, joint: usize| {
             let (tau, model) =
                 (&recording.trajectories[run].tau[joint], &step.evaluation.predictions[run].total[joint]);
@@ -62,7 +66,16 @@ pub type Sorting = Option<(usize, bool)>;
 pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk, sorting: &mut Sorting) {
     let Some(recording) = desk.session.recording.clone() else { return };
     let palette = Palette::in_ui(ui);
-    let Some(Ok(errors)) = desk.memo.later(ui.ctx(), desk.session, ErrorsByRun) else { return };
+    let Some(current) = desk.session.current().cloned() else { return };
+    let all: Vec<Arc<Step>> = [current].into_iter().chain(desk.overlaid().into_iter().map(|(step, _)| step)).collect();
+    let mut of_models = Vec::new();
+    for step in &all {
+        let question = ErrorsByRun { model: step.generation };
+        let Some(Ok(errors)) = desk.memo.later(ui.ctx(), desk.session, question) else { return };
+        of_models.push(errors);
+    }
+    // Trajectories are sorted by what the current model leaves.
+    let errors = &of_models[0];
     widgets::card(ui, "Error by trajectory and joint (nMSE)", |ui| {
         let mut order: Vec<usize> = (0..errors.len()).collect();
         if let Some((joint, down)) = *sorting {
@@ -76,6 +89,9 @@ pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk, sorting: &mut Sorting) {
             egui::Grid::new("errors by trajectory").striped(true).spacing([GROUP, 4.0]).show(ui, |ui| {
                 if ui.add(Button::new("trajectory").small()).on_hover_text("In the order of the recording").clicked() {
                     *sorting = None;
+                }
+                if all.len() > 1 {
+                    ui.label(RichText::new("model").size(SMALL).color(palette.weak));
                 }
                 for (joint, info) in recording.joints.iter().enumerate() {
                     let mark = match *sorting {
@@ -103,8 +119,13 @@ pub fn by_trajectory(ui: &mut Ui, desk: &mut Desk, sorting: &mut Sorting) {
                     if ui.selectable_label(desk.focus.trajectory == run, name).clicked() {
                         desk.focus.show_trajectory(run);
                     }
-                    for error in &errors[run] {
-                        ui.label(ticks::percent(*error));
+                    let lines =
+                        |text: &dyn Fn(usize) -> String| (0..all.len()).map(text).collect::<Vec<_>>().join("\n");
+                    if all.len() > 1 {
+                        ui.label(lines(&|model| all[model].name.clone()));
+                    }
+                    for joint in 0..recording.joint_count() {
+                        ui.label(lines(&|model| ticks::percent(of_models[model][run][joint])));
                     }
                     let part = if is_held_out(desk.session, run) { "held out" } else { "train" };
                     ui.label(RichText::new(part).size(SMALL).color(palette.weak));

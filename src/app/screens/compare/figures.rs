@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Facts;
 use super::parts::Part;
-use crate::app::desk::time_extent;
+use crate::app::desk::{Desk, time_extent};
 use crate::app::plot::{Along, series};
 use crate::figure::colours::{DASHES, Dash};
 use crate::figure::mark::{Line, Points, Shade};
@@ -194,9 +194,18 @@ fn torque_of(part: &Option<Signals>, joint: usize) -> &[f64] {
     part.as_ref().map_or(&[], |part| &part[joint])
 }
 
-/// Predicted against measured torque of every joint on held-out data: on the diagonal where the model is right.
-pub fn scatter(session: &Session) -> Vec<Panel> {
-    let (Some(recording), Some(step)) = (&session.recording, session.current()) else { return Vec::new() };
+/// Predicted against measured torque of every joint on held-out data, on the diagonal where the model is right: of the current model,
+/// and of each that is drawn over it.
+pub fn scatter(desk: &Desk) -> Vec<Panel> {
+    let Some(step) = desk.session.current() else { return Vec::new() };
+    let others = desk.overlaid();
+    let title = |step: &Step| if others.is_empty() { "τ̂".to_owned() } else { format!("τ̂ of {}", step.name) };
+    let all = [(step, Ink::Predicted)].into_iter().chain(others.iter().map(|(step, ink)| (step, *ink)));
+    all.flat_map(|(step, ink)| scatter_of(desk.session, step, ink, &title(step))).collect()
+}
+
+fn scatter_of(session: &Session, step: &Step, ink: Ink, title: &str) -> Vec<Panel> {
+    let Some(recording) = &session.recording else { return Vec::new() };
     let samples: usize = session.split.held_out.iter().map(|segment| segment.samples.len()).sum();
     if samples == 0 {
         return Vec::new();
@@ -213,8 +222,8 @@ pub fn scatter(session: &Session) -> Vec<Panel> {
         let extent = points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
         let (name, unit) = (&recording.joints[joint].name, recording.joints[joint].kind.units()[3]);
         let x = Axis::new("measured τ", unit).range(extent).linked(Along::Load(joint));
-        Panel::new(format!("{name}: τ̂"), [x, Axis::new("", unit)])
-            .with(Points::new("", points, Ink::Predicted).radius(0.55).opacity(0.6))
+        Panel::new(format!("{name}: {title}"), [x, Axis::new("", unit)])
+            .with(Points::new("", points, ink).radius(0.55).opacity(0.6))
             .with(Line::through("", extent.map(|end| [end, end]), Ink::Weak).width(STRONG))
     };
     (0..recording.joint_count()).map(panel).collect()

@@ -11,6 +11,8 @@ use std::sync::Arc;
 
 use egui::{ComboBox, EventFilter, Key, Response, RichText, Sense, Slider, Ui, WidgetText};
 
+use serde_json::{Value, json};
+
 use errors::Sorting;
 use figures::{Beside, Moved, Overlay, Torques};
 use grid::Cell;
@@ -24,8 +26,9 @@ use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen, Switch};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{controls, formula, tables, widgets};
-use crate::figure::Panel;
 use crate::figure::mark::nearest;
+use crate::figure::{Ink, Panel};
+use crate::recording::Recording;
 use crate::session::{Command, Generation, Session, Step};
 use crate::signals::Signals;
 
@@ -139,7 +142,7 @@ impl Screen for Compare {
         let joints = 0..recording.joint_count();
         let mut panels: Vec<Panel> = joints.flat_map(|joint| [torques.torque(joint), torques.below(joint)]).collect();
         panels.extend(formula::figure(desk));
-        panels.extend(figures::scatter(desk.session));
+        panels.extend(figures::scatter(desk));
         panels.extend(arm::panel(recording, step, facts, run, desk.focus.cursor, desk.focus.sight));
         panels
     }
@@ -176,6 +179,15 @@ impl Screen for Compare {
 
     fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
         self.was_seen &= before.has_recording_of(after);
+    }
+
+    fn setup(&self) -> Value {
+        json!({ "terms": self.show_terms, "parts": self.show_parts, "only": self.only })
+    }
+
+    fn set_up(&mut self, setup: Value) {
+        (self.show_terms, self.show_parts) = (setup["terms"] == true, setup["parts"] == true);
+        self.only = setup["only"].as_str().map(str::to_owned);
     }
 
     /// What was ticked to be compared is made first.
@@ -432,10 +444,33 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
             widgets::table(ui, "values at the cursor", &header, &rows);
         });
     });
+    residuals_of_others(ui, desk, &recording, nearest(&run.time, time));
     if time != before {
         desk.focus.cursor = Some(time);
     }
     tables::errors(ui, &recording, &step);
+}
+
+/// What the models that are drawn over the current one leave at a sample.
+fn residuals_of_others(ui: &mut Ui, desk: &Desk, recording: &Recording, sample: usize) {
+    let (others, run) = (desk.overlaid(), desk.focus.trajectory);
+    if others.is_empty() {
+        return;
+    }
+    let row = |(step, _): &(Arc<Step>, Ink)| -> Vec<WidgetText> {
+        let residual = |joint: usize| {
+            let of = |torque: &Signals| torque[joint][sample];
+            of(&recording.trajectories[run].tau) - of(&step.evaluation.predictions[run].total)
+        };
+        let cells =
+            (0..recording.joint_count()).map(|joint| format!("{:.2}", residual(joint)).replace('-', "−").into());
+        std::iter::once(step.name.clone().into()).chain(cells).collect()
+    };
+    widgets::card(ui, &format!("What others leave: τ − τ̂ [{}]", recording.units()[3]), |ui| {
+        let names = recording.joints.iter().map(|joint| joint.name.as_str());
+        let header: Vec<&str> = std::iter::once("").chain(names).collect();
+        widgets::table(ui, "what others leave at the cursor", &header, &others.iter().map(row).collect::<Vec<_>>());
+    });
 }
 
 /// Lets an arm in space be looked at from elsewhere.

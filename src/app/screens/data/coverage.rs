@@ -85,6 +85,7 @@ fn covered(recording: &Recording, split: &Split, joint: usize) -> Cells {
         shades: Shades::Amount,
         unit: "samples",
         scale: String::new(),
+        most: None,
     }
     .with_scale()
 }

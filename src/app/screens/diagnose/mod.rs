@@ -9,6 +9,8 @@ use std::sync::Arc;
 
 use egui::{Align, Button, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
+use serde_json::{Value, json};
+
 use sure::Sure;
 
 use crate::app::desk::{About, Busy, Desk, Focus, Needs, Order};
@@ -117,6 +119,16 @@ impl Screen for Diagnose {
     fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
         self.chosen = 0;
         self.sure.follow(before, after);
+    }
+
+    fn setup(&self) -> Value {
+        json!({ "chosen": self.chosen, "after": self.after, "sure": self.sure.kept() })
+    }
+
+    fn set_up(&mut self, mut setup: Value) {
+        self.chosen = setup["chosen"].as_u64().map_or(0, |chosen| chosen as usize);
+        self.after = setup["after"] == true;
+        self.sure.keep(setup["sure"].take());
     }
 
     fn poll(&mut self) {

@@ -2,6 +2,8 @@
 //! found there, and how often something is named that is not there.
 
 use egui::{RichText, Ui, WidgetText};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::app::desk::Desk;
 use crate::app::theme::{GAP, Palette};
@@ -19,7 +21,15 @@ const STRENGTHS: [f64; 2] = [0.05, 0.2];
 #[derive(Default)]
 pub struct Sure {
     running: Option<Job<Summary>>,
-    answer: Option<Result<Summary, String>>,
+    answer: Option<Result<Answer, String>>,
+}
+
+/// What is told.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Answer {
+    sentence: String,
+    /// By strength: how strong, how many were planted, found, and found with certainty.
+    rows: Vec<[String; 4]>,
 }
 
 impl Sure {
@@ -30,7 +40,7 @@ impl Sure {
                 return self.working(ui, progress);
             }
             match &self.answer {
-                Some(Ok(summary)) => answer(ui, summary),
+                Some(Ok(answer)) => answer.show(ui),
                 Some(Err(problem)) => {
                     let color = Palette::in_ui(ui).error;
                     ui.label(RichText::new(format!("✖ {problem}")).color(color));
@@ -75,7 +85,7 @@ impl Sure {
         let Some(outcome) = self.running.as_mut().and_then(Job::poll) else { return };
         self.running = None;
         self.answer = match outcome {
-            Outcome::Done(summary) => Some(Ok(summary)),
+            Outcome::Done(summary) => Some(Ok(Answer::of(&summary))),
             Outcome::Stopped(_) => None,
             Outcome::Failed(message) => Some(Err(message)),
             Outcome::Panicked(message) => Some(Err(format!("a defect of the program ended it: {message}"))),
@@ -99,6 +109,17 @@ impl Sure {
         }
     }
 
+    /// The answer, as a file keeps it.
+    pub fn kept(&self) -> Value {
+        let answer = self.answer.as_ref().and_then(|answer| answer.as_ref().ok());
+        serde_json::to_value(answer).unwrap_or_default()
+    }
+
+    /// What a file tells of this recording.
+    pub fn keep(&mut self, kept: Value) {
+        *self = Sure { running: None, answer: serde_json::from_value(kept).ok().map(Ok) };
+    }
+
     /// What was found in another recording says nothing of this one.
     pub fn follow(&mut self, before: &Session, after: &Session) {
         if !after.has_recording_of(before) {
@@ -110,19 +131,24 @@ impl Sure {
     }
 }
 
-fn answer(ui: &mut Ui, summary: &Summary) {
-    ui.label(sentence(summary));
-    let row = |fared: &Fared| -> Vec<WidgetText> {
-        vec![
-            format!("{:.0} %", 100.0 * fared.strength).into(),
-            fared.planted.to_string().into(),
-            fared.named.to_string().into(),
-            fared.sure.to_string().into(),
-        ]
-    };
-    let rows: Vec<Vec<WidgetText>> = summary.planted.by_strength.iter().map(row).collect();
-    widgets::table(ui, "planted effects", &["of the measured", "planted", "found", "at 90 % or more"], &rows);
-    widgets::weak(ui, "`torquescope bench planted` plants as many as you like, and tells each.");
+impl Answer {
+    fn of(summary: &Summary) -> Self {
+        let row = |fared: &Fared| {
+            let counts = [fared.planted, fared.named, fared.sure].map(|count| count.to_string());
+            let [planted, named, sure] = counts;
+            [format!("{:.0} %", 100.0 * fared.strength), planted, named, sure]
+        };
+        Answer { sentence: sentence(summary), rows: summary.planted.by_strength.iter().map(row).collect() }
+    }
+
+    fn show(&self, ui: &mut Ui) {
+        ui.label(&self.sentence);
+        let rows: Vec<Vec<WidgetText>> =
+            self.rows.iter().map(|row| row.iter().map(|cell| cell.clone().into()).collect()).collect();
+        let header = ["of the measured", "planted", "found", "at 90 % or more"];
+        widgets::table(ui, "planted effects", &header, &rows);
+        widgets::weak(ui, "`torquescope bench planted` plants as many as you like, and tells each.");
+    }
 }
 
 /// What became of the planted effects, in words.

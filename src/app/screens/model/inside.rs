@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use egui::{DragValue, RichText, Ui, WidgetInfo};
+use serde::{Deserialize, Serialize};
 
 use super::figures;
 use crate::app::desk::Desk;
@@ -42,7 +43,8 @@ pub struct Other<T> {
 }
 
 /// What is to be looked at.
-#[derive(Default, Clone)]
+#[derive(Default, Clone, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Wish {
     /// Where the other joints stand \[rad or m\].
     posture: Vec<f64>,

@@ -7,6 +7,8 @@ mod share;
 
 use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichText, Ui, WidgetInfo, WidgetText};
 
+use serde_json::Value;
+
 use share::{Share, Shares};
 
 use super::train;
@@ -94,6 +96,14 @@ impl Screen for Terms {
 
     fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
         self.was_seen &= before.has_recording_of(after);
+    }
+
+    fn setup(&self) -> Value {
+        serde_json::to_value(&self.inside).unwrap_or_default()
+    }
+
+    fn set_up(&mut self, setup: Value) {
+        self.inside = serde_json::from_value(setup).unwrap_or_default();
     }
 }
 

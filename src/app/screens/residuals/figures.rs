@@ -24,8 +24,12 @@ pub struct Other {
     pub name: String,
     pub ink: Ink,
     pub table: Arc<Table>,
-    /// `None` while they are computed.
+    /// `None` while they are computed, as all that follows.
     pub spectra: Option<Arc<Spectra>>,
+    /// Of the rows that are marked.
+    pub marked: Option<Arc<Spectra>>,
+    /// Its mean residual over the two states of the map.
+    pub cells: Option<Arc<Cells>>,
 }
 
 /// What every view is drawn from.
@@ -89,27 +93,47 @@ impl Shown<'_> {
             .with(mean.width(STRONG).dash(&[]))
     }
 
-    /// Its mean over two states.
-    pub fn map(&self, [x, y]: [Quantity; 2], cells: &Cells) -> Panel {
+    /// Its mean over two states, of each model by itself, all in the same colours.
+    pub fn maps(&self, [x, y]: [Quantity; 2], cells: &Cells) -> Vec<Panel> {
         let (name, _, unit) = y.text(self.unit);
-        let up = Axis::new("", unit).range(cells.extent[1]);
-        Panel::new(format!("mean residual, ↑ {name}"), [self.axis(x, cells.extent[0]), up])
-            .with(cells.clone())
-            .with(self.lit(x, y, 0..self.table.len()))
+        let title = format!("mean residual, ↑ {name}");
+        let panel = |title: String, cells: &Cells| {
+            let up = Axis::new("", unit).range(cells.extent[1]);
+            Panel::new(title, [self.axis(x, cells.extent[0]), up]).with(cells.clone()).with(self.lit(
+                x,
+                y,
+                0..self.table.len(),
+            ))
+        };
+        if self.others.is_empty() {
+            return vec![panel(title, cells)];
+        }
+        let others = self.others.iter().filter_map(|other| Some((other.name.as_str(), other.cells.as_deref()?)));
+        let all: Vec<(&str, &Cells)> = [(self.name, cells)].into_iter().chain(others).collect();
+        let most = all.iter().map(|(_, cells)| cells.strongest()).fold(0.0, f64::max);
+        all.into_iter().map(|(name, cells)| panel(format!("{name}: {title}"), &cells.clone().up_to(most))).collect()
     }
 
     /// The residual against velocity, in the order of time, around the cursor.
     pub fn around_cursor(&self) -> Panel {
         let row = self.row.unwrap_or(0);
         let rows = self.table.around(row, LOOP);
+        let path = |table: &Table| -> Vec<[f64; 2]> {
+            let (x, y) = (table.column(Quantity::Velocity), table.column(Quantity::Residual));
+            let rows = table.around(row, LOOP);
+            let every = rows.len().div_ceil(MOST_OF_LOOP).max(1);
+            rows.step_by(every).map(|row| [x[row], y[row]]).collect()
+        };
+        let others = self.others.iter().map(|other| Line::path(&other.name, path(&other.table), other.ink));
+        let name = if self.others.is_empty() { "" } else { self.name };
         let (x, y) = (self.table.column(Quantity::Velocity), self.table.column(Quantity::Residual));
-        let every = rows.len().div_ceil(MOST_OF_LOOP).max(1);
-        let path: Vec<[f64; 2]> = rows.clone().step_by(every).map(|row| [x[row], y[row]]).collect();
+        let path = path(self.table);
         let ends = |[low, high]: [f64; 2], point: &[f64; 2]| [low.min(point[0]), high.max(point[0])];
         let extent = path.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
         let axes = [self.axis(Quantity::Velocity, extent), Axis::new("", self.unit[3])];
         Panel::new("residual–velocity loop around the cursor", axes)
-            .with(Line::path("", path, Ink::Residual))
+            .with_all(others)
+            .with(Line::path(name, path, Ink::Residual))
             .with(self.lit(Quantity::Velocity, Quantity::Residual, rows))
             .with(Points::new("", vec![[x[row], y[row]]], Ink::Cursor).radius(1.8))
     }
@@ -138,7 +162,11 @@ impl Shown<'_> {
             }
             Some((marked, _)) => {
                 panel.push(line("all", all, Ink::Weak).opacity(0.6).dash(&[]));
-                panel.push(line("marked", marked, Ink::Residual).dash(PREDICTED_DASH));
+                for other in self.others {
+                    panel = panel.with_all(other.marked.as_ref().map(|own| line(&other.name, own, other.ink)));
+                }
+                let name = if self.others.is_empty() { "marked" } else { self.name };
+                panel.push(line(name, marked, Ink::Residual).dash(PREDICTED_DASH));
             }
         }
         Some(panel)

@@ -10,9 +10,11 @@ mod views;
 use std::sync::Arc;
 
 use egui::{Align, Layout, RichText, Ui, vec2};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use figures::{Other, Shown};
-use table::{AllSpectra, Lit, Marked, MarkedSpectra, MeanMap, Quantity, Samples, Table};
+use table::{AllSpectra, Brush, Lit, Marked, MarkedSpectra, MeanMap, Quantity, Samples, Table};
 use views::{Looking, View};
 
 use crate::app::controls;
@@ -48,6 +50,20 @@ const PANELS: Part<Residuals> = Part::Stack(&[
     ),
     (1.0, Part::Panel("Time line", Residuals::time_line)),
 ]);
+
+/// How it is set up, as a file keeps it.
+#[derive(Serialize, Deserialize)]
+#[serde(default)]
+struct Setup {
+    held_out_only: bool,
+    looking: Looking,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Setup { held_out_only: true, looking: Looking::default() }
+    }
+}
 
 /// The screen of the residual.
 #[derive(Clone)]
@@ -126,14 +142,19 @@ impl Screen for Residuals {
         let of_table = || Arc::clone(&table);
         let lit = self.lit(desk, &table);
         let spectra = desk.memo.now(desk.session, AllSpectra { table: of_table() }).ok();
-        let marked = self.looking.brush.map(|brush| MarkedSpectra { table: of_table(), brush });
-        let marked = marked.and_then(|question| desk.memo.now(desk.session, question).ok());
+        let marked_of = |desk: &mut Desk, of: &Arc<Table>| {
+            let question = MarkedSpectra { table: of_table(), brush: self.looking.brush?, of: Arc::clone(of) };
+            desk.memo.now(desk.session, question).ok()
+        };
+        let marked = marked_of(desk, &table);
         let cells = desk.memo.now(desk.session, MeanMap { table: of_table(), states: self.looking.map }).ok();
         let mut others = Vec::new();
         for (step, ink) in desk.overlaid() {
             let Ok(table) = desk.memo.now(desk.session, self.samples(desk, &step)) else { continue };
             let spectra = desk.memo.now(desk.session, AllSpectra { table: Arc::clone(&table) }).ok();
-            others.push(Other { name: step.name.clone(), ink, table, spectra });
+            let cells = MeanMap { table: Arc::clone(&table), states: self.looking.map };
+            let (marked, cells) = (marked_of(desk, &table), desk.memo.now(desk.session, cells).ok());
+            others.push(Other { name: step.name.clone(), ink, table, spectra, marked, cells });
         }
         let shown = Shown {
             name: &step.name,
@@ -146,13 +167,13 @@ impl Screen for Residuals {
             joint: desk.focus.joint,
             row: moments::row_at_cursor(desk, &table),
         };
-        let panel = |view: &View| match view {
-            View::Over(x) => Some(shown.over(*x)),
-            View::Map => cells.as_ref().map(|cells| shown.map(self.looking.map, cells)),
-            View::Loop => Some(shown.around_cursor()),
-            View::Of(curve) => shown.curve(*curve),
+        let panels = |view: &View| match view {
+            View::Over(x) => vec![shown.over(*x)],
+            View::Map => cells.as_ref().map_or(Vec::new(), |cells| shown.maps(self.looking.map, cells)),
+            View::Loop => vec![shown.around_cursor()],
+            View::Of(curve) => shown.curve(*curve).into_iter().collect(),
         };
-        views::ALL.iter().filter_map(panel).chain([shown.time_line()]).collect()
+        views::ALL.iter().flat_map(panels).chain([shown.time_line()]).collect()
     }
 
     fn switches<'a>(&'a mut self, _: &mut Desk) -> Vec<Switch<'a>> {
@@ -180,6 +201,17 @@ impl Screen for Residuals {
             self.looking.brush = None;
         }
     }
+
+    fn setup(&self) -> Value {
+        let setup = Setup { held_out_only: self.held_out_only, looking: self.looking.clone() };
+        serde_json::to_value(setup).unwrap_or_default()
+    }
+
+    fn set_up(&mut self, setup: Value) {
+        Setup { held_out_only: self.held_out_only, looking: self.looking } =
+            serde_json::from_value(setup).unwrap_or_default();
+        self.shown_of = None;
+    }
 }
 
 /// The name of the current model.
@@ -205,17 +237,29 @@ impl Residuals {
         desk.memo.later(ui.ctx(), desk.session, samples)?.ok()
     }
 
-    /// What is known of the models that are drawn over the current one.
-    fn others(&self, ui: &Ui, desk: &mut Desk) -> Vec<Other> {
+    /// What is known of the models that are drawn over the current one, whose samples are in a table.
+    fn others(&self, ui: &Ui, desk: &mut Desk, current: &Arc<Table>) -> Vec<Other> {
+        let brush = self.settled_brush(ui);
         let mut others = Vec::new();
         for (step, ink) in desk.overlaid() {
             let samples = self.samples(desk, &step);
             let Some(Ok(table)) = desk.memo.later(ui.ctx(), desk.session, samples) else { continue };
             let all = AllSpectra { table: Arc::clone(&table) };
             let spectra = desk.memo.later(ui.ctx(), desk.session, all).and_then(Result::ok);
-            others.push(Other { name: step.name.clone(), ink, table, spectra });
+            let cells = MeanMap { table: Arc::clone(&table), states: self.looking.map };
+            let cells = desk.memo.later(ui.ctx(), desk.session, cells).and_then(Result::ok);
+            let marked = brush.and_then(|brush| {
+                let question = MarkedSpectra { table: Arc::clone(current), brush, of: Arc::clone(&table) };
+                desk.memo.later(ui.ctx(), desk.session, question)?.ok()
+            });
+            others.push(Other { name: step.name.clone(), ink, table, spectra, marked, cells });
         }
         others
+    }
+
+    /// What is marked; nothing while a region is drawn, which changes in every frame.
+    fn settled_brush(&self, ui: &Ui) -> Option<Brush> {
+        self.looking.brush.filter(|_| !ui.input(|input| input.pointer.any_down()))
     }
 
     /// All screens show what is marked here, until another recording comes.
@@ -253,13 +297,11 @@ impl Residuals {
         let lit = self.lit(desk, &table);
         let all = AllSpectra { table: Arc::clone(&table) };
         let spectra = desk.memo.later(ui.ctx(), desk.session, all).and_then(Result::ok);
-        // While a region is drawn it changes in every frame.
-        let brush = self.looking.brush.filter(|_| !ui.input(|input| input.pointer.any_down()));
-        let marked = brush.and_then(|brush| {
-            let question = MarkedSpectra { table: Arc::clone(&table), brush };
+        let marked = self.settled_brush(ui).and_then(|brush| {
+            let question = MarkedSpectra { table: Arc::clone(&table), brush, of: Arc::clone(&table) };
             desk.memo.later(ui.ctx(), desk.session, question)?.ok()
         });
-        let (others, name) = (self.others(ui, desk), name(desk));
+        let (others, name) = (self.others(ui, desk, &table), name(desk));
         let shown = Shown {
             name,
             others: &others,
@@ -292,7 +334,7 @@ impl Residuals {
         let Some(table) = self.table(ui, desk) else { return };
         let lit = self.lit(desk, &table);
         let (unit, joint, row) = (unit(desk), desk.focus.joint, moments::row_at_cursor(desk, &table));
-        let (others, name) = (self.others(ui, desk), name(desk));
+        let (others, name) = (self.others(ui, desk, &table), name(desk));
         let others = others.as_slice();
         let shown =
             Shown { name, others, table: &table, lit: &lit.rows, spectra: None, marked: None, unit, joint, row };

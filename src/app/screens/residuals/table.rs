@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::app::desk::Stretch;
 use crate::app::memo::Question;
 use crate::app::plot::{Along, Region};
@@ -32,7 +34,7 @@ const WORST: usize = 20;
 const APART: f64 = 0.25;
 
 /// What can stand on an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Quantity {
     /// t, from one trajectory on to the next.
     Time,
@@ -93,7 +95,7 @@ impl From<Axis> for Quantity {
 }
 
 /// A region that was marked in one view.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Brush {
     pub x: Quantity,
     pub y: Quantity,
@@ -186,19 +188,23 @@ impl Question for AllSpectra {
     }
 }
 
-/// Frequencies and past of a marked region.
+/// Frequencies and past of what a model leaves in a region that is marked in a view of the current one.
 #[derive(Clone, PartialEq)]
 pub struct MarkedSpectra {
     pub table: Arc<Table>,
     pub brush: Brush,
+    /// Of the same samples: what the model leaves.
+    pub of: Arc<Table>,
 }
 
 impl Question for MarkedSpectra {
     type Answer = Spectra;
-    const KEPT: usize = 1;
+    const KEPT: usize = 9;
 
     fn answer(&self, _: &Session) -> Result<Spectra, String> {
-        Ok(self.table.spectra_of(&self.table.lit(&self.brush)))
+        // Where a model has no value there is no row.
+        let rows: Vec<usize> = self.table.lit(&self.brush).into_iter().filter(|row| *row < self.of.len()).collect();
+        Ok(self.of.spectra_of(&rows))
     }
 }
 
@@ -378,7 +384,8 @@ impl Table {
         let mean = |[count, sum]: [f64; 2]| if count > 0.0 { sum / count } else { f64::NAN };
         let values: Vec<f64> = sums.into_iter().map(mean).collect();
         let (unit, scale) = (self.unit, String::new());
-        Cells { size: MAP, extent: ends, values: values.into(), shades: Shades::Signed, unit, scale }.with_scale()
+        Cells { size: MAP, extent: ends, values: values.into(), shades: Shades::Signed, unit, scale, most: None }
+            .with_scale()
     }
 
     /// Frequencies and the past of some rows, in ascending order: of every stretch of rows that follow each other.

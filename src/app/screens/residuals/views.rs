@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use egui::{ComboBox, RichText, Ui};
+use serde::{Deserialize, Serialize};
 
 use super::figures::{Curve, Shown};
 use super::table::{Brush, MeanMap, Quantity};
@@ -15,6 +16,10 @@ use crate::figure::Panel;
 
 /// Most effects that a sentence names.
 const MOST_NAMED: usize = 2;
+
+/// Least size of a map of one of several models \[points\].
+const LEAST_MAP: f32 = 180.0;
+const LEAST_MAP_HEIGHT: f32 = 110.0;
 
 /// One way to look at the residual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +49,8 @@ pub const ALL: [View; 10] = [
 ];
 
 /// What is marked, and of what the map is.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Looking {
     pub brush: Option<Brush>,
     /// The states of the map.
@@ -148,10 +154,21 @@ fn map(ui: &mut Ui, desk: &mut Desk, looking: &mut Looking, shown: &Shown, heigh
             chooser.response.labelled_by(label.id);
         }
     });
-    looking.map = states;
+    // What others have over these states is known in the next frame.
+    let states = std::mem::replace(&mut looking.map, states);
     let question = MeanMap { table: Arc::clone(shown.table), states };
     let Some(Ok(cells)) = desk.memo.later(ui.ctx(), desk.session, question) else { return };
-    with_brush(ui, desk, looking, states, shown.map(states, &cells), height - 30.0);
+    let panels = shown.maps(states, &cells);
+    let columns = ((ui.available_width() / LEAST_MAP) as usize).clamp(1, panels.len());
+    let height = ((height - 30.0) / panels.len().div_ceil(columns) as f32).max(LEAST_MAP_HEIGHT);
+    let mut panels = panels.into_iter();
+    while panels.len() > 0 {
+        ui.columns(columns, |columns| {
+            for (ui, panel) in columns.iter_mut().zip(&mut panels) {
+                with_brush(ui, desk, looking, states, panel, height);
+            }
+        });
+    }
 }
 
 fn curved(ui: &mut Ui, desk: &mut Desk, curve: Curve, shown: &Shown, height: f32) {
