@@ -105,17 +105,24 @@ fn every_screen_looks_as_it_did_with_high_contrast() {
     }
 }
 
-/// The screens on which most is seen, in a small and in a large window, light, dark and with high contrast: one sheet for each.
+/// All screens in a small and in a large window, light and dark, each also with high contrast: one sheet for each.
 #[test]
 fn screens_look_as_they_did_in_small_and_large_windows() {
     const SIZES: [[f32; 2]; 2] = [[1000.0, 700.0], [1600.0, 1000.0]];
-    const LOOKS: [(Theme, bool, &str); 3] =
-        [(Theme::Light, false, "light"), (Theme::Dark, false, "dark"), (Theme::Light, true, "contrast")];
-    let session = run(Command::OpenSeal, &repaired());
-    let main = [&data::ABOUT, &compare::ABOUT, &residuals::ABOUT, &ladder::ABOUT];
-    let mut sheets: Vec<Sheet> = SIZES.iter().flat_map(|size| LOOKS.map(|_| Sheet::of(main.len(), *size))).collect();
-    for screen in main {
+    const LOOKS: [(Theme, bool, &str); 4] = [
+        (Theme::Light, false, "light"),
+        (Theme::Dark, false, "dark"),
+        (Theme::Light, true, "contrast"),
+        (Theme::Dark, true, "contrast-dark"),
+    ];
+    let session = run(Command::Diagnose, &run(Command::OpenSeal, &extrapolated()));
+    let count = screens::TABLE.len();
+    let mut sheets: Vec<Sheet> = SIZES.iter().flat_map(|size| LOOKS.map(|_| Sheet::of(count, *size))).collect();
+    for screen in screens::all() {
         let mut window = window(session.clone(), screen, Theme::Light);
+        if *screen == experiment::ABOUT {
+            window.state_mut().order(Order::Experiment(experiment()));
+        }
         for (number, sheet) in sheets.iter_mut().enumerate() {
             let (size, (theme, has_contrast, _)) = (SIZES[number / LOOKS.len()], LOOKS[number % LOOKS.len()]);
             window.set_size(size.into());
@@ -126,10 +133,39 @@ fn screens_look_as_they_did_in_small_and_large_windows() {
         }
     }
     let mut results = SnapshotResults::new();
-    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * main.len());
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * count);
     for (number, sheet) in sheets.iter().enumerate() {
         let ([width, _], (.., look)) = (SIZES[number / LOOKS.len()], LOOKS[number % LOOKS.len()]);
         results.add(try_image_snapshot_options(&sheet.picture, format!("screens-{width}-{look}"), &options));
+    }
+}
+
+/// The dialogs over a screen, on one sheet.
+#[test]
+fn dialogs_look_as_they_did() {
+    let log = "target/swing.csv";
+    std::fs::write(log, crate::swing()).unwrap();
+    let orders = || {
+        [
+            Order::Export(None),
+            Order::Models(true),
+            Order::Palette(true),
+            Order::Import(log.into(), Box::default()),
+            Order::Lessons(true),
+            Order::KeyList(true),
+        ]
+    };
+    let mut results = SnapshotResults::new();
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS * orders().len());
+    for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
+        let mut sheet = Sheet::of(orders().len(), SIZE);
+        for order in orders() {
+            let mut window = window(repaired(), &compare::ABOUT, theme);
+            window.state_mut().order(order);
+            settle(&mut window);
+            sheet.add(&mut window);
+        }
+        results.add(try_image_snapshot_options(&sheet.picture, format!("dialogs-{suffix}"), &options));
     }
 }
 
