@@ -140,6 +140,23 @@ fn screens_look_as_they_did_in_small_and_large_windows() {
     }
 }
 
+/// What four models have learned, and what they leave, beside the truth.
+#[test]
+fn models_over_each_other_look_as_they_did() {
+    let mut results = SnapshotResults::new();
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS);
+    let session = run(Command::OpenSeal, &crate::models::four());
+    let mut window = crate::models::show_all(window(session, &model::ABOUT, Theme::Light));
+    crate::click(&mut window, "Models (4)");
+    crate::click(&mut window, "What it has learned");
+    results.add(window.try_snapshot_options("models-learned", &options));
+    window.state_mut().order(Order::Show(&residuals::ABOUT));
+    settle(&mut window);
+    window.get_by_label("plot of rigid body: ↑ velocity [rad/s]").scroll_to_me();
+    settle(&mut window);
+    results.add(window.try_snapshot_options("models-residuals", &options));
+}
+
 /// The dialogs over a screen, on one sheet.
 #[test]
 fn dialogs_look_as_they_did() {

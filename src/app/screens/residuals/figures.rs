@@ -96,22 +96,24 @@ impl Shown<'_> {
     /// Its mean over two states, of each model by itself, all in the same colours.
     pub fn maps(&self, [x, y]: [Quantity; 2], cells: &Cells) -> Vec<Panel> {
         let (name, _, unit) = y.text(self.unit);
-        let title = format!("mean residual, ↑ {name}");
-        let panel = |title: String, cells: &Cells| {
+        let panel = |title: String, cells: Cells| {
             let up = Axis::new("", unit).range(cells.extent[1]);
-            Panel::new(title, [self.axis(x, cells.extent[0]), up]).with(cells.clone()).with(self.lit(
-                x,
-                y,
-                0..self.table.len(),
-            ))
+            let axes = [self.axis(x, cells.extent[0]), up];
+            Panel::new(title, axes).with(cells).with(self.lit(x, y, 0..self.table.len()))
         };
         if self.others.is_empty() {
-            return vec![panel(title, cells)];
+            return vec![panel(format!("mean residual, ↑ {name}"), cells.clone())];
         }
         let others = self.others.iter().filter_map(|other| Some((other.name.as_str(), other.cells.as_deref()?)));
         let all: Vec<(&str, &Cells)> = [(self.name, cells)].into_iter().chain(others).collect();
         let most = all.iter().map(|(_, cells)| cells.strongest()).fold(0.0, f64::max);
-        all.into_iter().map(|(name, cells)| panel(format!("{name}: {title}"), &cells.clone().up_to(most))).collect()
+        let of_model = |(model, cells): (&str, &Cells)| {
+            // The title is for the name of the model, which may be long.
+            let cells = cells.clone().up_to(most);
+            let scale = format!("mean residual {}", cells.scale);
+            panel(format!("{model}: ↑ {name}"), Cells { scale, ..cells })
+        };
+        all.into_iter().map(of_model).collect()
     }
 
     /// The residual against velocity, in the order of time, around the cursor.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::{ComboBox, RichText, Ui};
+use egui::{Color32, ComboBox, FontId, RichText, Ui};
 use serde::{Deserialize, Serialize};
 
 use super::figures::{Curve, Shown};
@@ -17,8 +17,8 @@ use crate::figure::Panel;
 /// Most effects that a sentence names.
 const MOST_NAMED: usize = 2;
 
-/// Least size of a map of one of several models \[points\].
-const LEAST_MAP: f32 = 180.0;
+/// What stands beside a map, and the least height of one of several \[points\].
+const BESIDE_MAP: f32 = 80.0;
 const LEAST_MAP_HEIGHT: f32 = 110.0;
 
 /// One way to look at the residual.
@@ -159,7 +159,12 @@ fn map(ui: &mut Ui, desk: &mut Desk, looking: &mut Looking, shown: &Shown, heigh
     let question = MeanMap { table: Arc::clone(shown.table), states };
     let Some(Ok(cells)) = desk.memo.later(ui.ctx(), desk.session, question) else { return };
     let panels = shown.maps(states, &cells);
-    let columns = ((ui.available_width() / LEAST_MAP) as usize).clamp(1, panels.len());
+    // As many beside each other as leave room for the name of each.
+    let font = FontId::proportional(SMALL);
+    let width =
+        |panel: &Panel| ui.painter().layout_no_wrap(panel.heading(), font.clone(), Color32::PLACEHOLDER).size().x;
+    let widest = panels.iter().map(width).fold(0.0, f32::max);
+    let columns = ((ui.available_width() / (widest + BESIDE_MAP)) as usize).clamp(1, panels.len());
     let height = ((height - 30.0) / panels.len().div_ceil(columns) as f32).max(LEAST_MAP_HEIGHT);
     let mut panels = panels.into_iter();
     while panels.len() > 0 {
