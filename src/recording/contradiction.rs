@@ -3,7 +3,7 @@
 //! Between two samples a signal rises, on average, as steeply as its derivative says somewhere between them (the mean value theorem),
 //! also where a joint runs into something. So each measured derivative lies among the slopes around it, and each slope among the
 //! derivatives around it, but for noise and delay, which are there everywhere. What lies far outside in a few places only was
-//! damaged there: a file that lost bytes, a line that was disturbed.
+//! damaged there (a file that lost bytes, a line that was disturbed), repeated by a logger that had no newer reading, or read late.
 
 use super::check::{Finding, FindingKind, Pick, Place, Severity};
 use super::segment::Segment;
@@ -66,8 +66,8 @@ impl Contradiction {
                 recording.joints[joint].name, samples.start
             ),
             place: Place { trajectory: Some(*trajectory), samples: Some(samples.clone()), ..Place::joint(joint) },
-            remedy: "One of the two is damaged there, so these samples and some around them train nothing and count in no error; \
-                     copy the file again, or check the sensor and its line."
+            remedy: "One of the two is damaged there, repeated, or read at another moment than its time says: these samples and \
+                     some around them train nothing and count in no error. Copy the file again, or check the sensor and its clock."
                 .to_owned(),
             set_right: Vec::new(),
         }

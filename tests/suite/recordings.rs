@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 use torquescope::arm::{Arm, Posture};
 use torquescope::progress::Monitor;
-use torquescope::recording::check::FindingKind;
+use torquescope::recording::check::{Finding, FindingKind, Place};
 use torquescope::recording::encoders::Side;
 use torquescope::recording::read::{Import, ReadError, ReadOptions, preview, read};
 use torquescope::recording::seal::Seal;
@@ -84,7 +84,7 @@ fn kinds(import: &Import) -> Vec<FindingKind> {
 // ── real logs ──
 
 #[test]
-fn a_real_double_pendulum_reads_at_once_and_without_alarm() {
+fn a_real_double_pendulum_reads_at_once_and_of_one_angle_it_is_told_that_it_came_late() {
     let Some(folder) = real_logs("dfki-double-pendulum") else { return };
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.extension().is_some_and(|ending| ending == "csv"));
@@ -108,8 +108,12 @@ fn a_real_double_pendulum_reads_at_once_and_without_alarm() {
     for finding in &findings {
         println!("{:?}: {finding}", finding.severity);
     }
+    // One angle of joint 2 was read 0.7 ms late: its two slopes are −16.8 and −7.4 rad/s where all around are −12.5.
+    let (late, others): (Vec<&Finding>, Vec<&Finding>) =
+        findings.iter().partition(|finding| finding.kind == FindingKind::Contradiction);
+    assert!(matches!(late[..], [Finding { place: Place { trajectory: Some(4), joint: Some(1), .. }, .. }]), "{late:?}");
     let harmless = [FindingKind::Alternatives, FindingKind::UnevenTime];
-    assert!(findings.iter().all(|finding| harmless.contains(&finding.kind)), "{findings:?}");
+    assert!(others.iter().all(|finding| harmless.contains(&finding.kind)), "{others:?}");
 
     let filtered = options_with_posture("q=pos_filt*,qd=vel_filt*,tau=tau_meas*,time=time");
     assert_eq!(read(&paths[..1], &filtered, &Monitor::new()).unwrap().mapping.q, ["pos_filt1", "pos_filt2"]);
