@@ -41,10 +41,11 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use egui::ViewportCommand;
 use serde_json::json;
 
+pub use desk::ReportFormat;
 pub use desk::{About, Order, Parting, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use looking::{Looking, LookingError};
-pub use report::{ReportError, ReportFormat, Side, comparison, report};
+pub use report::{ReportError, Side, comparison, report};
 pub use settings::Settings;
 
 use crate::figure::{Figure, Format};

@@ -13,7 +13,7 @@ use crate::recording::catalogue;
 use crate::recording::mapping::MappingSpec;
 use crate::recording::read::ReadOptions;
 use crate::simulation::Scenario;
-use crate::training::fit::Plan;
+use crate::training::fit::{Plan, SavedRun};
 use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
 
@@ -187,13 +187,7 @@ impl Lines {
     /// A command on a model of these data.
     fn model(&mut self, command: &str, data: &[String], step: &Step, recording: &Recording) {
         let run = step.run.as_deref();
-        let plan = run.map_or_else(Plan::default, |run| {
-            // The seed that was asked for, and not that of a start which was tried in its place.
-            let starts = run.other_starts.iter().map(|start| start.seed);
-            let mut plan = run.plan.clone();
-            plan.options.seed = starts.fold(plan.options.seed, u64::min);
-            plan
-        });
+        let plan = run.map_or_else(Plan::default, SavedRun::asked);
         let model = run.map_or(&step.fitted.model, |run| &run.model);
         let Some(model) = model_words(model, recording, &plan) else {
             return self.remark(&format!("No option of `{command}` says this model: {}.", step.name));

@@ -133,6 +133,15 @@ pub struct SavedRun {
     pub other_starts: Vec<OtherStart>,
 }
 
+impl SavedRun {
+    /// The plan as it was asked for, with its own seed and not that of a start which was tried in its place.
+    pub fn asked(&self) -> Plan {
+        let mut plan = self.plan.clone();
+        plan.options.seed = self.other_starts.iter().map(|start| start.seed).fold(plan.options.seed, u64::min);
+        plan
+    }
+}
+
 /// Called after every epoch; can ask for the run as it stands there, to keep it.
 pub type KeepRun<'a> = dyn FnMut(&dyn Fn() -> SavedRun) + 'a;
 

@@ -12,26 +12,14 @@ mod pdf;
 pub use comparison::Side;
 use document::{Block, Document, Table};
 
+use super::desk::ReportFormat;
 use super::{About, plots, screens};
 use crate::diagnosis::Report;
 use crate::figure::{self, Figure, FigureError, Panel, Size, Style, Theme};
-use crate::model::{JointError, Term};
+use crate::model::JointError;
 use crate::progress::{Monitor, Stopped};
 use crate::recording::{Origin, Recording, joints_text};
 use crate::session::{Session, Step, View, again};
-
-/// What a report is written as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ReportFormat {
-    /// One page with everything in it.
-    Html,
-    /// The same as pages of paper.
-    Pdf,
-    /// The tables, with booktabs.
-    Latex,
-    /// Text and tables.
-    Markdown,
-}
 
 /// Refused candidates that are told.
 const MOST_REFUSED: usize = 25;
@@ -62,7 +50,7 @@ pub fn report(session: &Session, format: ReportFormat, monitor: &Monitor) -> Res
     let pictures = Pictures { mark: "", size: Size::TwoColumn, monitor: &drawn };
     let document = document(session, format.has_figures().then_some(pictures))?;
     monitor.report(DRAWN, "writing")?;
-    Ok(format.written(&document)?)
+    Ok(written(&document, format)?)
 }
 
 /// Two sessions side by side, each with its name.
@@ -72,31 +60,17 @@ pub fn report(session: &Session, format: ReportFormat, monitor: &Monitor) -> Res
 pub fn comparison(sides: [Side; 2], format: ReportFormat, monitor: &Monitor) -> Result<Vec<u8>, ReportError> {
     let document = comparison::document(sides, format.has_figures(), &monitor.part(0.0..DRAWN))?;
     monitor.report(DRAWN, "writing")?;
-    Ok(format.written(&document)?)
+    Ok(written(&document, format)?)
 }
 
-impl ReportFormat {
-    /// What it is called, and how its files end.
-    pub const ALL: [(ReportFormat, &'static str, &'static str); 4] = [
-        (ReportFormat::Html, "HTML: one page", "html"),
-        (ReportFormat::Pdf, "PDF", "pdf"),
-        (ReportFormat::Latex, "LaTeX: its tables", "tex"),
-        (ReportFormat::Markdown, "Markdown", "md"),
-    ];
-
-    fn has_figures(self) -> bool {
-        matches!(self, ReportFormat::Html | ReportFormat::Pdf)
-    }
-
-    fn written(self, document: &Document) -> Result<Vec<u8>, FigureError> {
-        let text = match self {
-            ReportFormat::Html => html::page(document),
-            ReportFormat::Pdf => return pdf::pages(document),
-            ReportFormat::Latex => latex::tables(document),
-            ReportFormat::Markdown => markdown::text(document),
-        };
-        Ok(text.into_bytes())
-    }
+fn written(document: &Document, format: ReportFormat) -> Result<Vec<u8>, FigureError> {
+    let text = match format {
+        ReportFormat::Html => html::page(document),
+        ReportFormat::Pdf => return pdf::pages(document),
+        ReportFormat::Latex => latex::tables(document),
+        ReportFormat::Markdown => markdown::text(document),
+    };
+    Ok(text.into_bytes())
 }
 
 /// How the figures of a report are drawn.
@@ -346,13 +320,9 @@ fn not_known(report: &Report, blocks: &mut Vec<Block>) {
 fn reproduce(session: &Session, blocks: &mut Vec<Block>) {
     blocks.push(Block::Heading("How to do it again".to_owned()));
     blocks.push(Block::Text(this_program()));
-    let is_learned =
-        |step: &&std::sync::Arc<Step>| step.fitted.model.terms.iter().any(|term| matches!(term, Term::Learned(_)));
-    let seeds: Vec<String> = session
-        .ladder
-        .iter()
-        .filter(is_learned)
-        .map(|step| format!("{}: seed {} of the training", step.name, session.plan.options.seed))
+    let trained = session.ladder.iter().filter_map(|step| Some((step, step.run.as_deref()?)));
+    let seeds: Vec<String> = trained
+        .map(|(step, run)| format!("{}: seed {} of the training", step.name, run.asked().options.seed))
         .collect();
     match seeds.is_empty() {
         true => {

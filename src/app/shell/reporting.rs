@@ -6,8 +6,8 @@ use egui::{RichText, TextEdit, Ui, WidgetInfo};
 
 use super::ending;
 use super::primary::primary;
+use crate::app::desk::ReportFormat;
 use crate::app::desk::{Desk, Order, Reporting};
-use crate::app::report::ReportFormat;
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 
