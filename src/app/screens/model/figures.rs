@@ -154,10 +154,10 @@ pub fn friction(
         }
         panel.push(curve("measured", own, |of, joint| &of.curves[joint].measured, Ink::Measured));
         for Other { name, ink, of } in others {
-            // What was measured depends on what the model takes to be inertia and gravity.
-            panel.push(band("", of, |curve| &curve.interval, *ink));
-            panel.push(curve("", of, |of, joint| &of.curves[joint].measured, *ink).width(THIN).dash(&[]));
+            // What was measured depends on what the model takes to be inertia and gravity, so it goes by its name, too.
             panel.push(curve(name, of, |of, joint| &of.curves[joint].model, *ink));
+            panel.push(band(name, of, |curve| &curve.interval, *ink));
+            panel.push(curve(name, of, |of, joint| &of.curves[joint].measured, *ink).width(THIN).dash(&[]));
         }
         panel.with(curve(&step.name, own, |of, joint| &of.curves[joint].model, Ink::Predicted))
     };
