@@ -1,6 +1,6 @@
 //! How quick the window is: how long its frames take, when a file is on the screen, and what an arm costs that is played.
 
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
@@ -187,11 +187,8 @@ impl Watched {
     /// Waits as a real screen does: until the window asks to be drawn, and for the screen's next picture.
     fn wait(&self, wish: Duration, latest: Instant) {
         let mut next = latest.min(Instant::now() + wish.min(PATIENCE));
-        loop {
-            match self.wishes.recv_timeout(next.saturating_duration_since(Instant::now())) {
-                Ok(asked) => next = next.min(asked),
-                Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => break,
-            }
+        while let Ok(asked) = self.wishes.recv_timeout(next.saturating_duration_since(Instant::now())) {
+            next = next.min(asked);
         }
         let since = self.begin.elapsed().as_secs_f64();
         std::thread::sleep(Duration::from_secs_f64(REFRESH - since % REFRESH));
