@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use torquescope::arm::{Arm, Posture};
-use torquescope::diagnosis::{Report, Verdict, diagnose};
+use torquescope::diagnosis::{Report, Verdict, diagnose, diagnose_among};
 use torquescope::effect::{Effect, Scope, registry};
 use torquescope::model::{self, Fitted, Preset};
 use torquescope::progress::Monitor;
@@ -256,6 +256,31 @@ fn missing_in(world: &world::Scenario) -> Report {
     let split = Split::automatic(&recording);
     let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &monitor).unwrap();
     diagnose(&body, &recording, &split, &monitor).unwrap()
+}
+
+/// What is found, with which parameters and what is said of it, follows from the data and not from the place of an effect in the
+/// registry: friction in two joints and cogging in the third are the same in three orders.
+#[test]
+fn the_order_of_the_catalogue_changes_no_diagnosis() {
+    let monitor = Monitor::new();
+    let mut scenario = Scenario::embedded();
+    scenario.effects.push(HiddenEffect { effect: "cogging".into(), joint: Some(2), parameters: vec![0.2, 0.1, 6.0] });
+    let recording = torquescope::simulation::simulate(&scenario, &monitor).unwrap();
+    let split = Split::automatic(&recording);
+    let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &monitor).unwrap();
+    let sought = registry::sought();
+    let mut reversed = sought.clone();
+    reversed.reverse();
+    let mut interleaved = sought.clone();
+    interleaved.sort_by_key(|effect| (effect.id.len(), std::cmp::Reverse(effect.id)));
+    let told = |effects: &[&'static Effect]| {
+        let report = diagnose_among(effects, &body, &recording, &split, &monitor).unwrap();
+        serde_json::to_value(&report).unwrap()
+    };
+    let as_registered = told(&sought);
+    assert!(as_registered.to_string().contains("cogging"), "{as_registered}");
+    assert_eq!(told(&reversed), as_registered);
+    assert_eq!(told(&interleaved), as_registered);
 }
 
 /// Moved by another engine: a motor of many poles repeats so often that only a periodogram says where a search may begin.
