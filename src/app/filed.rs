@@ -44,14 +44,14 @@ impl Filed {
     }
 
     /// Whether the session is in its file as it is, with what is set up to be looked at.
-    pub fn is_saved(&self, session: &Session, set_up: &dyn Fn() -> View) -> bool {
+    pub fn is_saved(&self, session: &Session, set_up: &View) -> bool {
         let is_same =
-            |(generation, view): &(Generation, View)| *generation == session.generation && view.is_set_up_as(&set_up());
+            |(generation, view): &(Generation, View)| *generation == session.generation && view.is_set_up_as(set_up);
         self.saved.as_ref().is_some_and(is_same)
     }
 
     /// Whether somebody worked on the session, and would lose that.
-    pub fn is_unsaved(&self, session: &Session, set_up: &dyn Fn() -> View) -> bool {
+    pub fn is_unsaved(&self, session: &Session, set_up: &View) -> bool {
         let is_fresh = self.fresh == Some(session.generation);
         session.recording.is_some() && !is_fresh && !self.is_saved(session, set_up)
     }
@@ -108,7 +108,7 @@ mod tests {
         file::write(&path, b"theirs").unwrap();
         assert!(filed.would_overwrite(&path).is_some_and(|text| text.contains("already")));
         filed.is_in(&path, file::mark(&path), Some((session.generation, View::default())));
-        assert!(filed.would_overwrite(&path).is_none() && filed.is_saved(&session, &View::default));
+        assert!(filed.would_overwrite(&path).is_none() && filed.is_saved(&session, &View::default()));
         file::write(&path, b"theirs again").unwrap();
         assert!(filed.would_overwrite(&path).is_some_and(|text| text.contains("was changed")));
     }

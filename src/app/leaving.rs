@@ -33,8 +33,7 @@ impl TorquescopeApp {
     /// Somebody closes the window: unless all is saved and at rest, that is asked about first.
     pub(super) fn hear_closing(&mut self, ctx: &Context) {
         let asked = ctx.input(|input| input.viewport().close_requested());
-        let is_unsaved = self.is_unsaved();
-        if !asked || matches!(self.leaving, Some(Leaving::Decided)) || (self.at_work().is_none() && !is_unsaved) {
+        if !asked || matches!(self.leaving, Some(Leaving::Decided)) || (self.at_work().is_none() && !self.is_unsaved) {
             return;
         }
         ctx.send_viewport_cmd(ViewportCommand::CancelClose);
@@ -140,13 +139,14 @@ impl TorquescopeApp {
     /// What is told of the copy.
     pub(super) fn note(&self, closed: bool) -> Note {
         let session = self.history.current();
-        Note { name: self.filed.name(session), has_work: self.is_unsaved(), closed, owner: None }
+        let has_work = self.filed.is_unsaved(session, &self.set_up());
+        Note { name: self.filed.name(session), has_work, closed, owner: None }
     }
 
     /// The window is closed: what no file has is left for the next one.
     pub(super) fn close(&mut self) {
         let session = self.history.current();
-        let keeps = session.recording.is_some() && !self.filed.is_saved(session, &|| self.set_up());
+        let keeps = session.recording.is_some() && !self.filed.is_saved(session, &self.set_up());
         let kept = keeps.then(|| (self.document(), self.note(true)));
         self.keeper.close(kept);
     }

@@ -41,8 +41,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use egui::ViewportCommand;
 use serde_json::json;
 
-pub use desk::ReportFormat;
-pub use desk::{About, Order, Parting, Shown};
+pub use desk::{About, Order, Parting, ReportFormat, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use looking::{Looking, LookingError};
 pub use report::{ReportError, Side, comparison, report};
@@ -99,6 +98,8 @@ pub struct TorquescopeApp {
     leaving: Option<Leaving>,
     /// What stands in the title bar.
     title: String,
+    /// Whether somebody worked on the document, and would lose that; found once a frame.
+    is_unsaved: bool,
     orders: Vec<Order>,
     /// Where the window is shown, to remember its looks.
     context: Option<egui::Context>,
@@ -226,6 +227,7 @@ impl TorquescopeApp {
             copies_hidden: false,
             leaving: None,
             title: String::new(),
+            is_unsaved: false,
             orders: Vec::new(),
             context: None,
         }
@@ -325,9 +327,12 @@ impl TorquescopeApp {
         for order in std::mem::take(&mut self.orders) {
             self.carry_out(order, ctx);
         }
+        // Nobody sets up anything more before the next frame is drawn.
+        let set_up = self.set_up();
+        self.is_unsaved = self.filed.is_unsaved(self.history.current(), &set_up);
         self.hear_closing(ctx);
-        self.keep_what_is_set_up(ctx);
-        let title = self.filed.title(self.history.current(), self.is_unsaved());
+        self.keep_what_is_set_up(&set_up, ctx);
+        let title = self.filed.title(self.history.current(), self.is_unsaved);
         if self.title != title {
             ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;
@@ -394,7 +399,6 @@ impl TorquescopeApp {
             epochs: &running.epochs,
             found: &running.found,
         });
-        let is_unsaved = self.is_unsaved();
         let session = self.history.current().clone();
         self.memo.keep_to(&session);
         let desk = Desk {
@@ -420,7 +424,7 @@ impl TorquescopeApp {
             copies_hidden: self.copies_hidden,
             filed: &self.filed,
             has_models_open: self.overlays.models.is_some(),
-            is_unsaved,
+            is_unsaved: self.is_unsaved,
             aside,
             at_work,
             is_covered: self.overlays.cover(),
@@ -527,9 +531,10 @@ impl TorquescopeApp {
         let before = self.history.current().clone();
         step(&mut self.history);
         self.follow(&before, None);
+        self.keep_copy();
     }
 
-    /// The session has changed: everything that looks at it follows, and a copy is kept.
+    /// The session has changed: everything that looks at it follows.
     fn follow(&mut self, before: &Session, by: Option<&Command>) {
         let after = self.history.current();
         self.memo.keep_to(after);
@@ -539,7 +544,6 @@ impl TorquescopeApp {
         }
         self.focus.follow(before, after, by);
         self.exported &= before.has_recording_of(after);
-        self.keep_copy();
     }
 
     fn keep_copy(&mut self) {
@@ -547,9 +551,9 @@ impl TorquescopeApp {
     }
 
     /// What somebody has set up is in the copy, too, as soon as the pointer lets go of it.
-    fn keep_what_is_set_up(&mut self, ctx: &egui::Context) {
+    fn keep_what_is_set_up(&mut self, set_up: &View, ctx: &egui::Context) {
         let is_settled = !ctx.input(|input| input.pointer.any_down());
-        if is_settled && self.keeper.lacks(self.history.current(), &|| self.set_up()) {
+        if is_settled && self.keeper.lacks(self.history.current(), set_up) {
             self.keep_copy();
         }
     }
@@ -591,11 +595,6 @@ impl TorquescopeApp {
         let shown = |shown| models().find(|model| model.generation == shown).cloned();
         let overlaid = self.focus.overlaid.shown().filter_map(shown).collect();
         View { overlaid, setup: self.focus.setup(), ..View::default() }
-    }
-
-    /// Whether somebody worked on the document, and would lose that.
-    fn is_unsaved(&self) -> bool {
-        self.filed.is_unsaved(self.history.current(), &|| self.set_up())
     }
 
     /// Looks where somebody looked.
@@ -723,6 +722,7 @@ impl TorquescopeApp {
             false => self.history.push(session, &command.title()),
         }
         self.follow(before, Some(command));
+        self.keep_copy();
     }
 
     fn accept_opened(&mut self, opened: Opened, before: &Session, command: &Command, ctx: &egui::Context) {
@@ -733,6 +733,8 @@ impl TorquescopeApp {
         let copy = self.keeper.taken().filter(|copy| copy.path == *path).cloned();
         let (tone, text) = done_text(before, self.history.current(), command);
         self.messages.toast(tone, text, ctx);
+        self.follow(before, Some(command));
+        self.look(document.view);
         match &copy {
             Some(_) => {
                 self.filed.begin(false, generation);
@@ -740,13 +742,9 @@ impl TorquescopeApp {
             }
             // What is left of a file is in none.
             None if crate::file::owner(path).is_some() => self.filed.begin(false, generation),
-            None => self.filed.is_in(path, mark, None),
+            None => self.filed.is_in(path, mark, instead.is_none().then(|| (generation, self.set_up()))),
         }
-        self.follow(before, Some(command));
-        self.look(document.view);
-        if self.filed.file().is_some() && instead.is_none() {
-            self.filed.is_in(path, mark, Some((generation, self.set_up())));
-        }
+        self.keep_copy();
         if let Some(run) = copy.and_then(|copy| copy.run()) {
             self.offer_training(&run);
         }

@@ -133,10 +133,9 @@ impl Keeper {
     }
 
     /// Whether something was set up to be looked at that is not in the copy of this session, nor asked to be.
-    pub fn lacks(&self, session: &Session, set_up: &dyn Fn() -> View) -> bool {
-        let is_other = |(generation, view): &(Generation, View)| {
-            *generation == session.generation && !view.is_set_up_as(&set_up())
-        };
+    pub fn lacks(&self, session: &Session, set_up: &View) -> bool {
+        let is_other =
+            |(generation, view): &(Generation, View)| *generation == session.generation && !view.is_set_up_as(set_up);
         self.asked.as_ref().is_some_and(is_other)
     }
 

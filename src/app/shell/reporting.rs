@@ -6,8 +6,7 @@ use egui::{RichText, TextEdit, Ui, WidgetInfo};
 
 use super::ending;
 use super::primary::primary;
-use crate::app::desk::ReportFormat;
-use crate::app::desk::{Desk, Order, Reporting};
+use crate::app::desk::{Desk, Order, ReportFormat, Reporting};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
 
