@@ -10,14 +10,14 @@ use crate::figure::colours::{DASHES, Dash};
 use crate::figure::mark::{Line, Points, Shade};
 use crate::figure::{Axis, Ink, Panel, Shared};
 use crate::model::Term;
-use crate::recording::Recording;
+use crate::recording::{Joint, Recording};
 use crate::session::{Session, Step};
 use crate::signals::Signals;
 
 /// Most points of one plot of predicted against measured torque.
 const MOST_POINTS: usize = 2500;
 /// Width of the measured torque, which is seen under the predicted one.
-const UNDER: f64 = 1.36;
+pub const UNDER: f64 = 1.36;
 /// Width of what stands out.
 const STRONG: f64 = 1.86;
 /// How much of its colour a part has while another one is lit.
@@ -75,15 +75,20 @@ pub struct Overlay {
     pub parts: Option<Arc<Vec<Part>>>,
 }
 
+/// A panel of a joint's torque over this time, in which what is held out is shaded.
+pub fn over_time(joint: &Joint, what: &str, time: [f64; 2], held_out: &[[f64; 2]]) -> Panel {
+    let x = Axis::new("time t", "s").range(time).linked(Along::Time);
+    let panel = Panel::new(format!("{}: {what}", joint.name), [x, Axis::new("", joint.kind.units()[3])]);
+    panel.with_all(held_out.iter().map(|stretch| Shade(*stretch)))
+}
+
 impl Torques<'_> {
     /// A panel over the time of the trajectory.
     fn panel(&self, joint: usize, what: &str) -> Panel {
         let info = &self.recording.joints[joint];
         let [first, last] = time_extent(&self.recording.trajectories[self.run].time);
         let others = self.beside.iter().flat_map(|beside| beside.moved.time.last().copied());
-        let x = Axis::new("time t", "s").range([first, others.fold(last, f64::max)]).linked(Along::Time);
-        let panel = Panel::new(format!("{}: {what}", info.name), [x, Axis::new("", info.kind.units()[3])]);
-        panel.with_all(self.held_out.iter().map(|stretch| Shade(*stretch)))
+        over_time(info, what, [first, others.fold(last, f64::max)], &self.held_out)
     }
 
     fn line(&self, name: &str, values: Shared<f64>, ink: Ink) -> Line {

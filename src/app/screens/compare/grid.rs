@@ -6,10 +6,11 @@ use std::sync::Arc;
 use egui::{ComboBox, Ui};
 
 use super::Residual;
+use super::figures::{UNDER, over_time};
 use crate::app::desk::{Desk, held_out_times, time_extent};
-use crate::app::plot::{Along, PanelView, series};
-use crate::figure::mark::{Line, Shade};
-use crate::figure::{Axis, Ink, Panel, Shared};
+use crate::app::plot::{PanelView, series};
+use crate::figure::mark::Line;
+use crate::figure::{Ink, Panel, Shared};
 use crate::session::Step;
 use crate::signals::Signals;
 use crate::statistics::ends;
@@ -18,8 +19,6 @@ use crate::statistics::ends;
 const CHART: f32 = 190.0;
 /// As finely as this the lines are looked at for what they reach.
 const COLUMNS: usize = 1000;
-/// Width of the measured torque, which is seen under the predicted one.
-const UNDER: f64 = 1.36;
 
 /// What is drawn of each joint and model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,9 +79,7 @@ pub fn panels(desk: &mut Desk, cell: Cell, ask: Ask) -> Vec<Vec<Panel>> {
     let row = |joint: usize| -> Vec<Panel> {
         let info = &recording.joints[joint];
         let panel = |(step, residual): &(Arc<Step>, Option<Arc<Signals>>)| {
-            let x = Axis::new("time t", "s").range(time_extent(&run.time)).linked(Along::Time);
-            let panel = Panel::new(format!("{}: {}", info.name, step.name), [x, Axis::new("", info.kind.units()[3])])
-                .with_all(held_out.iter().map(|stretch| Shade(*stretch)));
+            let panel = over_time(info, &step.name, time_extent(&run.time), &held_out);
             match cell {
                 Cell::Residual => {
                     let residual = residual.as_ref().map(|own| Shared::of(own, move |own| &own[joint]));
