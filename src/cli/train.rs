@@ -1,4 +1,4 @@
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow, bail};
@@ -106,7 +106,7 @@ impl Train {
             return Err(anyhow!("--plain solves for the parameters of a model: one with networks is trained instead"))
                 .or_usage();
         }
-        let document = self.output.as_deref().filter(|path| is_session(path));
+        let document = self.output.as_deref().filter(|path| file::is_session(path));
         if self.plain.is_some() && document.is_some() {
             return Err(anyhow!("--plain makes no session: save the model it finds as .json")).or_usage();
         }
@@ -211,11 +211,6 @@ impl Train {
         }
         Ok(())
     }
-}
-
-/// Whether a file is to hold the whole session.
-fn is_session(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(file::ENDING))
 }
 
 /// A speed that some samples may have.

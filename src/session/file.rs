@@ -584,7 +584,7 @@ pub fn save(path: &Path, document: &Document) -> Result<(), SessionFileError> {
 
 /// Whether a file is a session by its name, or what is left of one beside it.
 pub fn is_session(path: &Path) -> bool {
-    let has_ending = |path: &Path| path.extension().is_some_and(|ending| ending == ENDING);
+    let has_ending = |path: &Path| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(ENDING));
     has_ending(path) || file::owner(path).is_some_and(|owner| has_ending(&owner))
 }
 
