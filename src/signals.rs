@@ -180,9 +180,18 @@ impl Signals {
     /// # Panics
     /// As [`Signals::map_joints`].
     pub fn map_each(&self, joint: impl Fn(usize, &[f64]) -> Vec<f64> + Sync) -> Signals {
-        let joints = (0..self.joint_count()).into_par_iter();
-        let mapped: Vec<Vec<f64>> = joints.map(|number| joint(number, &self[number])).collect();
-        Signals::from_joints(mapped).unwrap_or_else(|error| panic!("joints of one length became different: {error}"))
+        let each = |(number, samples): (usize, &&[f64])| joint(number, samples);
+        self.map_together(|joints| joints.par_iter().enumerate().map(each).collect())
+    }
+
+    /// As [`Signals::map_joints`], of all joints in one go.
+    ///
+    /// # Panics
+    /// As [`Signals::map_joints`].
+    pub fn map_together(&self, all: impl FnOnce(&[&[f64]]) -> Vec<Vec<f64>>) -> Signals {
+        let joints: Vec<&[f64]> = self.iter().collect();
+        Signals::from_joints(all(&joints))
+            .unwrap_or_else(|error| panic!("joints of one length became different: {error}"))
     }
 
     /// Adds `factor` times other signals.

@@ -20,9 +20,15 @@ pub fn range<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
 }
 
 /// The value in the middle, the upper one of two; `None` of nothing.
-pub fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+pub fn median(values: Vec<f64>) -> Option<f64> {
+    above(values, 0.5)
+}
+
+/// The value above this share of all, from 0 to 1; `None` of nothing.
+pub fn above(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    let place = (values.len() as f64 * share) as usize;
+    let place = place.min(values.len().checked_sub(1)?);
+    Some(*values.select_nth_unstable_by(place, f64::total_cmp).1)
 }
 
 /// Deviation of the white noise in `runs` of a signal that is slow beside it, by the median size of third differences: slow signals
@@ -51,6 +57,10 @@ mod tests {
         assert_eq!(ends([]), [f64::INFINITY, f64::NEG_INFINITY]);
         assert!(range([]) < 0.0);
         assert_eq!((median(Vec::new()), white_noise([[0.0; 20]])), (None, None));
+        assert_eq!(
+            [0.0, 0.9, 1.0].map(|share| above((0..20).map(f64::from).collect(), share)),
+            [0.0, 18.0, 19.0].map(Some)
+        );
     }
 
     #[test]

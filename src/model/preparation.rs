@@ -96,8 +96,7 @@ impl Preparation {
 
     /// The same for a signal of all joints.
     pub fn apply_all(&self, signal: &Signals) -> Signals {
-        let joints: Vec<&[f64]> = signal.iter().collect();
-        Signals::from_joints(self.apply_each(&joints)).unwrap_or_else(|error| panic!("prepared alike: {error}"))
+        signal.map_together(|joints| self.apply_each(joints))
     }
 
     /// Which of the kept samples lie in this range of the original ones.

@@ -263,16 +263,19 @@ impl RigidBody {
 
 /// Torque of the identified rigid body with these factors: its columns times them, without the columns in between.
 pub(super) fn identified_torque(setting: &Setting, trajectory: &Trajectory, factors: &[f64]) -> Signals {
-    let in_stretch = |number: usize| {
-        let start = number * STRETCH;
-        torque_in(setting, trajectory, start..(start + STRETCH).min(trajectory.len()), factors)
-    };
+    let in_stretch = |number: usize| torque_in(setting, trajectory, stretch(number, trajectory.len()), factors);
     let stretches = trajectory.len().div_ceil(STRETCH).max(1);
     let parts: Vec<Signals> = (0..stretches).into_par_iter().map(in_stretch).collect();
     Signals::joined(&parts).unwrap_or_else(|error| panic!("stretches of one trajectory differ: {error}"))
 }
 
-/// The same in a stretch of the trajectory.
+/// The stretch of this number of so many samples.
+fn stretch(number: usize, samples: usize) -> Range<usize> {
+    let start = number * STRETCH;
+    start..(start + STRETCH).min(samples)
+}
+
+/// The torque of the identified rigid body in a stretch of the trajectory.
 fn torque_in(setting: &Setting, trajectory: &Trajectory, samples: Range<usize>, factors: &[f64]) -> Signals {
     let joints = trajectory.joint_count();
     let mut torque = Signals::zeros(joints, samples.len());
@@ -348,8 +351,7 @@ fn columns_along(
     }
     stretches.into_par_iter().enumerate().for_each(|(number, mut elements)| {
         let mut rows = vec![0.0; joints * width];
-        let start = number * STRETCH;
-        along(trajectory, start..(start + STRETCH).min(samples), |sample, q, qd, qdd| {
+        along(trajectory, stretch(number, samples), |sample, q, qd, qdd| {
             fill(q, qd, qdd, &mut rows);
             elements.iter_mut().zip(&rows).for_each(|(element, row)| element[sample] = *row);
         });

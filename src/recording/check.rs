@@ -564,6 +564,22 @@ mod tests {
         }
     }
 
+    /// Whoever splits a recording without its check leaves out the same readings.
+    #[test]
+    fn what_is_unusable_is_the_same_with_findings_and_without() {
+        let mut recording = swinging(1.0, 0.0);
+        let run = recording.trajectories[0].channels_mut();
+        let (mut qd, mut tau) = (run.qd, run.tau);
+        qd[0].copy_within(400..430, 1000);
+        tau[0][2000..2100].fill(0.0);
+        tau[0][500] = 1e4;
+        let unusable = check(&recording).unusable;
+        for sample in [500, 1010, 2050] {
+            assert!(unusable.iter().any(|place| place.samples.contains(&sample)), "{sample}: {unusable:?}");
+        }
+        assert_eq!(crate::recording::split::unusable(&recording), unusable);
+    }
+
     #[test]
     fn a_joint_that_was_held_still_raises_no_alarm_about_its_noise() {
         let mut recording = swinging(1.0, 0.0);

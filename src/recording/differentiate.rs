@@ -162,9 +162,7 @@ pub fn low_pass_together(signals: &[&[f64]], time_step: f64, cutoff_hz: f64) -> 
 
 /// [`low_pass`] of each joint.
 pub fn low_pass_joints(signals: &Signals, time_step: f64, cutoff_hz: f64) -> Signals {
-    let joints: Vec<&[f64]> = signals.iter().collect();
-    let passed = low_pass_together(&joints, time_step, cutoff_hz);
-    Signals::from_joints(passed).unwrap_or_else(|error| panic!("filtered alike: {error}"))
+    signals.map_together(|joints| low_pass_together(joints, time_step, cutoff_hz))
 }
 
 /// Up to `N` signals of one length through the filter.

@@ -8,7 +8,6 @@
 
 pub mod catalogue;
 pub mod check;
-mod contradiction;
 pub mod correction;
 pub mod differentiate;
 pub mod drive;

@@ -35,9 +35,8 @@ pub(super) fn find(recording: &Recording, joint: usize) -> Vec<Segment> {
     let runs = recording.trajectories.iter().map(|run| &run.tau[joint]);
     let Some(deviation) = white_noise(runs).filter(|deviation| *deviation > 0.0) else { return Vec::new() };
     let means: Vec<Means> = recording.trajectories.iter().map(|run| Means::of(run, joint)).collect();
-    let sides = || [-1.0, 1.0].into_par_iter();
-    let mut stretches: Vec<Segment> =
-        sides().flat_map_iter(|side| at_end(recording, joint, &means, side, deviation)).collect();
+    let at_end = |side| at_end(recording, joint, &means, side, deviation);
+    let mut stretches: Vec<Segment> = [-1.0, 1.0].into_par_iter().flat_map_iter(at_end).collect();
     stretches.sort_by_key(|stretch| (stretch.trajectory, stretch.samples.start));
     stretches
 }

@@ -4,16 +4,19 @@
 //! Each rule asks for what clean logs do not have at all, however they are noisy, quantised, rare in motion or full of contacts:
 //! the bounds stand many times beyond what such logs show.
 
+mod contradiction;
+
 use std::f64::consts::TAU;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
+use contradiction::Contradiction;
+
 use super::check::{Finding, FindingKind, Pick, Place, Severity};
-use super::contradiction::{self, Contradiction};
 use super::segment::Segment;
 use super::{JointKind, Origin, Recording, Trajectory};
-use crate::statistics::median;
+use crate::statistics::{above, median};
 
 /// Larger than any reading in SI units, and than any count of an encoder.
 const BEYOND_BELIEF: f64 = 1e9;
@@ -246,17 +249,22 @@ fn single(recording: &Recording, joint: usize, pick: Pick) -> Option<Single> {
 fn usual(recording: &Recording, joint: usize, pick: Pick) -> Option<(f64, f64)> {
     let values: Vec<f64> = values(recording, joint, pick).collect();
     let median = median(values.clone())?;
-    let mut values: Vec<f64> = values.iter().map(|value| (value - median).abs()).collect();
-    let nearly_all = ((values.len() as f64 * NEARLY_ALL) as usize).min(values.len() - 1);
-    let spread = *values.select_nth_unstable_by(nearly_all, f64::total_cmp).1;
+    let spread = above(values.iter().map(|value| (value - median).abs()).collect(), NEARLY_ALL)?;
     (spread > 0.0).then_some((median, spread))
 }
 
 /// Stretches of a few samples that leap out of all others and back.
 fn far_out(values: &[f64], is_far: impl Fn(f64) -> bool) -> Vec<Range<usize>> {
+    let mut stretches = stretches_where(values, |value| is_far(*value));
+    stretches.retain(|stretch| stretch.len() <= LONGEST);
+    stretches
+}
+
+/// Where something is so, one stretch after the other.
+fn stretches_where<T>(values: &[T], is_so: impl Fn(&T) -> bool) -> Vec<Range<usize>> {
     let (mut found, mut start) = (Vec::new(), 0);
-    for stretch in values.chunk_by(|one, other| is_far(*one) == is_far(*other)) {
-        if is_far(stretch[0]) && stretch.len() <= LONGEST {
+    for stretch in values.chunk_by(|one, other| is_so(one) == is_so(other)) {
+        if is_so(&stretch[0]) {
             found.push(start..start + stretch.len());
         }
         start += stretch.len();

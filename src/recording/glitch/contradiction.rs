@@ -5,10 +5,11 @@
 //! derivatives around it, but for noise and delay, which are there everywhere. What lies far outside in a few places only was
 //! damaged there (a file that lost bytes, a line that was disturbed), repeated by a logger that had no newer reading, or read late.
 
-use super::check::{Finding, FindingKind, Pick, Place, Severity};
-use super::segment::Segment;
-use super::{Origin, Recording, Trajectory};
-use crate::statistics::{ends, median};
+use super::{at, stretches_where, usual};
+use crate::recording::check::{Finding, FindingKind, Pick, Severity};
+use crate::recording::segment::Segment;
+use crate::recording::{Origin, Recording, Trajectory};
+use crate::statistics::{above, ends};
 
 /// A derivative may be late or early by so much \[s\], as filters make it,
 const AROUND: f64 = 0.02;
@@ -16,13 +17,12 @@ const AROUND: f64 = 0.02;
 const LEAST_AROUND: usize = 2;
 /// A contradiction is so many times as large as what most samples differ by
 const TIMES: f64 = 3.0;
-/// more than this share of what nearly all derivatives reach.
+/// more than this share of what nearly all derivatives reach. With these bounds `torquescope selftest logs faults --long` reads 45 of
+/// 4,500 damaged logs in silence, 107 without them, and raises no alarm at 300 clean ones.
 const LEAST: f64 = 0.1;
 /// The share of all samples that is most of them.
 const MOST: f64 = 0.9;
-/// The share of all samples that is nearly all.
-const NEARLY_ALL: f64 = 0.995;
-/// Fewer samples tell nothing.
+/// Fewer samples tell nothing; nor does one of so many derivatives on either side.
 const FEWEST: usize = 40;
 /// Where a step of time is so many times the usual one, nobody knows what the derivative was meanwhile.
 const GAP: f64 = 1.5;
@@ -57,15 +57,15 @@ impl Contradiction {
     pub fn finding(&self, recording: &Recording, joint: usize) -> Finding {
         let [signal, derivative] = self.symbols;
         let count: usize = self.places.iter().map(|place| place.samples.len()).sum();
-        let Segment { trajectory, samples } = &self.places[0];
+        let first = &self.places[0];
         Finding {
             severity: Severity::Warning,
             kind: FindingKind::Contradiction,
             what: format!(
                 "{signal} and {derivative} of {} contradict each other in {count} samples (first: sample {}): no motion has both.",
-                recording.joints[joint].name, samples.start
+                recording.joints[joint].name, first.samples.start
             ),
-            place: Place { trajectory: Some(*trajectory), samples: Some(samples.clone()), ..Place::joint(joint) },
+            place: at(joint, first),
             remedy: "One of the two is damaged there, repeated, or read at another moment than its time says: these samples and \
                      some around them train nothing and count in no error. Copy the file again, or check the sensor and its clock."
                 .to_owned(),
@@ -75,17 +75,14 @@ impl Contradiction {
 }
 
 fn places(recording: &Recording, joint: usize, signal: Pick, derivative: Pick) -> Vec<Segment> {
+    let Some((_, reach)) = usual(recording, joint, derivative).filter(|_| recording.sample_count() >= FEWEST) else {
+        return Vec::new();
+    };
     let runs = recording.trajectories.iter();
     let pairs: Vec<Pair> = runs.map(|run| Pair::of(run, &signal(run)[joint], &derivative(run)[joint])).collect();
-    let values: Vec<f64> = pairs.iter().flat_map(|pair| pair.derivatives).copied().collect();
-    let Some(middle) = median(values.clone()).filter(|_| values.len() >= FEWEST) else { return Vec::new() };
-    let least = LEAST * below(values.into_iter().map(|value| (value - middle).abs()).collect(), NEARLY_ALL);
-    if least <= 0.0 {
-        return Vec::new();
-    }
     let [of_derivatives, of_slopes] = [Pair::derivative_differs, Pair::slope_differs].map(|differs| {
         let all = pairs.iter().flat_map(|pair| (0..pair.slopes.len()).map(|at| differs(pair, at)));
-        least + TIMES * below(all.collect(), MOST)
+        LEAST * reach + TIMES * above(all.collect(), MOST).unwrap_or(0.0)
     });
     let of_run = |(trajectory, pair): (usize, &Pair)| {
         let mut is_odd = vec![false; pair.derivatives.len()];
@@ -96,14 +93,8 @@ fn places(recording: &Recording, joint: usize, signal: Pick, derivative: Pick) -
                 is_odd[at..at + 2].fill(true);
             }
         }
-        let (mut places, mut start) = (Vec::new(), 0);
-        for stretch in is_odd.chunk_by(|one, other| one == other) {
-            if stretch[0] {
-                places.push(Segment { trajectory, samples: start..start + stretch.len() });
-            }
-            start += stretch.len();
-        }
-        places
+        let stretches = stretches_where(&is_odd, |is_odd| *is_odd);
+        stretches.into_iter().map(|samples| Segment { trajectory, samples }).collect::<Vec<_>>()
     };
     pairs.iter().enumerate().flat_map(of_run).collect()
 }
@@ -162,13 +153,6 @@ fn distance(value: f64, others: &[f64]) -> f64 {
 fn outside(value: f64, others: &[f64]) -> f64 {
     let [low, high] = ends(others.iter().copied());
     if low <= high { (low - value).max(value - high).max(0.0) } else { 0.0 }
-}
-
-/// What this share of the values stays below; 0 of nothing.
-fn below(mut values: Vec<f64>, share: f64) -> f64 {
-    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
-    let place = (values.len() as f64 * share) as usize;
-    *values.select_nth_unstable_by(place.min(last), f64::total_cmp).1
 }
 
 #[cfg(test)]
