@@ -8,7 +8,7 @@ use super::desk::{Desk, Order, is_held_out};
 use crate::recording::Recording;
 
 /// How charts are used.
-pub const HINT: &str = "Drag: cursor. Ctrl+wheel, Ctrl+drag: zoom. Right click: limits, export. F1: all keys.";
+pub const HINT: &str = "Drag: cursor. Ctrl+wheel, Ctrl+drag: zoom. Right click: limits, lines, export. F1: all keys.";
 
 /// The most that time goes on in a frame \[s\].
 const LONGEST_STEP: f64 = 0.5;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::desk::{About, Overlaid, time_extent};
-use super::plot::Along;
-use super::{TorquescopeApp, formula};
+use super::plot::{Along, OwnSeries};
+use super::{TorquescopeApp, formula, screens};
 use crate::figure::colours::MODEL_DASHES;
 use crate::progress::Monitor;
 use crate::session::{Command, Session, SessionError, Step};
@@ -25,8 +25,10 @@ pub struct Looking {
     pub models: Vec<String>,
     /// The joint, from 1.
     pub joint: Option<usize>,
-    /// A line of one's own over time.
+    /// Lines of one's own over time, in a chart of their own, with semicolons between them.
     pub formula: Option<String>,
+    /// Lines of one's own in charts of the screens: what the chart's title contains, and the formula.
+    pub lines: Vec<[String; 2]>,
     /// What is shown in another way than at first: `components`, `grid=torque`.
     pub show: Vec<String>,
 }
@@ -83,6 +85,14 @@ pub enum LookingError {
         text: String,
         /// What is wrong with it.
         reason: String,
+    },
+    /// No chart has this title.
+    #[error("there is no chart `{asked}` for a line of one's own; there are: {known}")]
+    NoChart {
+        /// What was asked for.
+        asked: String,
+        /// Those that can have one.
+        known: String,
     },
     /// No screen knows it.
     #[error("nothing is shown by the name `{asked}` here; there {}", listed(.known))]
@@ -203,7 +213,35 @@ impl TorquescopeApp {
             let turned = self.at_desk(|screens, desk| screens.turn(desk, asked, &of));
             turned.map_err(|known| LookingError::NoSwitch { asked: asked.clone(), known })?;
         }
+        for [chart, text] in &looking.lines {
+            self.write_line(chart, text, &of)?;
+        }
         Ok(left_out)
+    }
+
+    /// Writes a line into all charts of these screens whose title contains this.
+    fn write_line(&mut self, chart: &str, text: &str, of: impl Fn(&About) -> bool) -> Result<(), LookingError> {
+        let (shown, mut known) = (self.screen(), Vec::new());
+        for screen in screens::all().filter(|about| of(about)) {
+            self.show_screen(screen);
+            let mut charts = self.at_desk(|screens, desk| screens.figures(desk));
+            charts.retain(|panel| self.focus.views.own.can_be_in(panel));
+            known.extend(charts.iter().map(|panel| panel.title.clone()));
+            charts.retain(|panel| panel.title.contains(chart));
+            let series = OwnSeries { text: text.to_owned(), ..OwnSeries::default() };
+            charts.iter().for_each(|panel| self.focus.views.own.add(panel, series.clone()));
+            if !charts.is_empty() {
+                // Whether it can be drawn is known when it is.
+                self.at_desk(|screens, desk| screens.figures(desk));
+            }
+        }
+        self.show_screen(shown);
+        if let Some((text, reason)) = self.focus.views.own.problem() {
+            return Err(LookingError::Formula { text, reason });
+        }
+        let is_there = known.iter().any(|title| title.contains(chart));
+        let no_such = || LookingError::NoChart { asked: chart.to_owned(), known: known.join(", ") };
+        if is_there { Ok(()) } else { Err(no_such()) }
     }
 
     /// Draws the models that were asked for, and no others.

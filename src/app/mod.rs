@@ -401,7 +401,7 @@ impl TorquescopeApp {
         });
         let session = self.history.current().clone();
         self.memo.keep_to(&session);
-        let desk = Desk {
+        let mut desk = Desk {
             session: &session,
             focus: &mut self.focus,
             memo: &mut self.memo,
@@ -413,6 +413,7 @@ impl TorquescopeApp {
             templates: &self.templates,
         };
         let drawing = self.drawing.as_ref().map(|job| (job.name(), job.progress()));
+        formula::prepare_later(ui.ctx(), &mut desk);
         let aside = drawing.or_else(|| self.screens.at_work()).map(|(name, progress)| (name.to_owned(), progress));
         let mut shell = Shell {
             desk,

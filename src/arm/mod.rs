@@ -125,6 +125,8 @@ impl Posture {
     pub const RIGHT: Posture = Posture { zero_angle: 0.0, sense: Sense::CounterClockwise };
     /// At q = 0 the arm points along +z.
     pub const UP: Posture = Posture { zero_angle: std::f64::consts::FRAC_PI_2, sense: Sense::CounterClockwise };
+    /// At q = 0 the arm points along −x.
+    pub const LEFT: Posture = Posture { zero_angle: std::f64::consts::PI, sense: Sense::CounterClockwise };
     /// At q = 0 the arm hangs along −z.
     pub const DOWN: Posture = Posture { zero_angle: -std::f64::consts::FRAC_PI_2, sense: Sense::CounterClockwise };
 

@@ -24,6 +24,7 @@ use crate::session::{Document, Session, View};
   torquescope figure compare --only torque --size one-column -o torque.pdf
   torquescope figure compare log.csv --trajectory 3 --range 2..5 --only 'joint 2' --show components -o parts.pdf
   torquescope figure compare mine.torquescope --models all --show grid -o grid.pdf
+  torquescope figure compare log.csv --line 'joint 1: residual' '0.4 * sign(qd1)' --only 'joint 1: residual' -o guess.pdf
   torquescope figure model --only structure -o network.svg
   torquescope figure compare --only residual --columns 2 --letters --font serif --theme grey -o residuals.pdf
   torquescope figure all mine.torquescope --format pdf -o figures
@@ -66,9 +67,12 @@ struct FigureOf {
     /// Of which joint, from 1, where a screen shows one at a time.
     #[arg(long, value_name = "NUMBER")]
     joint: Option<usize>,
-    /// A line of your own below the charts over time, such as `tau1 - predicted1`.
-    #[arg(long, value_name = "FORMULA")]
+    /// Lines of your own in a chart below those over time, such as `tau1 - predicted1`, with semicolons between them.
+    #[arg(long, value_name = "FORMULA;…")]
     formula: Option<String>,
+    /// A line of your own in each chart over time or over a state whose title contains this. May be repeated.
+    #[arg(long, num_args = 2, value_names = ["CHART", "FORMULA"])]
+    line: Vec<String>,
     /// What a check box or chooser of the screen shows: `terms`, `components`, `components=gravity`, `grid`, `grid=torque` (compare);
     /// `training`, `map=position-velocity` (residuals); `let-go` (model); `one-seed` (train); `one-joint` (extrapolation); `after`,
     /// `effect=ID` (diagnose). May be repeated.
@@ -80,7 +84,8 @@ impl FigureOf {
     fn looking(&self) -> Looking {
         let (trajectory, formula) = (self.trajectory.clone(), self.formula.clone());
         let (models, show) = (self.models.clone(), self.show.clone());
-        Looking { trajectory, range: self.range, models, joint: self.joint, formula, show }
+        let lines = self.line.chunks_exact(2).map(|line| [line[0].clone(), line[1].clone()]).collect();
+        Looking { trajectory, range: self.range, models, joint: self.joint, formula, lines, show }
     }
 }
 

@@ -10,6 +10,9 @@ use super::mark::{Edges, Entry, Mark, Reach};
 /// Room that is left of the range on either side, as a part of it.
 const MARGIN: f64 = 0.06;
 
+/// Values that differ by a smaller part of themselves are taken as the same.
+const ROUNDING: f64 = 1e-10;
+
 /// Panels, drawn row by row.
 #[derive(Debug, Clone, Default)]
 pub struct Figure {
@@ -151,7 +154,8 @@ impl Panel {
         if low > high {
             return [0.0, 1.0];
         }
-        let margin = match high > low {
+        // What differs by rounding alone is one value.
+        let margin = match high - low > ROUNDING * low.abs().max(high.abs()) {
             _ if has(Edges::Filled) => 0.0,
             false => 0.5 * high.abs().max(1.0),
             true if which == 1 || has(Edges::Loose) => MARGIN * (high - low),

@@ -22,6 +22,10 @@ const BESIDE: f64 = 17.0;
 /// The same below it, with the title of the next one \[mm\].
 const BELOW: f64 = 20.0;
 
+/// Between two names below an axis, and the least width of one that is set in lines \[mm\].
+const BETWEEN_NAMES: f64 = 2.0;
+const LEAST_NAME: f64 = 12.0;
+
 /// The file, beside a table of this name.
 pub fn picture(figure: &Figure, style: &Style, table: &str) -> String {
     let columns = style.columns.unwrap_or(figure.columns).clamp(1, figure.panels.len().max(1));
@@ -30,7 +34,7 @@ pub fn picture(figure: &Figure, style: &Style, table: &str) -> String {
     let width = whole / columns as f64 - BESIDE;
     let usual = if style.size.is_narrow() || columns > 1 { 0.62 } else { 0.3 };
     let height = style.height.unwrap_or(usual * width);
-    let panels: String = figure.panels.iter().map(|panel| group(panel, style)).collect();
+    let panels: String = figure.panels.iter().map(|panel| group(panel, style, width)).collect();
     format!(
         "% \\input of this file draws it, where the head of the paper has\n\
          % \\usepackage{{pgfplots}} \\usepgfplotslibrary{{groupplots}} \\pgfplotsset{{compat=1.16}}\n\
@@ -44,13 +48,14 @@ pub fn picture(figure: &Figure, style: &Style, table: &str) -> String {
     )
 }
 
-/// One plot.
-fn group(panel: &Panel, style: &Style) -> String {
+/// One plot of this width \[mm\].
+fn group(panel: &Panel, style: &Style, width: f64) -> String {
     let heading = if panel.bare { "hide axis, " } else { "" };
     let mut text = format!(
-        "\\nextgroupplot[{heading}title={{{}}}, {}, {}]\n",
+        "\\nextgroupplot[{heading}title={{{}}}, {}{}, {}]\n",
         escaped(&panel.heading()),
         axis("x", &panel.x),
+        in_lines(&panel.x, width),
         axis("y", &panel.y)
     );
     let bars = panel.marks.iter().filter(|mark| kind_of(mark.as_ref(), &panel.x) == Some("bar")).count();
@@ -83,6 +88,17 @@ fn axis(which: &str, axis: &Axis) -> String {
         let _ = write!(text, ", {which}min={low:?}, {which}max={high:?}");
     }
     text
+}
+
+/// How names below an axis of this width \[mm\] stand: in lines, or upright where there is no room for words.
+fn in_lines(axis: &Axis, width: f64) -> String {
+    let Scale::Names(names) = &axis.scale else { return String::new() };
+    let room = width / names.len().max(1) as f64 - BETWEEN_NAMES;
+    let style = match room >= LEAST_NAME {
+        true => format!("align=center, text width={room:.1}mm"),
+        false => "rotate=90, anchor=east".to_owned(),
+    };
+    format!(", xticklabel style={{{style}}}")
 }
 
 /// The kind of a mark's rows, if it has any.
@@ -253,6 +269,12 @@ mod tests {
         );
         assert!(text.contains("(7.0001e1,9)"), "the spike is there");
         assert!(text.matches(",2.5e-1)").count() < 4 * COLUMNS && text.contains("\\addlegendentry{measured}"));
+        let of_models = |count: usize| {
+            let axes = [Axis::names("", vec!["structured DeLaN".to_owned(); count]), Axis::default()];
+            picture(&Figure::new(vec![Panel::new("errors", axes)]), &Style::default(), "a.csv")
+        };
+        assert!(of_models(4).contains("xticklabel style={align=center, text width="));
+        assert!(of_models(20).contains("xticklabel style={rotate=90, anchor=east}"));
         assert_eq!([0.0, 1.5, -1.234_567e-7, f64::NAN].map(number), ["0", "1.5", "-1.23457e-7", "nan"]);
     }
 }

@@ -44,7 +44,9 @@ pub fn labels(ticks: &[f64]) -> Vec<String> {
     let decimals = (-step.log10().floor()).max(0.0) as usize;
     let largest = ticks.iter().fold(0.0, |most: f64, tick| most.max(tick.abs()));
     let plain = largest < 1e5 && decimals <= 4;
-    let text = |tick: &f64| if plain { format!("{tick:.decimals$}") } else { format!("{tick:.1e}") };
+    // As many digits as tell one from the next.
+    let digits = (largest.log10().floor() - step.log10().floor()).clamp(1.0, 15.0) as usize;
+    let text = |tick: &f64| if plain { format!("{tick:.decimals$}") } else { format!("{tick:.digits$e}") };
     ticks.iter().map(|tick| zero(&text(tick))).collect()
 }
 
@@ -119,6 +121,16 @@ mod tests {
         assert_eq!(texts([-1.1, 0.1], 8), ["0.1", "0.2", "0.5", "1"]);
         assert_eq!(texts([-9.0, 1.0], 5), ["1e−8", "1e−6", "1e−4", "0.01", "1"]);
         assert!(texts([0.0, 0.0], 5).is_empty());
+    }
+
+    #[test]
+    fn no_two_ticks_say_the_same() {
+        for range in [[0.02, 0.020_000_4], [-3e-7, 5e-7], [123_456.0, 123_460.0], [0.1, 0.1 + 1e-9]] {
+            let texts = labels(&linear(range, 5));
+            let other = |place: usize| texts[..place].iter().all(|other| *other != texts[place]);
+            assert!(texts.len() > 2 && (0..texts.len()).all(other), "{texts:?}");
+        }
+        assert_eq!(labels(&linear([2e-6, 8e-6], 3)), ["2.0e−6", "4.0e−6", "6.0e−6", "8.0e−6"]);
     }
 
     #[test]

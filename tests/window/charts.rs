@@ -63,6 +63,122 @@ fn a_formula_passes_a_low_pass_on_every_screen() {
     assert!(window.query_by_label_contains("half the sampling rate").is_some());
 }
 
+/// Several formulas stand in one chart, each with a name and a look of its own.
+#[test]
+fn formulas_are_drawn_over_each_other() {
+    let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
+    write_into(&mut window, "formula of channels", "tau1; 2 * tau1");
+    let panels = window.state_mut().figure().panels;
+    let panel = panels.iter().find(|panel| panel.title == "tau1; 2 * tau1").unwrap();
+    assert_eq!(panel.legend().iter().map(|entry| entry.name).collect::<Vec<_>>(), ["tau1", "2 * tau1"]);
+    write_into(&mut window, "formula of channels", "tau1; tau9");
+    assert!(window.query_by_label_contains("there is no channel `tau9`").is_some());
+    assert!(window.query_by_label_contains("plot of tau1; tau9").is_some(), "what can be drawn is");
+}
+
+/// Opens the menu of a chart, and writes a line of one's own into it, the n-th there.
+pub fn write_line(window: &mut Window, chart: &str, number: usize, text: &str) {
+    let plot = window.get_by_label(chart);
+    plot.scroll_to_me();
+    plot.focus();
+    window.run_steps(4);
+    window.key_press(Key::L);
+    window.run_steps(4);
+    click(window, "Add a line");
+    write_into(window, &format!("line of your own {number}"), text);
+}
+
+/// The numbers of a line of a chart.
+fn line_of(window: &mut Window, chart: &str, name: &str) -> Vec<[f64; 2]> {
+    let panels = window.state_mut().figure().panels;
+    let panel = panels.iter().find(|panel| panel.title == chart).unwrap_or_else(|| panic!("no chart {chart}"));
+    let line = panel.marks.iter().find(|mark| mark.name() == name);
+    let line = line.unwrap_or_else(|| panic!("{chart} has {:?}", panel.legend()));
+    let mut points = Vec::new();
+    line.rows(&panel.x, &mut |row| points.push([row.x, row.y]));
+    points
+}
+
+/// A line of one's own stands in a chart of any screen: over time, over a state as its mean, and where the arm moves faster. It is
+/// drawn over what is there, told if it can't be, kept in the session and on paper, and taken away again.
+#[test]
+fn lines_of_ones_own_stand_in_any_chart() {
+    let mut window = window(support::extrapolated(), &compare::ABOUT, Theme::Light);
+    let residual = "joint 1: residual";
+    write_line(&mut window, "plot of joint 1: residual [N m]", 1, "tau1 - predicted1");
+    assert_eq!(line_of(&mut window, residual, "tau1 - predicted1"), line_of(&mut window, residual, "τ − τ̂"));
+    click(&mut window, "Add a line");
+    write_into(&mut window, "line of your own 2", "tau1 - wrong");
+    assert!(window.query_by_label_contains("column 8: there is no channel `wrong`").is_some());
+    write_into(&mut window, "line of your own 2", "3 * qd1");
+    enter(&mut window, "x from", "1");
+    assert_eq!(legends::mistakes_on_screens(&mut window, &[&compare::ABOUT]), [""; 0]);
+    assert!(line_of(&mut window, residual, "3 * qd1").len() > 100);
+    click(&mut window, "Remove line 1");
+    settle(&mut window);
+    let panels = window.state_mut().figure().panels;
+    let names = |title: &str| {
+        let panel = panels.iter().find(|panel| panel.title == title).unwrap();
+        panel.legend().iter().map(|entry| entry.name.to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(residual), ["τ − τ̂", "3 * qd1"]);
+    assert_eq!(names("joint 2: residual"), ["τ − τ̂"]);
+
+    window.state_mut().order(Order::Show(&residuals::ABOUT));
+    settle(&mut window);
+    let velocity = "residual against velocity";
+    write_line(&mut window, "plot of residual against velocity [N m]", 1, "residual1");
+    assert_eq!(line_of(&mut window, velocity, "residual1"), line_of(&mut window, velocity, "mean"));
+    window.key_press(Key::Escape);
+    settle(&mut window);
+    write_line(&mut window, "plot of time line [N m]", 1, "residual1");
+    assert_eq!(line_of(&mut window, "time line", "residual1"), line_of(&mut window, "time line", "τ − τ̂"));
+
+    window.state_mut().order(Order::Show(&extrapolation::ABOUT));
+    settle(&mut window);
+    let replay = "joint 1: torque at this scale";
+    write_line(&mut window, "plot of joint 1: torque at this scale [N m]", 1, "predicted1");
+    assert_eq!(line_of(&mut window, replay, "predicted1"), line_of(&mut window, replay, "predicted τ̂"));
+}
+
+/// Where no cursor stands the values under the pointer are told beside it, and copied.
+#[test]
+fn values_under_the_pointer_are_copied_where_no_cursor_is() {
+    let mut window = window(demonstration(), &residuals::ABOUT, Theme::Light);
+    for (chart, unit) in [("residual against velocity [N m]", " N m"), ("mean residual, ↑ velocity [rad/s]", " rad/s")]
+    {
+        let spoken = format!("plot of {chart}");
+        let plot = window.get_by_label(&spoken);
+        plot.scroll_to_me();
+        plot.focus();
+        window.run_steps(4);
+        let place = window.get_by_label(&spoken).rect();
+        // Not everywhere in the map there is something.
+        let copied = (3..8).find_map(|tenth| {
+            window.hover_at(place.lerp_inside(egui::vec2(0.1 * tenth as f32, 0.4)));
+            window.run_steps(3);
+            copied(&mut window).filter(|lines| lines.len() == 3)
+        });
+        let lines = copied.unwrap_or_else(|| panic!("no value anywhere in {chart}"));
+        assert_eq!(lines[0], chart);
+        assert!(lines[1].contains(", ") && lines[1].ends_with(unit), "{lines:?}");
+        assert!(lines[2].ends_with(" N m"), "the mean there: {lines:?}");
+    }
+}
+
+/// What C copies of the chart that has the focus.
+fn copied(window: &mut Window) -> Option<Vec<String>> {
+    window.key_down(Key::C);
+    window.step();
+    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.lines().map(str::to_owned).collect()),
+        _ => None,
+    });
+    window.key_up(Key::C);
+    window.step();
+    copied
+}
+
 /// From where to where a chart is seen can be typed; F shows everything again.
 #[test]
 fn limits_of_axes_are_typed() {
@@ -96,13 +212,7 @@ fn values_at_the_cursor_are_copied() {
     let mut window = window(demonstration(), &compare::ABOUT, Theme::Light);
     window.get_by_label("plot of joint 1: torque [N m]").focus();
     window.run_steps(2);
-    window.key_down(Key::C);
-    window.step();
-    let copied = window.output().platform_output.commands.iter().find_map(|command| match command {
-        egui::OutputCommand::CopyText(text) => Some(text.clone()),
-        _ => None,
-    });
-    let lines: Vec<String> = copied.unwrap().lines().map(str::to_owned).collect();
+    let lines = copied(&mut window).unwrap();
     assert_eq!(lines[0], "joint 1: torque [N m]");
     assert!(lines[2].starts_with("measured τ ") && lines[2].ends_with(" N m"), "{lines:?}");
     assert_eq!(lines.len(), 4, "the time, and two lines: {lines:?}");

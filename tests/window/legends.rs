@@ -42,7 +42,7 @@ fn mistakes(panel: &Panel) -> Vec<String> {
 }
 
 /// The mistakes on all screens as they are set up.
-fn mistakes_on_screens(window: &mut Window, screens: &[&'static About]) -> Vec<String> {
+pub fn mistakes_on_screens(window: &mut Window, screens: &[&'static About]) -> Vec<String> {
     let mut found = Vec::new();
     for screen in screens {
         window.state_mut().order(Order::Show(screen));

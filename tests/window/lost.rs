@@ -507,15 +507,23 @@ fn a_session_keeps_what_was_set_up_to_be_looked_at() {
     let other = first.state().session().recording.as_ref().unwrap().trajectories[0].name.clone();
     first.get_by_role_and_label(Role::Button, &other).click();
     settle(&mut first);
+    charts::write_line(&mut first, "plot of joint 2: torque [N m]", 1, "4 * qd2");
+    first.key_press(Key::Escape);
+    settle(&mut first);
     let chart = first.get_by_label("plot of joint 1: torque [N m]").rect();
     first.hover_at(chart.center());
     first.run_steps(2);
     first.event(egui::Event::Zoom(1.6));
     settle(&mut first);
     let before = numbers(&mut first);
-    for part in
-        ["tau1 - predicted1", "term: viscous friction", "samples marked", &format!("measured τ, {other}"), "let go"]
-    {
+    for part in [
+        "tau1 - predicted1",
+        "4 * qd2",
+        "term: viscous friction",
+        "samples marked",
+        &format!("measured τ, {other}"),
+        "let go",
+    ] {
         assert!(before.contains(part), "{part}");
     }
     first.state_mut().order(Order::Save(mine.clone()));

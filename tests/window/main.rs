@@ -246,6 +246,18 @@ fn the_arm_is_edited_by_hand_and_simulated() {
     drag(&mut window, tip, tip + egui::vec2(30.0, -5.0));
     let disc = window.get_by_label("drag the mass of link 1").rect().center();
     drag(&mut window, disc, disc - egui::vec2(0.0, 40.0));
+    // The first link is drawn where it points at q = 0.
+    let above = |window: &Window| {
+        let end = |label: &str| window.get_by_label(label).rect().center();
+        end("drag the mass of link 1") - end("drag the length of link 1")
+    };
+    window.get_by_role_and_label(Role::Button, "left").click_accesskit();
+    window.run_steps(4);
+    assert!(above(&window).x > 5.0 && above(&window).y.abs() < 1.0, "{:?}", above(&window));
+    window.get_by_role_and_label(Role::SpinButton, "angle at q = 0").scroll_to_me();
+    window.run_steps(4);
+    enter(&mut window, "angle at q = 0", "135");
+    assert!(above(&window).x > 5.0 && above(&window).y > 5.0, "it points up to the left: {:?}", above(&window));
     window.get_by_role_and_label(Role::Button, "Simulate").click_accesskit();
     settle(&mut window);
     let arm = window.state().session().recording.as_ref().unwrap().stated_arm.clone().unwrap();
@@ -253,6 +265,7 @@ fn the_arm_is_edited_by_hand_and_simulated() {
     assert!(arm.links[2].length > 1.05 * before.links[2].length, "{:?}", arm.links[2]);
     assert!(arm.links[0].mass > 1.3 * before.links[0].mass, "{:?}", arm.links[0]);
     assert_eq!(arm.links[1], before.links[1]);
+    assert!((arm.posture.zero_angle - 135f64.to_radians()).abs() < 1e-9, "{:?}", arm.posture);
 }
 
 /// More than one effect is hidden, as by the command line; the seal knows them all.

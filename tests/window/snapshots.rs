@@ -186,6 +186,20 @@ fn dialogs_look_as_they_did() {
     }
 }
 
+/// The menu of a plot, with lines of one's own in it.
+#[test]
+fn the_menu_of_a_plot_looks_as_it_did() {
+    let mut results = SnapshotResults::new();
+    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS);
+    let mut window = window(repaired(), &residuals::ABOUT, Theme::Light);
+    let chart = "plot of residual against velocity [N m]";
+    crate::charts::write_line(&mut window, chart, 1, "0.5 * sign(qd1)");
+    crate::click(&mut window, "Add a line");
+    crate::type_into(&mut window, "line of your own 2", "sin(q1) + mg");
+    settle(&mut window);
+    results.add(window.try_snapshot_options("menu-of-a-plot", &options));
+}
+
 /// While something is at work: how far it is may differ from picture to picture, where it stands and what is shut may not.
 #[test]
 fn a_busy_screen_looks_as_it_did() {

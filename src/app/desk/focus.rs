@@ -9,26 +9,10 @@ use super::Stretch;
 use super::film::Film;
 use super::overlaid::Overlaid;
 use crate::app::plot::spatial::Sight;
-use crate::app::plot::{Along, Views};
+use crate::app::plot::{Along, OwnLine, OwnLines, OwnSeries, Views};
 use crate::model::Preset;
 use crate::recording::{Recording, Trajectory};
 use crate::session::{Command, Session, Step};
-
-/// A series of one's own over time, as it is written.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct OwnSeries {
-    /// A formula of channels; blank for none.
-    pub text: String,
-    /// Cut-off of its low-pass \[Hz\]; 0 lets everything pass.
-    pub cutoff_hz: f64,
-}
-
-impl OwnSeries {
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.text.trim().is_empty()
-    }
-}
 
 /// What somebody has set up, as a file keeps it.
 #[derive(Default, Serialize, Deserialize)]
@@ -36,6 +20,7 @@ impl OwnSeries {
 struct Setup {
     beside: Option<usize>,
     own_series: OwnSeries,
+    own_lines: Vec<OwnLine>,
     marked: Option<Vec<Stretch>>,
 }
 
@@ -61,7 +46,7 @@ pub struct Focus {
     pub cursor: Option<f64>,
     /// Which part of each quantity the charts show.
     pub views: Views,
-    /// What is drawn below the charts over time.
+    /// What is drawn in a chart of its own below those over time.
     pub own_series: OwnSeries,
     /// Models that are drawn over the current one.
     pub overlaid: Overlaid,
@@ -135,7 +120,8 @@ impl Focus {
     pub fn setup(&self) -> Value {
         let Focus { beside, own_series, marked, .. } = self;
         let marked = marked.as_deref().cloned();
-        let setup = Setup { beside: *beside, own_series: own_series.clone(), marked };
+        let own_lines = self.views.own.written();
+        let setup = Setup { beside: *beside, own_series: own_series.clone(), own_lines, marked };
         serde_json::to_value(setup).unwrap_or_default()
     }
 
@@ -147,7 +133,7 @@ impl Focus {
 
     /// Looks at this recording as a file tells; what another program wrote there is passed over.
     pub fn look_as(&mut self, setup: Value, in_sight: Value, recording: &Recording) {
-        let Setup { beside, own_series, marked } = serde_json::from_value(setup).unwrap_or_default();
+        let Setup { beside, own_series, own_lines, marked } = serde_json::from_value(setup).unwrap_or_default();
         let count = recording.trajectories.len();
         self.beside = beside.filter(|other| *other < count);
         self.own_series = own_series;
@@ -155,6 +141,7 @@ impl Focus {
         self.marked = marked.filter(is_there).map(Arc::new);
         let InSight { cursor, views, sight } = serde_json::from_value(in_sight).unwrap_or_default();
         (self.cursor, self.views, self.sight) = (cursor, views, sight);
+        self.views.own = OwnLines::of(own_lines);
     }
 
     /// What makes the models that are wanted and not there yet; `None` if there are none.

@@ -19,7 +19,7 @@ mod time;
 use std::sync::Arc;
 
 pub use about::{About, Needs};
-pub use focus::{Focus, OwnSeries};
+pub use focus::Focus;
 pub use notice::{Messages, Notice, Toast, Tone};
 pub use order::{Drawing, Order, Parting, Reporting};
 pub use overlaid::Overlaid;

@@ -40,10 +40,7 @@ impl Gestures<'_> {
             *self.window = Window::default();
             return;
         }
-        // Window managers take Alt and a drag for themselves.
-        let (alt, m) = ctx.input(|input| (input.modifiers.alt, input.key_down(Key::M)));
-        let measuring = self.cursor.is_some() && (alt || (m && !ctx.text_edit_focused()));
-        if measuring && (response.drag_started() || response.dragged()) {
+        if is_measuring(ctx) && (response.drag_started() || response.dragged()) {
             let begin = ctx.input(|input| input.pointer.press_origin());
             if let (Some(begin), Some(end)) = (begin, response.interact_pointer_pos()) {
                 let [from, to] = [begin.x.min(end.x), begin.x.max(end.x)];
@@ -125,9 +122,15 @@ impl Gestures<'_> {
     }
 }
 
+/// Whether a drag measures. Window managers take Alt and a drag for themselves.
+fn is_measuring(ctx: &Context) -> bool {
+    let (alt, m) = ctx.input(|input| (input.modifiers.alt, input.key_down(Key::M)));
+    alt || (m && !ctx.text_edit_focused())
+}
+
 /// A drag marks a region of at least some points, a click removes it.
 pub fn brush(ui: &Ui, response: &Response, place: &Place, brush: &mut Option<Region>) {
-    let modified = ui.input(|input| input.modifiers.shift || input.modifiers.command);
+    let modified = ui.input(|input| input.modifiers.shift || input.modifiers.command) || is_measuring(ui.ctx());
     if response.clicked() {
         *brush = None;
     } else if response.dragged_by(PointerButton::Primary) && !modified {

@@ -10,7 +10,7 @@ use super::view::TOP;
 use super::{PanelView, Tools};
 use crate::app::theme::SMALL;
 use crate::figure::mark::{Entry, Key};
-use crate::figure::{Axis, Panel, ticks};
+use crate::figure::{Axis, Panel, Scale, ticks};
 
 /// Between entries of the legend \[points\].
 const BETWEEN: f32 = 12.0;
@@ -30,14 +30,15 @@ pub struct Header<'a> {
     pub plot: Rect,
     /// Where the cursor stands.
     pub cursor: Option<f64>,
-    /// The values under the pointer, which take the legend's place.
-    pub hovered: Option<[f64; 2]>,
     /// The panel with all its marks.
     pub of: &'a PanelView<'a>,
 }
 
-/// A value in the unit of an axis.
+/// A value in the unit of an axis, or the name that stands there.
 pub fn with_value(axis: &Axis, value: f64) -> String {
+    if let Scale::Names(names) = &axis.scale {
+        return names.get(value.round().max(0.0) as usize).cloned().unwrap_or_default();
+    }
     format!("{} {}", ticks::number(value), axis.unit).trim().to_owned()
 }
 
@@ -53,8 +54,8 @@ fn width_of(ui: &Ui, text: &str, size: f32) -> f32 {
     ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(size), Color32::PLACEHOLDER).size().x
 }
 
-fn key_width() -> f32 {
-    Key::WIDTH as f32 * SMALL + BESIDE
+fn key_width(key: Key) -> f32 {
+    key.width() as f32 * SMALL + BESIDE
 }
 
 /// The entries of the legend in rows, all of them: the first stands beside the title, unless there is no room for any.
@@ -62,7 +63,7 @@ fn rows(ui: &Ui, panel: &Panel, window: &Window, width: f32) -> Vec<Vec<usize>> 
     let mut used = width_of(ui, &title(panel, window), SMALL + 0.5) + BEHIND_TITLE;
     let mut rows = vec![Vec::new()];
     for (number, entry) in panel.legend().iter().enumerate() {
-        let needed = key_width() + width_of(ui, entry.name, SMALL);
+        let needed = key_width(entry.key) + width_of(ui, entry.name, SMALL);
         if used + needed > width && used > 0.0 {
             rows.push(Vec::new());
             used = 0.0;
@@ -81,10 +82,10 @@ pub fn more_rows(ui: &Ui, panel: &Panel, window: &Window, width: f32) -> f32 {
 }
 
 /// The names of a row; one that is too long by itself, as far as there is room.
-fn names<'e>(ui: &Ui, row: impl Iterator<Item = &'e Entry<'e>>, room: f32) -> Vec<String> {
-    let mut names: Vec<String> = row.map(|entry| entry.name.to_owned()).collect();
-    if let [name] = names.as_mut_slice() {
-        while key_width() + width_of(ui, name, SMALL) > room && name.chars().count() > 2 {
+fn names(ui: &Ui, row: &[&Entry], room: f32) -> Vec<String> {
+    let mut names: Vec<String> = row.iter().map(|entry| entry.name.to_owned()).collect();
+    if let ([name], [entry]) = (names.as_mut_slice(), row) {
+        while key_width(entry.key) + width_of(ui, name, SMALL) > room && name.chars().count() > 2 {
             name.pop();
             name.pop();
             name.push('…');
@@ -103,32 +104,25 @@ impl Header<'_> {
         let font = FontId::proportional(SMALL + 0.5);
         let at = pos2(self.plot.left(), first);
         let title = painter.text(at, Align2::LEFT_CENTER, title, font, tools.palette.text);
-        if let Some([x, value]) = self.hovered {
-            let inside = panel.marks.iter().find_map(|mark| mark.value_in([x, value]));
-            let inside = inside.map_or(String::new(), |(inside, unit)| format!(": {} {unit}", ticks::number(inside)));
-            let text = format!("{}, {}{inside}", with_value(&panel.x, x), with_value(&panel.y, value));
-            let (at, font) = (pos2(self.plot.right(), first), FontId::proportional(SMALL));
-            painter.text(at, Align2::RIGHT_CENTER, text, font, tools.palette.weak);
-            return;
-        }
         let entries = panel.legend();
         let room =
             |row: usize| self.plot.right() - if row == 0 { title.right() + BEHIND_TITLE } else { self.plot.left() };
         let with_values: Vec<String> = entries.iter().map(|entry| self.text(entry, window)).collect();
-        let width = |entry: &usize| key_width() + width_of(ui, &with_values[*entry], SMALL) + BETWEEN;
+        let width =
+            |entry: &usize| key_width(entries[*entry].key) + width_of(ui, &with_values[*entry], SMALL) + BETWEEN;
         let fits = |(number, row): (usize, &Vec<usize>)| row.iter().map(width).sum::<f32>() < room(number) + BETWEEN;
         // All have their values, or none: what is left out of some would look like what has none.
         let has_values = rows.iter().enumerate().all(fits);
         for (number, row) in rows.iter().enumerate() {
             let texts: Vec<String> = match has_values {
                 true => row.iter().map(|entry| with_values[*entry].clone()).collect(),
-                false => names(ui, row.iter().map(|entry| &entries[*entry]), room(number)),
+                false => names(ui, &row.iter().map(|entry| &entries[*entry]).collect::<Vec<_>>(), room(number)),
             };
             let y = first + ROW * number as f32;
             let height = Rangef::new(y - 0.5 * ROW, y + 0.5 * ROW);
             let mut right = self.plot.right();
             for (entry, text) in row.iter().zip(texts).rev() {
-                let left = right - width_of(ui, &text, SMALL) - key_width();
+                let left = right - width_of(ui, &text, SMALL) - key_width(entries[*entry].key);
                 let rect = Rect::from_x_y_ranges(Rangef::new(left, right), height);
                 self.entry(ui, tools, window, rect, (&entries[*entry], entries.len() == 1), &text);
                 right = left - BETWEEN;

@@ -5,6 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::own::OwnLines;
 use crate::figure::Panel;
 
 /// What stands along the horizontal axis of a chart; joints are counted from 0.
@@ -74,34 +75,45 @@ impl Window {
     }
 }
 
-/// The view of every quantity.
+/// The view of every quantity, and the lines that somebody adds to charts.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Views(HashMap<String, Window>);
+#[serde(transparent)]
+pub struct Views {
+    windows: HashMap<String, Window>,
+    /// Lines of one's own.
+    #[serde(skip)]
+    pub own: OwnLines,
+}
 
 impl Views {
     /// The view of all charts of a quantity.
     pub fn of(&mut self, along: Along) -> &mut Window {
-        self.0.entry(along.to_string()).or_default()
+        self.windows.entry(along.to_string()).or_default()
     }
 
-    /// The view of a panel: that of its link, or its own.
-    pub fn of_panel(&mut self, panel: &Panel) -> &mut Window {
-        self.0.entry(panel.x.link.clone().unwrap_or_else(|| panel.title.clone())).or_default()
+    /// The view of a panel, that of its link or its own, and the lines that may be added to it.
+    pub fn of_panel(&mut self, panel: &Panel) -> (&mut Window, &mut OwnLines) {
+        let window = self.windows.entry(panel.x.link.clone().unwrap_or_else(|| panel.title.clone()));
+        (window.or_default(), &mut self.own)
     }
 
     /// Panels as they are in view.
     pub fn seen(&self, panels: Vec<Panel>) -> Vec<Panel> {
-        let own = |panel: &Panel| self.0.get(panel.x.link.as_ref().unwrap_or(&panel.title));
-        panels.into_iter().map(|panel| own(&panel).map_or_else(|| panel.clone(), |view| view.of(&panel))).collect()
+        let seen = |panel: Panel| {
+            let panel = self.own.onto(panel);
+            let window = self.windows.get(panel.x.link.as_ref().unwrap_or(&panel.title));
+            window.map_or_else(|| panel.clone(), |window| window.of(&panel))
+        };
+        panels.into_iter().map(seen).collect()
     }
 
     /// Charts of this quantity show everything.
     pub fn fit(&mut self, along: Along) {
-        self.0.remove(&along.to_string());
+        self.windows.remove(&along.to_string());
     }
 
     /// All charts show everything.
     pub fn fit_all(&mut self) {
-        self.0.clear();
+        self.windows.clear();
     }
 }

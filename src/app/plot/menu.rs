@@ -1,35 +1,43 @@
-//! What a plot offers to a right click: its limits as numbers, the values at the cursor to be copied, and its export. While it has
+//! What a plot offers to a right click: its limits as numbers, lines of one's own, values to be copied, and its export. While it has
 //! the focus the keys L, C and E do the same.
 
+use egui::style::StyleModifier;
 use egui::{DragValue, Grid, Id, Key, Popup, PopupCloseBehavior, Role, Ui, WidgetInfo};
 
 use super::linked::Window;
-use super::view::values_at;
+use super::own::OwnLines;
+use super::screen::value;
+use super::view::{values_at, values_in};
 use super::{Shown, export};
 use crate::figure::{Axis, Scale, ticks, with_unit};
 
 /// A drag over the width of the field changes a limit by about so much of what is seen.
 const STEPS: f64 = 300.0;
 
-/// The menu, while it is open; a cursor has values.
-pub fn show(ui: &Ui, shown: &Shown, window: &mut Window, cursor: Option<f64>) {
+/// The menu, while it is open. A cursor has values; of a panel that knows none, what is under the pointer.
+pub fn show(ui: &Ui, shown: &Shown, window: &mut Window, own: &mut OwnLines, cursor: Option<Option<f64>>) {
     let Shown { response, panel, .. } = shown;
-    let values = || cursor.map(|at| values_at(panel, at)).filter(|values| !values.is_empty());
-    let copy = |values: Vec<String>| {
-        let lines = std::iter::once(panel.heading()).chain(values);
+    let id = Id::unique(("menu of a plot", ui.scope_id(), &panel.title));
+    let is_open = Popup::is_id_open(ui.ctx(), id);
+    let pointed = (!panel.bare).then(|| place_under_pointer(ui, shown, id.with("place"), is_open)).flatten();
+    let (values, whose) = match cursor {
+        Some(cursor) => (cursor.map_or_else(Vec::new, |at| values_at(panel, at)), "at the cursor"),
+        None => (pointed.map_or_else(Vec::new, |at| values_in(panel, at)), "under the pointer"),
+    };
+    let copy = || {
+        let lines = std::iter::once(panel.heading()).chain(values.iter().cloned());
         ui.ctx().copy_text(lines.collect::<Vec<_>>().join("\n"));
     };
     let pressed = |key| response.has_focus() && ui.input(|input| input.key_pressed(key));
     if pressed(Key::E) {
         export::ask(ui, &panel.title);
     }
-    if pressed(Key::C)
-        && let Some(values) = values()
-    {
-        copy(values);
+    if pressed(Key::C) && !values.is_empty() {
+        copy();
     }
-    let id = Id::unique(("menu of a plot", ui.scope_id(), &panel.title));
     let mut menu = Popup::context_menu(response).id(id).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    // Fields look like fields, and buttons like buttons.
+    menu = menu.style(StyleModifier::default());
     if !panel.bare && pressed(Key::L) {
         Popup::open_id(ui.ctx(), id);
     }
@@ -40,11 +48,10 @@ pub fn show(ui: &Ui, shown: &Shown, window: &mut Window, cursor: Option<f64>) {
         if !panel.bare {
             limits(ui, shown, window);
             ui.separator();
+            own.edit(ui, panel);
         }
-        if let Some(values) = values()
-            && ui.button("Copy the values at the cursor (C)").clicked()
-        {
-            copy(values);
+        if !values.is_empty() && ui.button(format!("Copy the values {whose} (C)")).clicked() {
+            copy();
             ui.close();
         }
         if ui.button("Export this plot… (E)").clicked() {
@@ -52,6 +59,16 @@ pub fn show(ui: &Ui, shown: &Shown, window: &mut Window, cursor: Option<f64>) {
             ui.close();
         }
     });
+}
+
+/// What is under the pointer, and while the menu is open what was when it opened.
+fn place_under_pointer(ui: &Ui, shown: &Shown, id: Id, is_open: bool) -> Option<[f64; 2]> {
+    let now = shown.response.hover_pos().map(|at| value(&shown.place(), at));
+    if !is_open {
+        ui.data_mut(|data| data.insert_temp(id, now));
+        return now;
+    }
+    ui.data(|data| data.get_temp(id)).flatten()
 }
 
 /// From where to where both axes are seen, to be typed.

@@ -202,6 +202,26 @@ fn alt_and_drag_measure_and_a_brush_marks() {
     assert!(is_near(x, [2.0, 6.0]) && y[0] < y[1], "{x:?} {y:?}");
 }
 
+/// Also where neither a cursor nor a brush is asked for.
+#[test]
+fn every_plot_measures() {
+    let mut window = window(1000);
+    let plot = window.get_by_label("plot of error").rect();
+    let [from, to] = [0.2, 0.6].map(|share| plot.min + vec2(share, 0.5) * plot.size());
+    window.key_down(Key::M);
+    drag(&mut window, from, to);
+    window.key_up(Key::M);
+    let measured = window.state_mut().views.of(Along::Time).measured.unwrap();
+    assert!(is_near(measured, [2.0, 6.0]), "{measured:?}");
+    window.state_mut().brushes = true;
+    let (from, to) = (at(&window, 0.3, 0.3), at(&window, 0.7, 0.6));
+    window.key_down(Key::M);
+    drag(&mut window, from, to);
+    window.key_up(Key::M);
+    assert!(window.state().brush.is_none(), "a drag does one thing");
+    assert!(is_near(window.state_mut().views.of(Along::Time).measured.unwrap(), [3.0, 7.0]));
+}
+
 /// A click on a name of the legend hides what it names in all linked plots, a double click shows it alone.
 #[test]
 fn names_of_the_legend_hide_lines() {

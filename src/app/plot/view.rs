@@ -22,7 +22,7 @@ use crate::app::theme::{Palette, RADIUS, SMALL};
 use crate::figure::colours::Colours;
 use crate::figure::decimate::Decimator;
 use crate::figure::mark::Edges;
-use crate::figure::{Panel, Place, Scale};
+use crate::figure::{Panel, Place, Scale, ticks};
 
 /// Room for the numbers left of the plot \[points\]; the same in all charts, so that stacked charts are aligned.
 const LEFT: f32 = 54.0;
@@ -133,7 +133,8 @@ impl<'a> PanelView<'a> {
     /// Draws it over the full width.
     pub fn show(mut self, ui: &mut Ui, views: &mut Views, decimator: &mut Decimator) -> Shown {
         let palette = Palette::in_ui(ui);
-        let window = views.of_panel(&self.panel);
+        self.panel = views.own.onto(self.panel);
+        let (window, own) = views.of_panel(&self.panel);
         let [left, below] = self.margins().map(|margin| margin.unwrap_or(0.0));
         if !self.panel.bare {
             let more = header::more_rows(ui, &self.panel, window, ui.available_width() - RIGHT - left);
@@ -157,7 +158,8 @@ impl<'a> PanelView<'a> {
         let spoken = self.spoken.take().unwrap_or_else(|| format!("plot of {}", self.panel.heading()));
         let role = if self.panel.bare { Role::Image } else { Role::GraphicsObject };
         shown.response.widget_info(|| WidgetInfo::labeled(role, true, &spoken));
-        menu::show(ui, &shown, window, self.cursor.as_deref().copied().flatten());
+        let cursor = self.cursor.as_deref().copied();
+        menu::show(ui, &shown, window, own, cursor);
         if ui.is_rect_visible(outer) {
             self.overlay(ui, &tools, window, &shown);
             if !self.panel.bare {
@@ -317,9 +319,12 @@ impl<'a> PanelView<'a> {
             let ring = if self.panel.bare { plot } else { plot.expand(2.0) };
             painter.rect_stroke(ring, RADIUS, Stroke::new(1.5, palette.accent), StrokeKind::Outside);
         }
-        let pointer = response.hover_pos().filter(|at| self.cursor.is_some() && plot.contains(*at));
+        let pointer = response.hover_pos().filter(|at| !self.panel.bare && plot.contains(*at));
         if let Some(pointer) = pointer.filter(|_| !response.dragged()) {
-            values_beside(&clipped, palette, shown, pointer);
+            let at = value(&place, pointer);
+            let texts =
+                if self.cursor.is_some() { values_at(&shown.panel, at[0]) } else { values_in(&shown.panel, at) };
+            values_beside(&clipped, palette, plot, pointer, &texts);
         }
     }
 
@@ -332,9 +337,7 @@ impl<'a> PanelView<'a> {
     fn head(&self, ui: &mut Ui, tools: &Tools, window: &mut Window, outer: Rect, shown: &Shown) {
         let room = Rect::from_min_size(outer.min, vec2(outer.width(), self.top));
         let cursor = self.cursor.as_deref().copied().flatten();
-        let hovered = shown.response.hover_pos().filter(|_| self.cursor.is_none());
-        let hovered = hovered.map(|at| value(&shown.place(), at));
-        Header { room, plot: shown.plot, cursor, hovered, of: self }.show(ui, tools, window);
+        Header { room, plot: shown.plot, cursor, of: self }.show(ui, tools, window);
     }
 }
 
@@ -377,14 +380,21 @@ pub(super) fn values_at(panel: &Panel, x: f64) -> Vec<String> {
     place.into_iter().chain(values).collect()
 }
 
+/// The place, what is shown right there, and the values of all lines at its x.
+pub(super) fn values_in(panel: &Panel, [x, y]: [f64; 2]) -> Vec<String> {
+    let place = [with_value(&panel.x, x), with_value(&panel.y, y)];
+    let place = place.into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join(", ");
+    let inside = panel.marks.iter().find_map(|mark| mark.value_in([x, y]));
+    let inside = inside.map(|(inside, unit)| format!("{} {unit}", ticks::number(inside)).trim().to_owned());
+    let lines = values_at(panel, x).into_iter().skip(1);
+    std::iter::once(place).chain(inside).chain(lines).collect()
+}
+
 /// The values under the pointer, beside it.
-fn values_beside(painter: &egui::Painter, palette: &Palette, shown: &Shown, pointer: egui::Pos2) {
-    let [x, _] = value(&shown.place(), pointer);
-    let texts = values_at(&shown.panel, x);
+fn values_beside(painter: &egui::Painter, palette: &Palette, plot: Rect, pointer: egui::Pos2, texts: &[String]) {
     if texts.is_empty() {
         return;
     }
-    let plot = shown.plot;
     let galley = painter.layout_no_wrap(texts.join("\n"), FontId::proportional(SMALL), palette.text);
     let size = galley.size() + vec2(10.0, 6.0);
     // At the other side of the pointer where there is no room.

@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use super::desk::{About, Desk, Needs, Order};
 use super::screen::Screen;
-use super::widgets;
+use super::{formula, widgets};
 use crate::figure::Panel;
 use crate::progress::Progress;
 use crate::recording::read::READABLE;
@@ -102,6 +102,7 @@ impl Screens {
 
     /// What the shown screen shows, as figures; none if a defect of the program is in the way.
     pub fn figures(&mut self, desk: &mut Desk) -> Vec<Panel> {
+        formula::prepare_now(desk);
         self.guarded(desk, |screen, desk| screen.figures(desk)).unwrap_or_default()
     }
 

@@ -133,7 +133,7 @@ pub fn list(ui: &mut Ui, is_open: &mut bool) {
         ("in a chart: Ctrl+wheel".to_owned(), "zoom about the pointer"),
         ("in a chart: Ctrl+Shift+wheel".to_owned(), "zoom the heights about the pointer"),
         ("in a chart: Ctrl+drag".to_owned(), "zoom to a box"),
-        ("in a chart: right click, L".to_owned(), "limits of its axes, to be typed"),
+        ("in a chart: right click, L".to_owned(), "limits of its axes, and lines of your own"),
         ("in a chart: right drag, Shift+drag".to_owned(), "move the view"),
         ("in a chart: double click, F".to_owned(), "show everything of that quantity"),
         ("above a chart: click, double click".to_owned(), "hide a line, show it alone"),

@@ -7,7 +7,7 @@ use super::frame::Shell;
 use crate::app::desk::{Desk, Order};
 use crate::app::glossary::{self, Word};
 use crate::app::plot::{key_of, ticks};
-use crate::app::theme::{GROUP, Palette, SMALL, TITLE};
+use crate::app::theme::{GAP, GROUP, Palette, SMALL, TITLE};
 use crate::app::widgets::is_narrow;
 use crate::app::{tables, widgets};
 use crate::experiment::run::duration_text;
@@ -49,7 +49,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, open: &mut Models) {
     let height = ui.ctx().content_rect().height() * HEIGHT;
     let width = width_of_names(ui, desk.session);
     ScrollArea::both().id_salt("models").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
-        Grid::new("models").striped(true).spacing([GROUP, 4.0]).show(ui, |ui| {
+        Grid::new("models").striped(true).spacing([GAP, 4.0]).show(ui, |ui| {
             header(ui, desk);
             for step in desk.session.all_models() {
                 row(ui, desk, open, step, width);
@@ -73,6 +73,7 @@ fn header(ui: &mut Ui, desk: &mut Desk) {
     let head = |ui: &mut Ui, text: &str| ui.label(RichText::new(text).size(SMALL).color(weak));
     head(ui, "shown");
     head(ui, "name");
+    head(ui, "");
     glossary::explained(head(ui, "nMSE held out, by joint"), Word::HeldOut);
     if !is_narrow(ui) {
         off_head(ui, desk);
@@ -81,7 +82,6 @@ fn header(ui: &mut Ui, desk: &mut Desk) {
             head(ui, text);
         }
     }
-    head(ui, "");
     ui.end_row();
 }
 
@@ -121,11 +121,6 @@ fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, width: f32)
     let (idle, is_current) = (desk.busy.is_none(), is_current(desk.session, step));
     shown(ui, desk, step, is_current);
     edit_name(ui, desk, open, step, width);
-    ui.label(errors(&step.evaluation.held_out));
-    if !is_narrow(ui) {
-        off(ui, step.rollout.as_ref());
-        details(ui, step);
-    }
     ui.horizontal(|ui| {
         if is_current {
             widgets::weak(ui, "the current model");
@@ -146,6 +141,11 @@ fn row(ui: &mut Ui, desk: &mut Desk, open: &mut Models, step: &Step, width: f32)
         let why_not = if on_ladder { "It is a step of the ladder" } else { at_work };
         button(ui, "Delete", idle && !on_ladder, why_not, Command::Delete { name: name.clone() });
     });
+    ui.label(errors(&step.evaluation.held_out));
+    if !is_narrow(ui) {
+        off(ui, step.rollout.as_ref());
+        details(ui, step);
+    }
     ui.end_row();
 }
 

@@ -122,8 +122,15 @@ pub enum Key {
 }
 
 impl Key {
-    /// Its width in letters.
+    /// Width of a piece of a line in letters.
     pub const WIDTH: f64 = 2.3;
+    /// Width of a bar of colours in letters: enough to read a value off it.
+    const BAR: f64 = 6.0;
+
+    /// Its width in letters.
+    pub fn width(self) -> f64 {
+        if matches!(self, Key::Scale(_)) { Key::BAR } else { Key::WIDTH }
+    }
 
     /// Its ink.
     pub fn ink(self) -> Ink {
@@ -152,7 +159,7 @@ impl Key {
                 canvas.dots(&[[x + 1.8 * letter, middle]], 0.25 * letter, &fill);
             }
             Key::Scale(shades) => {
-                let sides = [[x, x + Key::WIDTH * letter], [middle - 0.35 * letter, middle + 0.35 * letter]];
+                let sides = [[x, x + Key::BAR * letter], [middle - 0.4 * letter, middle + 0.4 * letter]];
                 shades.bar(canvas, sides);
             }
         }

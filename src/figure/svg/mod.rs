@@ -263,7 +263,7 @@ fn wrapped<'a>(entries: &[Entry<'a>], used: f64, room: f64, paper: &Paper) -> Ve
     let mut rows = vec![Vec::new()];
     let mut used = used;
     for entry in entries {
-        let needed = paper.entry(entry.name);
+        let needed = paper.entry(entry);
         if used + needed > room && used > 0.0 {
             rows.push(Vec::new());
             used = 0.0;
@@ -312,8 +312,8 @@ fn shared_legend(figure: &Figure, legend: Legend) -> Vec<Entry<'_>> {
 
 impl Paper {
     /// Width of a legend's entry, with the distance to the next.
-    fn entry(&self, name: &str) -> f64 {
-        self.width_of(name, self.letter()) + 3.6 * self.letter()
+    fn entry(&self, entry: &Entry) -> f64 {
+        self.width_of(entry.name, self.letter()) + (entry.key.width() + 1.3) * self.letter()
     }
 
     /// A panel with its title so far above the plot that those of a row stand beside each other.
@@ -425,13 +425,13 @@ impl Paper {
     fn legend(&mut self, rows: &[Vec<Entry>], right: f64, first: f64) {
         let (letter, color) = (self.letter(), self.colours().weak);
         for (row, entries) in rows.iter().enumerate() {
-            let width: f64 = entries.iter().map(|entry| self.entry(entry.name)).sum();
+            let width: f64 = entries.iter().map(|entry| self.entry(entry)).sum();
             let mut x = right - width + 0.8 * letter;
             let y = first + 1.6 * letter * row as f64;
             for entry in entries {
                 entry.key.draw(self, [x, y - 0.35 * letter]);
-                self.text([x + (Key::WIDTH + 0.3) * letter, y], entry.name, letter, color, Hold::Start);
-                x += self.entry(entry.name);
+                self.text([x + (entry.key.width() + 0.3) * letter, y], entry.name, letter, color, Hold::Start);
+                x += self.entry(entry);
             }
         }
     }

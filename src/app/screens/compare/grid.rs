@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use egui::{ComboBox, Ui};
+use egui::{ComboBox, ScrollArea, Ui};
 
 use super::Residual;
 use super::figures::{UNDER, over_time};
@@ -15,8 +15,11 @@ use crate::session::Step;
 use crate::signals::Signals;
 use crate::statistics::ends;
 
-/// Height of a chart \[points\].
-const CHART: f32 = 190.0;
+/// Least height and width of a chart \[points\].
+const LEAST_HEIGHT: f32 = 150.0;
+const LEAST_WIDTH: f32 = 230.0;
+/// Between the rows, and below them \[points\].
+const BETWEEN: f32 = 6.0;
 /// As finely as this the lines are looked at for what they reach.
 const COLUMNS: usize = 1000;
 
@@ -101,8 +104,9 @@ pub fn panels(desk: &mut Desk, cell: Cell, ask: Ask) -> Vec<Vec<Panel>> {
 /// Plots that show the same range upward: all that is in view of any of them.
 fn with_the_same_limits(mut row: Vec<Panel>, desk: &mut Desk) -> Vec<Panel> {
     let mut range = |panel: &Panel| {
-        let seen = desk.focus.views.of_panel(panel).of(panel);
-        seen.ranges(COLUMNS, &mut desk.memo.decimator)[1]
+        let panel = desk.focus.views.own.onto(panel.clone());
+        let (window, _) = desk.focus.views.of_panel(&panel);
+        window.of(&panel).ranges(COLUMNS, &mut desk.memo.decimator)[1]
     };
     // One without lines has nothing to say yet.
     let [low, high] = ends(row.iter().filter(|panel| !panel.legend().is_empty()).flat_map(&mut range));
@@ -116,12 +120,19 @@ fn with_the_same_limits(mut row: Vec<Panel>, desk: &mut Desk) -> Vec<Panel> {
 pub fn show(ui: &mut Ui, desk: &mut Desk, cell: Cell) {
     let ctx = ui.ctx().clone();
     let rows = panels(desk, cell, &|desk, question| desk.memo.later(&ctx, desk.session, question)?.ok());
-    for row in rows {
-        ui.columns(row.len().max(1), |columns| {
-            for (ui, panel) in columns.iter_mut().zip(row) {
-                let view = PanelView::new(panel).cursor(&mut desk.focus.cursor).height(CHART);
-                view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
-            }
-        });
-    }
+    let (models, count) = (rows.first().map_or(0, Vec::len).max(1), rows.len().max(1) as f32);
+    let height = (ui.available_height() / count - BETWEEN).max(LEAST_HEIGHT);
+    let width = ui.available_width().max(models as f32 * LEAST_WIDTH);
+    // What has no room beside each other is scrolled to.
+    ScrollArea::horizontal().id_salt("grid").show(ui, |ui| {
+        ui.set_width(width);
+        for row in rows {
+            ui.columns(models, |columns| {
+                for (ui, panel) in columns.iter_mut().zip(row) {
+                    let view = PanelView::new(panel).cursor(&mut desk.focus.cursor).height(height);
+                    view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
+                }
+            });
+        }
+    });
 }

@@ -1,4 +1,5 @@
-//! The arm as a drawing that is edited by hand: the end of a link drags its length, its disc drags its mass.
+//! The arm as a drawing that is edited by hand: the end of a link drags its length, its disc drags its mass. Its first link points
+//! where it does at q = 0.
 
 use egui::{Align2, EventFilter, FontId, Id, Key, Pos2, Rect, Sense, Stroke, Ui, Vec2, WidgetInfo, vec2};
 
@@ -9,8 +10,6 @@ use crate::arm::Arm;
 const HEIGHT: f32 = 190.0;
 /// How far each link is turned from the one before \[rad\], so that all are seen.
 const BEND: f64 = -0.45;
-/// Where the first link points \[rad\].
-const FIRST: f64 = 0.9;
 /// Room around the arm for its discs, and below it for the hint \[points\].
 const AROUND: f32 = 22.0;
 const BELOW: f32 = 16.0;
@@ -33,7 +32,7 @@ pub fn show(ui: &mut Ui, arm: &mut Arm) {
     let (scale, base) = fitted(ui, rect, arm);
     let heaviest = arm.links.iter().map(|link| link.mass).fold(0.0, f64::max).max(1e-9);
     let mut from = base;
-    let mut angle = FIRST;
+    let mut angle = arm.posture.zero_angle;
     for number in 0..arm.links.len() {
         let along = Vec2::angled(-angle as f32);
         let link = &arm.links[number];
@@ -62,7 +61,8 @@ pub fn show(ui: &mut Ui, arm: &mut Arm) {
     }
     let font = FontId::proportional(SMALL);
     let text = "Drag: an end for the length, a disc for the mass";
-    painter.text(rect.left_bottom() + vec2(8.0, -5.0), Align2::LEFT_BOTTOM, text, font, palette.weak);
+    painter.text(rect.left_bottom() + vec2(8.0, -5.0), Align2::LEFT_BOTTOM, text, font.clone(), palette.weak);
+    painter.text(rect.right_top() + vec2(-8.0, 5.0), Align2::RIGHT_TOP, "g ↓", font, palette.weak);
 }
 
 /// Points of a metre and where the base stands, so that all of the arm is seen. While something is dragged they stay as they were,
@@ -73,7 +73,7 @@ fn fitted(ui: &Ui, rect: Rect, arm: &Arm) -> (f32, Pos2) {
     if let Some((scale, base)) = ui.data(|data| data.get_temp::<(f32, Vec2)>(id)).filter(|_| is_held) {
         return (scale, rect.min + base);
     }
-    let (mut tip, mut angle) = (Pos2::ZERO, FIRST);
+    let (mut tip, mut angle) = (Pos2::ZERO, arm.posture.zero_angle);
     let mut around = Rect::from_min_max(tip, tip);
     for link in &arm.links {
         let along = Vec2::angled(-angle as f32);

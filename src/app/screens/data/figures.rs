@@ -20,20 +20,20 @@ type Of = fn(&Trajectory, usize) -> &[f64];
 pub fn signals(session: &Session, recording: &Arc<Recording>, run: usize, joint: usize) -> Vec<Panel> {
     let [position, velocity, acceleration, torque] = recording.joints[joint].kind.units();
     let effort = format!("{} τ", recording.joints[joint].kind.effort());
-    let channels: [(&str, &str, Ink, Of); 4] = [
-        ("position q", position, Ink::Series(joint), |run, joint| &run.q[joint]),
-        ("velocity q̇", velocity, Ink::Series(joint), |run, joint| &run.qd[joint]),
-        ("acceleration q̈", acceleration, Ink::Series(joint), |run, joint| &run.qdd[joint]),
-        (&effort, torque, Ink::Measured, |run, joint| &run.tau[joint]),
+    let channels: [(&str, &str, &str, Ink, Of); 4] = [
+        ("position q", "q", position, Ink::Series(joint), |run, joint| &run.q[joint]),
+        ("velocity q̇", "q̇", velocity, Ink::Series(joint), |run, joint| &run.qd[joint]),
+        ("acceleration q̈", "q̈", acceleration, Ink::Series(joint), |run, joint| &run.qdd[joint]),
+        (&effort, "τ", torque, Ink::Measured, |run, joint| &run.tau[joint]),
     ];
     let name = &recording.joints[joint].name;
     let extent = time_extent(&recording.trajectories[run].time);
-    let panel = |(title, unit, ink, of): (&str, &str, Ink, Of)| {
+    let panel = |(title, symbol, unit, ink, of): (&str, &str, &str, Ink, Of)| {
         let axes = [Axis::new("time t", "s").range(extent).linked(Along::Time), Axis::new("", unit)];
         let values = series::signal(recording, run, move |run| of(run, joint));
         Panel::new(format!("{name}: {title}"), axes)
             .with_all(held_out_times(session, run).into_iter().map(Shade))
-            .with(Line::new("", series::time(recording, run), values, ink).sampled().dash(&[]))
+            .with(Line::new(symbol, series::time(recording, run), values, ink).sampled().dash(&[]))
     };
     channels.into_iter().map(panel).collect()
 }

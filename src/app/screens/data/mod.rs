@@ -62,6 +62,11 @@ const PANELS: Part<Data> = Part::Beside(&[
     ),
 ]);
 
+/// Height of the chart of a signal as a part of the window, at least so many points, and what the numbers of the last one need.
+const CHART: f32 = 0.13;
+const LEAST_CHART: f32 = 90.0;
+const TICKS: f32 = 30.0;
+
 /// The screen of the data.
 #[derive(Default)]
 pub struct Data {
@@ -259,9 +264,10 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Arc<Recording>) {
         ui.add_space(4.0);
         let panels = figures::signals(desk.session, recording, desk.focus.trajectory, desk.focus.joint);
         let last = panels.len() - 1;
+        let height = (CHART * ui.ctx().content_rect().height()).max(LEAST_CHART);
         for (number, panel) in panels.into_iter().enumerate() {
             let view = PanelView::new(panel).cursor(&mut desk.focus.cursor);
-            let view = if number == last { view.height(134.0) } else { view.without_ticks().height(104.0) };
+            let view = if number == last { view.height(height + TICKS) } else { view.without_ticks().height(height) };
             view.show(ui, &mut desk.focus.views, &mut desk.memo.decimator);
         }
         formula::show(ui, desk);

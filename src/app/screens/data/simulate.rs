@@ -136,11 +136,20 @@ fn engine(ui: &mut Ui, wish: &mut Simulator) {
 fn posture(ui: &mut Ui, arm: &mut Arm) {
     ui.horizontal_wrapped(|ui| {
         ui.label("At q = 0 it points");
-        for (name, zero) in [("right", Posture::RIGHT), ("up", Posture::UP), ("down", Posture::DOWN)] {
-            let is_so = (arm.posture.zero_angle - zero.zero_angle).abs() < 1e-6;
+        let before = arm.posture.zero_angle.to_degrees();
+        let mut degrees = before;
+        let named = [("right", Posture::RIGHT), ("up", Posture::UP), ("left", Posture::LEFT), ("down", Posture::DOWN)];
+        for (name, zero) in named {
+            let is_so = (degrees - zero.zero_angle.to_degrees()).abs() < 1e-3;
             if ui.selectable_label(is_so, name).clicked() {
-                arm.posture = Posture { sense: arm.posture.sense, ..zero };
+                degrees = zero.zero_angle.to_degrees();
             }
+        }
+        let angle = ui.add(DragValue::new(&mut degrees).range(-180.0..=180.0).max_decimals(1).suffix("°"));
+        angle.widget_info(|| egui::WidgetInfo::labeled(egui::Role::SpinButton, true, "angle at q = 0"));
+        angle.on_hover_text("From the right, counter-clockwise");
+        if degrees != before {
+            arm.posture.zero_angle = degrees.to_radians();
         }
     });
 }

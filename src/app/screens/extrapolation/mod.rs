@@ -8,12 +8,14 @@ use egui::{Button, RichText, Slider, Ui, WidgetInfo, WidgetText};
 
 use crate::app::desk::{About, Desk, Focus, Needs};
 use crate::app::dock::{self, Part};
-use crate::app::memo::Question;
-use crate::app::plot::{PanelView, ticks};
+use crate::app::formula::{self, Channels};
+use crate::app::memo::{Answer, Memo, Question};
+use crate::app::plot::{Along, OwnSeries, PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen, Switch};
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::{controls, widgets};
-use crate::figure::Panel;
+use crate::figure::mark::Line;
+use crate::figure::{Ink, Panel, Shared};
 use crate::recording::Recording;
 use crate::session::{Command, Generation, Session, Step};
 use crate::simulation::extrapolation::{Basis, Curve, Replay, Stretch, Sweep, replay};
@@ -73,6 +75,8 @@ impl Screen for Extrapolation {
                 let question = self.replay_of(desk, &step);
                 others.extend(desk.memo.now(desk.session, question).ok().map(|replay| (step, ink, replay)));
             }
+            let session = desk.session;
+            prepare(desk, &replay, |memo, question| Some(memo.now(session, question)));
             panels.extend(figures::replay(recording, &replay, &others, desk.focus.joint_of(recording)));
         }
         panels
@@ -149,6 +153,42 @@ impl Question for Replayed {
         let step = session.model_of(self.model).ok_or("there is no such model")?;
         replay(recording, self.trajectory, self.stretch, self.scale, &step.fitted).map_err(|error| error.to_string())
     }
+}
+
+/// A formula of the channels of a replay.
+#[derive(Clone)]
+struct OnReplay {
+    series: OwnSeries,
+    replay: Arc<Replay>,
+}
+
+/// Whoever asks holds the replay, so that no other can stand where it does.
+impl PartialEq for OnReplay {
+    fn eq(&self, other: &Self) -> bool {
+        self.series == other.series && Arc::ptr_eq(&self.replay, &other.replay)
+    }
+}
+
+impl Question for OnReplay {
+    type Answer = Vec<f64>;
+    const KEPT: usize = 9;
+
+    fn answer(&self, _: &Session) -> Result<Vec<f64>, String> {
+        let Replay { motion, predicted, exact } = &*self.replay;
+        formula::along(&self.series, &Channels { run: motion, predicted: Some(predicted), is_measured: *exact })
+    }
+}
+
+/// The charts of a replay can have lines of one's own.
+fn prepare(desk: &mut Desk, replay: &Arc<Replay>, ask: impl Fn(&mut Memo, OnReplay) -> Option<Answer<OnReplay>>) {
+    let Desk { focus, memo, .. } = desk;
+    focus.views.own.draw(Along::ReplayTime, |series| {
+        let values = ask(memo, OnReplay { series: series.clone(), replay: Arc::clone(replay) })?;
+        let time = Shared::of(replay, |replay| &replay.motion.time);
+        let line =
+            |values: Arc<Vec<f64>>| Line::new("", time, Shared::of(&values, |values| &values[..]), Ink::Text).sampled();
+        Some(values.map(line))
+    });
 }
 
 impl Extrapolation {
@@ -243,6 +283,8 @@ impl Extrapolation {
                 let replay = desk.memo.later(ui.ctx(), desk.session, question).and_then(Result::ok);
                 others.extend(replay.map(|replay| (step, ink, replay)));
             }
+            let session = desk.session;
+            prepare(desk, &replay, |memo, question| memo.later(ui.ctx(), session, question));
             let height = (ui.available_height() - 140.0).clamp(90.0, 300.0);
             let [torque, velocity] = figures::replay(&recording, &replay, &others, desk.focus.joint);
             let torque = PanelView::new(torque).cursor(&mut self.cursor).without_ticks().height(height);

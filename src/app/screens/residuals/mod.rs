@@ -4,6 +4,7 @@
 
 mod figures;
 mod moments;
+mod own;
 pub(in crate::app) mod table;
 mod views;
 
@@ -124,7 +125,12 @@ impl Screen for Residuals {
             desk.focus.views.fit(Along::WholeTime);
         }
         ui.add_space(4.0);
-        if self.table(ui, desk).is_some_and(|table| table.len() == 0) {
+        let table = self.table(ui, desk);
+        if let Some(table) = &table {
+            let session = desk.session;
+            own::prepare(desk, table, |memo, question| memo.later(ui.ctx(), session, question));
+        }
+        if table.is_some_and(|table| table.len() == 0) {
             let text = "No samples in this part of the data: look at the other part.";
             widgets::card(ui, "", |ui| widgets::weak(ui, text));
             return;
@@ -139,7 +145,8 @@ impl Screen for Residuals {
         if table.len() == 0 {
             return Vec::new();
         }
-        let of_table = || Arc::clone(&table);
+        let (of_table, session) = (|| Arc::clone(&table), desk.session);
+        own::prepare(desk, &table, |memo, question| Some(memo.now(session, question)));
         let lit = self.lit(desk, &table);
         let spectra = desk.memo.now(desk.session, AllSpectra { table: of_table() }).ok();
         let marked_of = |desk: &mut Desk, of: &Arc<Table>| {

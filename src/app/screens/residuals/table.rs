@@ -307,6 +307,11 @@ impl Table {
         &self.columns[quantity as usize]
     }
 
+    /// Where every row comes from.
+    pub fn places(&self) -> &[Place] {
+        &self.places
+    }
+
     pub fn place(&self, row: usize) -> Place {
         self.places[row]
     }
@@ -344,28 +349,41 @@ impl Table {
 
     fn scattered(&self, state: Quantity) -> Scatter {
         let (x, residual) = (self.column(state), self.column(Quantity::Residual));
-        let extent = extent(x);
-        let width = (extent[1] - extent[0]) / COLUMNS as f64;
-        let mut sums = vec![[0.0; 3]; COLUMNS];
-        for (x, residual) in x.iter().zip(residual) {
-            let sum = &mut sums[(((x - extent[0]) / width.max(1e-300)) as usize).min(COLUMNS - 1)];
-            *sum = [sum[0] + 1.0, sum[1] + residual, sum[2] + residual * residual];
-        }
         let mut scatter = Scatter {
             points: self.thinned().map(|row| [x[row], residual[row]]).collect(),
-            extent,
+            extent: extent(x),
             mean_at: Vec::new(),
             mean: Vec::new(),
             band: Vec::new(),
         };
-        for (column, [count, sum, squares]) in sums.into_iter().enumerate().filter(|(_, sum)| sum[0] >= FEWEST) {
-            let (x, mean) = (extent[0] + (column as f64 + 0.5) * width, sum / count);
-            let spread = (squares / count - mean * mean).max(0.0).sqrt();
+        for [x, mean, spread] in self.means(state, residual) {
             scatter.mean_at.push(x);
             scatter.mean.push(mean);
             scatter.band.push([x, mean - spread, mean + spread]);
         }
         scatter
+    }
+
+    /// In columns over a state: where the column is, mean and deviation of what is there, given by row.
+    pub fn means(&self, state: Quantity, values: &[f64]) -> Vec<[f64; 3]> {
+        let x = self.column(state);
+        let extent = extent(x);
+        let width = (extent[1] - extent[0]) / COLUMNS as f64;
+        let mut sums = vec![[0.0; 3]; COLUMNS];
+        for (x, value) in x.iter().zip(values) {
+            let sum = &mut sums[(((x - extent[0]) / width.max(1e-300)) as usize).min(COLUMNS - 1)];
+            *sum = [sum[0] + 1.0, sum[1] + value, sum[2] + value * value];
+        }
+        let column = |(number, [count, sum, squares]): (usize, [f64; 3])| {
+            let mean = sum / count;
+            [extent[0] + (number as f64 + 0.5) * width, mean, (squares / count - mean * mean).max(0.0).sqrt()]
+        };
+        sums.into_iter().enumerate().filter(|(_, sum)| sum[0] >= FEWEST).map(column).collect()
+    }
+
+    /// Of which model the residual is.
+    pub fn model(&self) -> Generation {
+        self.of.model
     }
 
     /// Mean residual over two states.
