@@ -100,7 +100,7 @@ impl Over {
             Over::Lessons => Order::Lessons(true),
             Over::Commands => Order::Palette(true),
             Over::Columns => match session.source.as_deref().map(|source| (source.files(), &source.options)) {
-                Some((Some([path]), options)) => Order::Import(path.clone(), Box::new(options.clone())),
+                Some((Some(paths), options)) => Order::Import(paths.to_vec(), Box::new(options.clone())),
                 _ => bail!("only a log that was read from a file has columns: name one"),
             },
         })

@@ -50,7 +50,8 @@ pub use settings::Settings;
 use crate::figure::{Figure, Format};
 use crate::lesson::{self, Acted, LessonError};
 use crate::progress::{Epoch, Event, Monitor, Progress, Stopped};
-use crate::recording::read;
+use crate::recording::mapping::MappingSpec;
+use crate::recording::read::{self, ReadOptions};
 use crate::session::file::{self, Opened};
 use crate::session::{Command, History, Session, SessionError, View, runs};
 use crate::training::Ending;
@@ -412,8 +413,8 @@ impl TorquescopeApp {
             recent: self.recent.all(),
             templates: &self.templates,
         };
-        let drawing = self.drawing.as_ref().map(|job| (job.name(), job.progress()));
         formula::prepare_later(ui.ctx(), &mut desk);
+        let drawing = self.drawing.as_ref().map(|job| (job.name(), job.progress()));
         let aside = drawing.or_else(|| self.screens.at_work()).map(|(name, progress)| (name.to_owned(), progress));
         let mut shell = Shell {
             desk,
@@ -511,7 +512,14 @@ impl TorquescopeApp {
             Order::Draw(drawing) => self.write_figure(*drawing, ctx),
             Order::AskReport => self.overlays.report(self.history.current(), self.screens.shown()),
             Order::Report(reporting) => self.write_report(*reporting, ctx),
-            Order::Import(path, options) => self.overlays.import(path, *options, ctx),
+            Order::Import(paths, options) => self.overlays.import(paths, *options, ctx),
+            Order::OpenBy { logs, file } => self.open_by(logs, file, ctx),
+            Order::Robot { file, logs } => {
+                if !logs.is_empty() {
+                    self.run(Command::open(logs, ReadOptions::default(), Vec::new()), ctx);
+                }
+                self.overlays.ask_arm(file, ctx);
+            }
             Order::SaveTemplate { path, text, columns } => {
                 self.templates.add(columns, &path);
                 self.write_text(path, text, ctx);
@@ -797,10 +805,40 @@ impl TorquescopeApp {
 
     /// The columns of a log could not be guessed: somebody may know what they are.
     fn ask_for_columns(&mut self, command: &Command) {
-        if let Command::Open { paths, options, .. } = command
-            && let [path] = paths.as_slice()
-        {
-            self.messages.offer("Say what its columns are…", Order::Import(path.clone(), Box::new(options.clone())));
+        if let Command::Open { paths, options, .. } = command {
+            let text = if paths.len() == 1 { "Say what its columns are…" } else { "Say what their columns are…" };
+            self.messages.offer(text, Order::Import(paths.clone(), Box::new(options.clone())));
+        }
+    }
+
+    /// Opens logs by a mapping: those that come with it, else the one that the assistant looks into, else those that are open. What
+    /// is no mapping is an effect of one's own.
+    fn open_by(&mut self, logs: Vec<PathBuf>, file: PathBuf, ctx: &egui::Context) {
+        let text = crate::file::read_text(&file).unwrap_or_default();
+        if !MappingSpec::is_meant_by(&text) {
+            return self.run(Command::LoadEffect { path: file }, ctx);
+        }
+        let spec = match MappingSpec::from_toml(&text) {
+            Ok(spec) => spec,
+            Err(error) => {
+                let text = format!("{} can't be used: {error}.", file.display());
+                return self.messages.tell(Tone::Error, text, "Mend it there, and open it again. Nothing was changed.");
+            }
+        };
+        let by_it = |options: &ReadOptions| options.clone().by(spec.clone());
+        let looked_into = self.overlays.importing.take().map(|open| open.opening(spec.clone()));
+        let source = self.history.current().source.clone();
+        let again = || source.as_ref().and_then(|source| source.reading(by_it(&source.options)));
+        let command = match logs.is_empty() {
+            true => looked_into.or_else(again),
+            false => Some(Command::open(logs, by_it(&ReadOptions::default()), Vec::new())),
+        };
+        match command {
+            Some(command) => self.run(command, ctx),
+            None => {
+                let text = format!("{} says what the columns of a log are, and no log is open.", file.display());
+                self.messages.tell(Tone::Warning, text, "Open the log first, or drop both onto the window at once.");
+            }
         }
     }
 
@@ -956,8 +994,8 @@ impl TorquescopeApp {
                     dialog.add_filter("sessions", &[file::ENDING]).pick_file().map(|path| vec![path])
                 }
                 Asks::Open => {
-                    let endings: Vec<&str> = read::endings().chain([file::ENDING, "toml"]).collect();
-                    let dialog = dialog.set_title("Open recordings, a session or an effect");
+                    let endings: Vec<&str> = read::endings().chain([file::ENDING, "toml", "urdf", "xml"]).collect();
+                    let dialog = dialog.set_title("Open recordings, a session, a mapping, a robot or an effect");
                     dialog.add_filter("recordings", &endings).pick_files()
                 }
             })

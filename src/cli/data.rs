@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use super::choice::{Choice, one_of};
 use super::failure::OrUsage;
 use super::progress;
-use crate::arm::robot::SerialArm;
+use crate::arm::robot::{self, SerialArm};
 use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
 use crate::file::{self, is_same};
@@ -25,7 +25,7 @@ use crate::recording::encoders::Side;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions, endings, parts};
 use crate::recording::torque::{TorqueFact, TorqueFacts};
-use crate::recording::{JointKind, Recording, catalogue};
+use crate::recording::{Recording, catalogue};
 use crate::session::{self, Command, Document, Session, default_name, runs};
 use crate::simulation::Scenario;
 use crate::training::fit::Plan;
@@ -62,6 +62,9 @@ pub struct Reading {
     /// are taken and whose masses are identified.
     #[arg(long, value_name = "ARM.json|URDF|MJCF")]
     arm: Option<PathBuf>,
+    /// Of a URDF or MJCF with more joints than those of one arm (a hand, a second arm): these move, all others are fixed.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', requires = "arm")]
+    arm_joints: Vec<String>,
     /// What the torque is, as nothing in the numbers tells it, such as `commanded,without-friction`.
     #[arg(long, value_name = "FACT,…", value_delimiter = ',', value_parser = one_of(facts()))]
     torque: Vec<TorqueFact>,
@@ -107,7 +110,20 @@ impl OwnEffects {
 impl Reading {
     /// Whether nothing was given that says how files are read.
     fn is_empty(&self) -> bool {
-        let Reading { held_out, map, zero, arm, torque, encoders, rate, low_pass, gaussian, set_right, own: _ } = self;
+        let Reading {
+            held_out,
+            map,
+            zero,
+            arm,
+            arm_joints: _,
+            torque,
+            encoders,
+            rate,
+            low_pass,
+            gaussian,
+            set_right,
+            own: _,
+        } = self;
         let is_numberless = rate.is_none() && low_pass.is_none() && gaussian.is_none() && torque.is_empty();
         let is_shapeless = zero.is_none() && arm.is_none() && encoders.is_none() && set_right.is_empty();
         held_out.is_empty() && map.is_none() && is_numberless && is_shapeless
@@ -401,6 +417,11 @@ fn check_output(output: &Path, inputs: Vec<PathBuf>) -> anyhow::Result<()> {
 }
 
 impl Files {
+    /// Refuses to write a result over what it is made of.
+    pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
+        check_output(output, inputs(&self.files, &self.reading)).or_usage()
+    }
+
     /// A session with the recording, fitted with the default preset where one fits.
     pub fn session(&self) -> anyhow::Result<Session> {
         progress::run(open_command(&self.files, &self.reading)?, &self.reading.own.session()?)
@@ -470,7 +491,7 @@ impl OptionalData {
 impl Data {
     /// Refuses to write a result over what it is made of.
     pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
-        check_output(output, inputs(&self.files.files, &self.files.reading)).or_usage()
+        self.files.check_output(output)
     }
 
     /// A session with the recording only.
@@ -618,24 +639,12 @@ pub fn read_arm(path: &Path) -> anyhow::Result<Arm> {
 }
 
 /// A mapping with the axes of a robot's file.
-fn with_axes_of(mapping: MappingSpec, path: &Path) -> anyhow::Result<MappingSpec> {
+fn with_axes_of(mapping: MappingSpec, path: &Path, joints: &[String]) -> anyhow::Result<MappingSpec> {
     let text = file::read_text(path).with_context(|| format!("can't read {}", path.display())).or_usage()?;
-    let arm = SerialArm::parse(&text).with_context(|| path.display().to_string()).or_usage()?;
+    let arm = SerialArm::moving_only(&text, joints).with_context(|| path.display().to_string()).or_usage()?;
     let names: Vec<&str> = arm.joints.iter().map(|joint| joint.name.as_str()).collect();
     progress::remark(format_args!("the axes of {}: {}", path.display(), names.join(", ")));
-    let sliding = arm.sliding();
-    let kind = match (sliding.contains(&true), sliding.contains(&false)) {
-        (true, true) if mapping.kind.is_none() => {
-            return Err(anyhow!(
-                "{} has sliding and turning joints: state the axes in a mapping file, and name the columns with their units",
-                path.display()
-            ))
-            .or_usage();
-        }
-        (true, false) => Some(JointKind::Prismatic),
-        _ => mapping.kind,
-    };
-    Ok(MappingSpec { chain: Some(arm.chain()), kind, ..mapping })
+    mapping.with_axes_of(&arm).with_context(|| path.display().to_string()).or_usage()
 }
 
 /// Trajectories are named without the ending of their file.
@@ -650,14 +659,11 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
         Zero::Right => Posture::RIGHT,
         Zero::Up => Posture::UP,
     });
-    let is_robot = |path: &&Path| {
-        path.extension()
-            .is_some_and(|ending| ["urdf", "xml", "mjcf"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
-    };
+    let is_robot = |path: &&Path| robot::is_named_like_one(path);
     let (robot, arm) = (reading.arm.as_deref().filter(is_robot), reading.arm.as_deref().filter(|path| !is_robot(path)));
     let arm = arm.map(read_arm).transpose()?;
     let mapping = match robot {
-        Some(path) => Some(with_axes_of(reading.map.clone().unwrap_or_default(), path)?),
+        Some(path) => Some(with_axes_of(reading.map.clone().unwrap_or_default(), path, &reading.arm_joints)?),
         None => reading.map.clone(),
     };
     let torque = TorqueFacts::new(reading.torque.iter().copied()).context("--torque").or_usage()?;

@@ -10,6 +10,7 @@ mod bench;
 mod choice;
 mod columns;
 mod completions;
+mod convert;
 mod data;
 mod demo;
 mod diagnose;
@@ -79,6 +80,7 @@ enum Command {
     Gallery(gallery::GalleryCommand),
     Simulate(simulate::Simulate),
     Inspect(inspect::Inspect),
+    Convert(convert::Convert),
     Columns(columns::Columns),
     Diagnose(diagnose::Diagnose),
     Propose(propose::Propose),
@@ -138,6 +140,7 @@ impl Arguments {
             Some(Command::Gallery(command)) => command.run(),
             Some(Command::Simulate(command)) => command.run(),
             Some(Command::Inspect(command)) => command.run(),
+            Some(Command::Convert(command)) => command.run(),
             Some(Command::Columns(command)) => command.run(),
             Some(Command::Diagnose(command)) => command.run(),
             Some(Command::Propose(command)) => command.run(),

@@ -10,12 +10,11 @@ use super::choice::level;
 use super::data::read_arm;
 use super::failure::OrUsage;
 use super::world::InWorld;
-use super::{progress, write_file};
+use super::{convert, progress};
 use crate::arm::{Arm, MOST_JOINTS};
 use crate::effect::place::{Place, PlaceError};
 use crate::file;
 use crate::recording::seal::HiddenEffect;
-use crate::recording::write;
 use crate::simulation::{Excitation, Level, Making, Scenario, world};
 
 /// Simulate a recording, with hidden effects whose truth is sealed in the file.
@@ -30,8 +29,8 @@ use crate::simulation::{Excitation, Level, Making, Scenario, world};
   torquescope simulate --world --part backlash@2 --part payload --strength 0.05 -o worn.npz
   torquescope simulate --world --motion pick-and-place --trajectories 1 --part 'kind = \"cogging\", joint = 2, torque = 0.5, wave_number = 20' -o cogging.npz")]
 pub struct Simulate {
-    /// Where to save the recording (NPZ).
-    #[arg(short, long, value_name = "RECORDING.npz")]
+    /// Where to save the recording: NPZ, which keeps the sealed truth; CSV, or a folder for a CSV of each run.
+    #[arg(short, long, value_name = "RECORDING.npz|csv|FOLDER")]
     output: PathBuf,
     /// A whole scenario (JSON, or TOML with --world); the options below are then not used, except the seed.
     #[arg(long, value_name = "SCENARIO")]
@@ -149,7 +148,7 @@ impl Simulate {
             let making = self.making()?;
             progress::watch("simulate", move |monitor| making.simulate(monitor))?
         };
-        write_file(&self.output, &write::to_npz_bytes(&recording)?)?;
+        convert::save(&recording, &self.output)?;
         let answer = Answer {
             file: self.output.display().to_string(),
             joints: recording.joint_count(),
@@ -160,10 +159,7 @@ impl Simulate {
         if self.json {
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
-            progress::told(format_args!(
-                "saved {}: {} joints, {} trajectories, {} samples; the truth is sealed in it",
-                answer.file, answer.joints, answer.trajectories, answer.samples
-            ));
+            convert::tell(&recording, &self.output);
         }
         Ok(())
     }

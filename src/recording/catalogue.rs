@@ -1,6 +1,6 @@
 //! Mappings that come with the program: one file in `assets/mappings/` and one line here.
 
-use super::mapping::MappingSpec;
+use super::mapping::{Mapping, MappingSpec};
 
 /// Name and text of each.
 pub const ALL: &[(&str, &str)] = &[
@@ -33,9 +33,29 @@ pub fn mapping(name: &str) -> Result<MappingSpec, UnknownMapping> {
     Ok(MappingSpec::from_toml(text).expect("a test reads every mapping of the program"))
 }
 
+/// The mappings that find position and torque of every joint among columns of these names, with what each is for.
+pub fn fitting(columns: &[String]) -> Vec<(&'static str, &'static str, MappingSpec)> {
+    let told = |text: &'static str| text.lines().next().unwrap_or_default().trim_start_matches(['#', ' ']);
+    let read = |(name, text): &(&'static str, &'static str)| Some((*name, told(text), mapping(name).ok()?));
+    let fits = |(.., spec): &(&str, &str, MappingSpec)| {
+        let joints = Mapping::find(columns, spec).ok().map(|found| found.q.len());
+        joints.is_some_and(|joints| spec.chain.as_ref().is_none_or(|chain| chain.axes.len() == joints))
+    };
+    ALL.iter().filter_map(read).filter(fits).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn mappings_are_offered_for_logs_that_have_their_columns() {
+        let named = |columns: &[String]| fitting(columns).iter().map(|(name, ..)| *name).collect::<Vec<_>>();
+        assert_eq!(named(&["qm", "t", "vir", "qg"].map(str::to_owned)), ["emps"]);
+        assert!(named(&["qm", "t", "current"].map(str::to_owned)).is_empty());
+        let of = |file: &str| (1..=6).map(|joint| format!("{file}.Joint_{joint}")).collect::<Vec<_>>();
+        assert_eq!(named(&[of("pos_read_data"), of("curr_data")].concat()), ["tx40"]);
+    }
 
     #[test]
     fn every_mapping_can_be_read() {

@@ -105,6 +105,8 @@ pub enum FindingKind {
     MotorSide,
     /// The torque follows from a command by the law of the drive.
     Drive,
+    /// A mapping that comes with the program names these columns.
+    ReadyMapping,
     /// Other columns could have been taken.
     Alternatives,
     /// Parts of the file were not read.

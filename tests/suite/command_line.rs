@@ -117,6 +117,76 @@ fn rows_of<'t>(table: &'t str, name: &str) -> Vec<&'t str> {
     table.lines().filter(|line| line.contains(name)).collect()
 }
 
+/// A recording is written as it was understood, whole or in parts, and read back the same; what can't be written so is told.
+#[test]
+fn a_recording_is_converted_and_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(&["simulate", "--joints", "2", "-o", "arm.npz"], at);
+    let of = |path: &str| json(&["inspect", path, "--json"], at);
+    let runs = |told: &serde_json::Value| told["trajectories"].as_array().unwrap().clone();
+    let whole = of("arm.npz");
+    let message = fails(&["convert", "arm.npz", "-o", "arm.csv"], at, 2);
+    assert!(
+        message.contains(&format!("it has {} runs", runs(&whole).len())) && message.contains("-o arm"),
+        "{message}"
+    );
+    assert!(fails(&["convert", "arm.npz", "-o", "arm.parquet"], at, 2).contains("name an NPZ, a CSV, or a folder"));
+    assert!(fails(&["simulate", "-o", "arm.txt"], at, 2).contains("not written as .txt"));
+    assert!(fails(&["convert", "arm.npz", "-o", "arm.npz"], at, 2).contains("name another file"));
+    succeeds(&["convert", "arm.npz", "-o", "all"], at);
+    let files: Vec<_> = std::fs::read_dir(at.join("all")).unwrap().map(|file| file.unwrap().path()).collect();
+    assert_eq!(files.len(), runs(&whole).len());
+    let one = succeeds(&["inspect", files[0].to_str().unwrap()], at);
+    assert!(one.contains("2 joints"), "{one}");
+    // Both parts together are all of it, but for what lies beside the cuts.
+    let samples = |part: &str| {
+        let file = format!("{part}.npz");
+        succeeds(&["convert", "arm.npz", "--part", part, "-o", &file], at);
+        of(&file)["samples"].as_u64().unwrap()
+    };
+    let [training, held_out] = ["training", "held-out"].map(samples);
+    assert!(training > held_out && held_out > 0 && training + held_out <= whole["samples"].as_u64().unwrap());
+    // To the bit, by way of text.
+    let first = |folder: &str| {
+        let mut files: Vec<_> = std::fs::read_dir(at.join(folder)).unwrap().map(|file| file.unwrap().path()).collect();
+        files.sort();
+        std::fs::read(&files[0]).unwrap()
+    };
+    let mut csv: Vec<_> = files.iter().map(|path| path.to_str().unwrap()).collect();
+    csv.sort_unstable();
+    succeeds(&["convert", csv[0], "-o", "again"], at);
+    assert_eq!(first("again"), first("all"));
+}
+
+/// Of a robot with a hand the joints that move are named; what there is not is told with what there is.
+#[test]
+fn of_a_robot_with_a_hand_the_joints_of_the_arm_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let joint = |name: &str, kind: &str, links: [&str; 2]| {
+        let [parent, child] = links;
+        format!(
+            "<link name=\"{child}\"/><joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/>\
+             <origin xyz=\"0.5 0 0\"/><axis xyz=\"0 -1 0\"/></joint>"
+        )
+    };
+    let arm = joint("one", "revolute", ["base", "upper"]) + &joint("two", "revolute", ["upper", "fore"]);
+    let hand = joint("left", "prismatic", ["fore", "l"]) + &joint("right", "prismatic", ["fore", "r"]);
+    std::fs::write(at.join("r.urdf"), format!("<robot name=\"r\"><link name=\"base\"/>{arm}{hand}</robot>")).unwrap();
+    succeeds(&["simulate", "--joints", "2", "-o", "arm.npz"], at);
+    let inspect = ["inspect", "arm.npz", "--arm", "r.urdf"];
+    assert!(fails(&inspect, at, 2).contains("--arm-joints"));
+    let wrong = fails(&[&inspect[..], &["--arm-joints", "one,elbow"]].concat(), at, 2);
+    assert!(wrong.contains("no moving joint `elbow`; there are: one, two, left, right"), "{wrong}");
+    succeeds(&[&inspect[..], &["--arm-joints", "one,two"]].concat(), at);
+}
+
+/// The numbers of a series of a figure.
+fn values<'t>(table: &'t str, series: &str) -> Vec<&'t str> {
+    table.lines().filter_map(|line| line.split_once(&format!(",{series},"))).map(|(_, numbers)| numbers).collect()
+}
+
 /// Of which trajectory, time, joint and models a figure is, and what it shows, is asked for; what there is not is told with what
 /// there is.
 #[test]
@@ -140,6 +210,13 @@ fn a_figure_is_of_what_was_asked_for() {
     let gravity = table(&["--show", "components=gravity", "--only", "joint 1: gravity"]);
     assert!(gravity.contains("joint 1: gravity") && !gravity.contains("Coriolis"));
     assert!(table(&["--formula", "2 * tau1", "--only", "2 * tau1"]).contains("2 * tau1"));
+    let two = table(&["--formula", "tau1; 3 * tau1", "--only", "tau1; 3 * tau1"]);
+    assert_eq!(values(&two, "3 * tau1").len(), values(&two, "tau1").len());
+    // A line of one's own in a chart of the screen.
+    let residual = ["--only", "joint 1: residual", "--line", "joint 1: residual", "tau1 - predicted1"];
+    let own = table(&residual);
+    let residual = values(&own, "τ − τ̂");
+    assert!(residual.len() > 100 && values(&own, "tau1 - predicted1") == residual);
     // In the order in which they were named.
     let order = table(&["--only", "joint 2: residual", "--only", "joint 1: torque"]);
     assert!(order.find("joint 2: residual") < order.find("joint 1: torque"));
@@ -155,6 +232,11 @@ fn a_figure_is_of_what_was_asked_for() {
     ];
     for (option, told) in wrong {
         let message = fails(&[&["figure", "compare", "arm.npz", "-o", "b.svg"], &option[..]].concat(), at, 2);
+        assert!(message.contains(told), "{message}");
+    }
+    for (chart, formula, told) in [("joint 9", "tau1", "joint 3: residual"), ("joint 1", "tau8", "no channel `tau8`")] {
+        let line = ["figure", "compare", "arm.npz", "-o", "b.svg", "--line", chart, formula];
+        let message = fails(&line, at, 2);
         assert!(message.contains(told), "{message}");
     }
     assert!(!at.join("b.svg").exists());

@@ -7,6 +7,7 @@ use torquescope::diagnosis::Verdict;
 use torquescope::effect::registry::find;
 use torquescope::model::{Preset, fit_plain};
 use torquescope::progress::Monitor;
+use torquescope::recording::check::Finding;
 use torquescope::recording::mapping::MappingSpec;
 use torquescope::recording::read::{ReadOptions, read};
 use torquescope::session::{Command, Session};
@@ -193,7 +194,12 @@ fn plain_least_squares_gives_the_published_friction_of_the_tx40() {
 fn structs_and_motor_units_of_the_kr300_become_joint_torques() {
     let Some(folder) = real_logs("kuka-kr300") else { return };
     let paths = [folder.join("run-a.mat"), folder.join("run-b.mat")];
-    let recording = open(&paths, mapping("kuka-kr300.toml"), &["run-b"]).recording.unwrap();
+    let says = |findings: &[Finding]| findings.iter().any(|finding| finding.remedy.contains("--map kuka-kr300"));
+    let unmapped = read(&paths, &ReadOptions::default(), &Monitor::new()).unwrap();
+    assert!(says(&unmapped.findings), "{:#?}", unmapped.findings);
+    let session = open(&paths, mapping("kuka-kr300.toml"), &["run-b"]);
+    assert!(!says(&session.findings));
+    let recording = session.recording.unwrap();
     assert_eq!((recording.joint_count(), recording.trajectories.len()), (6, 2));
     assert!(recording.chain.is_some());
     let first = &recording.trajectories[0];

@@ -67,7 +67,7 @@ fn a_template_is_offered_again_for_logs_of_the_same_columns() {
     std::fs::write(&other, nameless().replacen("when", "then", 1)).unwrap();
     let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
     let import = |window: &mut Window, path: &std::path::Path| {
-        window.state_mut().order(Order::Import(path.to_owned(), Box::default()));
+        window.state_mut().order(Order::Import(vec![path.to_owned()], Box::default()));
         settle(window);
     };
     import(&mut window, &log);
@@ -88,6 +88,135 @@ fn a_template_is_offered_again_for_logs_of_the_same_columns() {
     settle(&mut window);
     let recording = window.state().session().recording.clone().unwrap();
     assert_eq!((recording.name.as_str(), recording.torque.has(TorqueFact::WithoutFriction)), ("next", true));
+}
+
+/// Six motors of a TX40 in motion: their angles in one file, their currents in the other, all under the same names.
+fn motors(folder: &Path) -> Vec<PathBuf> {
+    let names = (1..=6).map(|joint| format!("Joint_{joint}")).collect::<Vec<_>>().join(",");
+    let table = |scale: f64, phase: f64| {
+        let value = |sample: u32, joint: u32| {
+            let t = f64::from(sample) / 5000.0;
+            scale * ((5.0 + f64::from(joint)) * t + phase).sin()
+        };
+        let row = |sample| (1..=6).map(|joint| value(sample, joint).to_string()).collect::<Vec<_>>().join(",") + "\n";
+        format!("{names}\n{}", (0..10_000).map(row).collect::<String>())
+    };
+    [("pos_read_data.csv", table(20.0, 0.0)), ("curr_data.csv", table(1.0, 0.4))]
+        .map(|(name, text)| {
+            let path = folder.join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        })
+        .into()
+}
+
+/// Whoever opens files with channels of the same samples says so, and is offered the mapping of the program that fits them.
+#[test]
+fn a_mapping_of_the_program_is_offered_for_logs_that_it_fits() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    window.state_mut().order(Order::open(motors(folder.path())));
+    settle(&mut window);
+    click(&mut window, "Say what their columns are…");
+    settle(&mut window);
+    assert!(window.query_by_label("Open it as tx40").is_none(), "one file alone has no torques");
+    window.get_by_role_and_label(Role::RadioButton, "a part of the channels").click();
+    settle(&mut window);
+    click(&mut window, "Open it as tx40");
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    assert_eq!((recording.joint_count(), recording.trajectories.len()), (6, 1));
+    assert!(recording.chain.is_some() && window.query_by_label("What is in this log?").is_none());
+}
+
+/// A mapping file is dropped with its log, onto the assistant, or onto the log that is open; alone it says what it is. An effect of
+/// one's own is told from it.
+#[test]
+fn a_mapping_file_is_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, mapping, wrong] = ["swing.csv", "degrees.toml", "wrong.toml"].map(|name| folder.path().join(name));
+    std::fs::write(&log, nameless()).unwrap();
+    let text = |unit: &str| {
+        format!("time = \"when\"\n[q]\ncolumns = \"a\"\nfactor = {unit}\n[tau]\ncolumns = \"b\"\nfactor = -1\n")
+    };
+    std::fs::write(&mapping, text("0.017453292519943295")).unwrap();
+    std::fs::write(&wrong, text("\"deg\"").replace("columns", "colums")).unwrap();
+    let largest = |window: &Window| {
+        let recording = window.state().session().recording.clone().unwrap();
+        recording.trajectories[0].q[0].iter().fold(0.0, |most: f64, q| most.max(q.abs()))
+    };
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    let drop = |window: &mut Window, paths: &[&PathBuf]| {
+        window.state_mut().order(Order::open(paths.iter().map(|path| (*path).clone()).collect()));
+        settle(window);
+    };
+    drop(&mut window, &[&mapping]);
+    assert!(window.query_by_label_contains("says what the columns of a log are, and no log is open").is_some());
+    drop(&mut window, &[&log]);
+    click(&mut window, "Say what its columns are…");
+    settle(&mut window);
+    drop(&mut window, &[&mapping]);
+    assert!((largest(&window) - 1.0).abs() < 1e-3 && window.query_by_label("What is in this log?").is_none());
+    // The log that is open is read anew.
+    std::fs::write(&mapping, text("0.0349065850398866")).unwrap();
+    drop(&mut window, &[&mapping]);
+    assert!((largest(&window) - 2.0).abs() < 1e-3);
+    drop(&mut window, &[&wrong]);
+    assert!(window.query_by_label_contains("wrong.toml can't be used").is_some());
+    std::fs::write(&mapping, text("0.017453292519943295")).unwrap();
+    drop(&mut window, &[&mapping, &log]);
+    assert!((largest(&window) - 1.0).abs() < 1e-3, "both at once");
+    let effect = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/own_stribeck.toml");
+    drop(&mut window, &[&effect]);
+    assert_eq!(window.state().session().own_effects.len(), 1);
+}
+
+/// A robot of one turning joint, whose hand has two fingers.
+const WITH_A_HAND: &str = r#"<robot name="r">
+  <link name="base"/><link name="arm"/><link name="left"/><link name="right"/>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 -1 0"/></joint>
+  <joint name="finger_left" type="prismatic"><parent link="arm"/><child link="left"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/></joint>
+  <joint name="finger_right" type="prismatic"><parent link="arm"/><child link="right"/><origin xyz="0.5 0 0"/><axis xyz="0 -1 0"/></joint>
+</robot>"#;
+
+/// The file of a robot that is dropped onto a log shows its arm and asks which of its joints were recorded: the first arm that has as many
+/// is chosen.
+#[test]
+fn the_axes_of_a_robot_file_are_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, robot, wrong] = ["swing.csv", "robot.urdf", "wrong.urdf"].map(|name| folder.path().join(name));
+    std::fs::write(&log, swing()).unwrap();
+    std::fs::write(&robot, WITH_A_HAND).unwrap();
+    std::fs::write(&wrong, WITH_A_HAND.replace("<robot", "<arm").replace("</robot", "</arm")).unwrap();
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    let open = |window: &mut Window, paths: &[&PathBuf]| {
+        window.state_mut().order(Order::open(paths.iter().map(|path| (*path).clone()).collect()));
+        settle(window);
+    };
+    open(&mut window, &[&robot]);
+    assert!(window.query_by_label_contains("Open a log of this arm first").is_some());
+    assert!(!is_enabled(&window, "Take these axes"));
+    click(&mut window, "Cancel");
+    open(&mut window, &[&wrong]);
+    assert!(window.query_by_label_contains("It begins with <arm>").is_some());
+    click(&mut window, "Cancel");
+    open(&mut window, &[&log]);
+    assert!(window.state().session().recording.as_ref().unwrap().chain.is_none());
+    open(&mut window, &[&robot]);
+    assert!(window.query_by_label("the arm of the file at q = 0").is_some());
+    choose(&mut window, "From the base to", "finger_left (2 joints)");
+    assert!(window.query_by_label_contains("The log has 1 joint, and 2 are ticked").is_some());
+    assert!(!is_enabled(&window, "Take these axes"));
+    choose(&mut window, "From the base to", "shoulder (1 joint)");
+    click(&mut window, "Take these axes");
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    assert_eq!(recording.chain.as_ref().map(|chain| chain.axes.len()), Some(1));
+    // Both at once; the fingers stood still.
+    open(&mut window, &[&log, &robot]);
+    click(&mut window, "Take these axes");
+    settle(&mut window);
+    assert!(window.query_by_label("Which joints of this robot were recorded?").is_none());
 }
 
 /// A servo that reports its angle and what it was told: the law of its drive is stated in the assistant, and what it absorbs is said.

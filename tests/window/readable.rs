@@ -32,7 +32,7 @@ const DIALOGS: [Dialog; 13] = [
         modal: true,
         name: "import assistant",
         screen: &data::ABOUT,
-        open: |window| window.state_mut().order(Order::Import("gallery/nameless-logger".into(), Box::default())),
+        open: |window| window.state_mut().order(Order::Import(vec!["gallery/nameless-logger".into()], Box::default())),
         exit: "Cancel",
     },
     Dialog {

@@ -167,7 +167,7 @@ fn dialogs_look_as_they_did() {
             Order::Export(None),
             Order::Models(true),
             Order::Palette(true),
-            Order::Import(log.into(), Box::default()),
+            Order::Import(vec![log.into()], Box::default()),
             Order::Lessons(true),
             Order::KeyList(true),
         ]

@@ -8,6 +8,7 @@ use super::panels::Change;
 use super::paper::ReportFormat;
 use super::question::Question;
 use super::shown::Shown;
+use crate::arm::robot;
 use crate::figure::{Figure, Format, Style};
 use crate::lesson::Act;
 use crate::model::Preset;
@@ -55,8 +56,22 @@ pub enum Order {
     Leave(Parting),
     /// Ask before something is done that can't be taken back.
     Ask(Box<Question>),
-    /// Look into a log, and let the user say what its columns are.
-    Import(PathBuf, Box<ReadOptions>),
+    /// Look into logs of one arm, and let the user say what their columns are.
+    Import(Vec<PathBuf>, Box<ReadOptions>),
+    /// Open logs as a mapping file says, or take a file as what it is otherwise.
+    OpenBy {
+        /// The logs; none for the one that is open.
+        logs: Vec<PathBuf>,
+        /// What is written in TOML.
+        file: PathBuf,
+    },
+    /// Ask which joints of a robot were recorded.
+    Robot {
+        /// A URDF or MJCF.
+        file: PathBuf,
+        /// Logs that are opened first; none for the one that is open.
+        logs: Vec<PathBuf>,
+    },
     /// Write a mapping file, and remember it for logs of these columns; what it was stays beside it.
     SaveTemplate {
         /// The file.
@@ -155,11 +170,16 @@ impl Order {
         Order::Run(Box::new(command))
     }
 
-    /// Open these files as one recording, or a single one as what it is otherwise: a saved session, an effect of one's own.
+    /// Open these files as one recording, by a mapping file if there is one among them, or a single one as what it is otherwise: a
+    /// saved session, a mapping or the robot's file (URDF, MJCF) of the log that is open, an effect of one's own.
     pub fn open(mut paths: Vec<PathBuf>) -> Self {
-        if paths.len() == 1 && paths[0].extension().is_some_and(|ending| ending == "toml") {
-            return Order::run(Command::LoadEffect { path: paths.remove(0) });
+        if let Some(place) = paths.iter().position(|path| robot::is_named_like_one(path)) {
+            return Order::Robot { file: paths.remove(place), logs: paths };
         }
-        Order::run(Command::open(paths, ReadOptions::default(), Vec::new()))
+        let is_toml = |path: &PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+        match paths.iter().position(is_toml) {
+            Some(place) => Order::OpenBy { file: paths.remove(place), logs: paths },
+            None => Order::run(Command::open(paths, ReadOptions::default(), Vec::new())),
+        }
     }
 }

@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use egui::{EventFilter, Key, Response, Sense, Ui};
 use serde::{Deserialize, Serialize};
 
 use super::arm::{ARC_POINTS, LARGEST_ARC, RADII, ROOM, SMALLEST_ARC, arc};
@@ -15,6 +16,9 @@ use crate::figure::{Axis, Ink, Panel};
 const AXIS: f64 = 0.07;
 /// How long the axes of the base are, as a part of the arm's reach.
 const BASE: f64 = 0.3;
+/// How far a drag of a point turns an arm, and a press of an arrow key \[rad\].
+const TURN_BY_DRAG: f32 = 0.01;
+const TURN_BY_KEY: f64 = 0.1;
 /// As far as one can look from above or below \[rad\].
 const STEEPEST: f64 = 1.5;
 
@@ -115,6 +119,23 @@ pub fn panel(pose: &SpatialPose) -> Panel {
         }
     }
     panel.with(Points::new("", path(vec![skeleton.tip()]), Ink::Text).radius(1.8))
+}
+
+/// Lets an arm in space be looked at from elsewhere.
+pub fn turn(ui: &Ui, drawn: &Response, sight: &mut Sight) {
+    let dragged = ui.interact(drawn.rect, drawn.id.with("turn"), Sense::drag());
+    let by = dragged.drag_delta() * TURN_BY_DRAG;
+    *sight = sight.turned([f64::from(-by.x), f64::from(by.y)]);
+    if drawn.double_clicked() {
+        *sight = Sight::default();
+    }
+    if drawn.has_focus() {
+        let keys = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+        ui.memory_mut(|memory| memory.set_focus_lock_filter(drawn.id, keys));
+        let pressed = |key| ui.input(|input| input.num_presses(key)) as f64 * TURN_BY_KEY;
+        let around = pressed(Key::ArrowLeft) - pressed(Key::ArrowRight);
+        *sight = sight.turned([around, pressed(Key::ArrowUp) - pressed(Key::ArrowDown)]);
+    }
 }
 
 /// Points about the axis of a joint, from its x axis.

@@ -17,10 +17,11 @@ use crate::figure::mark::Line;
 use crate::figure::{Axis, Ink, Panel};
 use crate::file;
 use crate::progress::Monitor;
+use crate::recording::catalogue;
 use crate::recording::drive::DriveError;
 use crate::recording::encoders::Side;
 use crate::recording::mapping::{Channel, Draft, Mapping, MappingError, MappingSpec, Role};
-use crate::recording::read::{Preview, ReadOptions, preview};
+use crate::recording::read::{self, Preview, ReadOptions, preview};
 use crate::recording::torque::TorqueFacts;
 use crate::session::Command;
 use crate::work::{Job, Outcome};
@@ -37,7 +38,10 @@ const POINTS: usize = 600;
 
 /// The assistant, while it is open on a log.
 pub struct Importing {
-    path: PathBuf,
+    /// The logs of one arm, whose columns have the same names.
+    paths: Vec<PathBuf>,
+    /// Whether they hold channels of the same samples, and not one run each.
+    side_by_side: bool,
     /// How the log was to be read; what it says of columns is made anew.
     options: ReadOptions,
     /// What the torque is.
@@ -52,6 +56,8 @@ pub struct Importing {
     template: String,
     /// The template that was there for a log like this one when it was looked into.
     offered: Option<PathBuf>,
+    /// The mappings that come with the program and have all that they need here: name, what it is for, and itself.
+    ready: Vec<(&'static str, &'static str, MappingSpec)>,
     /// What is wrong with the template that was offered.
     problem: Option<String>,
 }
@@ -79,8 +85,14 @@ impl Log {
 }
 
 impl Importing {
-    /// Looks into a file.
-    pub fn new(path: PathBuf, options: ReadOptions, ctx: &egui::Context) -> Self {
+    /// Looks into logs.
+    pub fn new(paths: Vec<PathBuf>, options: ReadOptions, ctx: &egui::Context) -> Self {
+        Importing::of(paths, false, options, ctx)
+    }
+
+    /// Looks into the first of several runs, or into all channels of one.
+    fn of(paths: Vec<PathBuf>, side_by_side: bool, options: ReadOptions, ctx: &egui::Context) -> Self {
+        let path = if side_by_side { read::side_by_side(&paths) } else { paths.first().cloned().unwrap_or_default() };
         let (context, file, reading) = (ctx.clone(), path.clone(), options.clone());
         let wake = move || context.request_repaint();
         let look = move |monitor: &Monitor| preview(&file, &reading, monitor).map_err(|error| error.to_string());
@@ -96,11 +108,13 @@ impl Importing {
             encoders: options.stated_encoders(),
             law: Law::default(),
             job: Some(Job::spawn("look into the log", wake, look)),
-            path,
+            paths,
+            side_by_side,
             options,
             log: None,
             template,
             offered: None,
+            ready: Vec::new(),
             problem: None,
         }
     }
@@ -135,6 +149,18 @@ impl Importing {
             Outcome::Failed(reason) | Outcome::Stopped(reason) | Outcome::Panicked(reason) => Err(reason),
         });
         self.offered = templates.of(self.columns()).map(Path::to_owned);
+        let columns: Vec<String> = self.columns().map(str::to_owned).collect();
+        self.ready = catalogue::fitting(&columns);
+    }
+
+    /// What is opened: each log a run, or all one.
+    fn opened(&self) -> Vec<PathBuf> {
+        if self.side_by_side { vec![read::side_by_side(&self.paths)] } else { self.paths.clone() }
+    }
+
+    /// What opens the logs by a mapping that says what the torque is, too.
+    pub fn opening(&self, spec: MappingSpec) -> Command {
+        Command::open(self.opened(), self.options.clone().by(spec), Vec::new())
     }
 }
 
@@ -147,7 +173,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
     let modal = hanging("importing").show(ui.ctx(), |ui| {
         ui.set_width((room.width() - 80.0).min(940.0));
         ui.heading("What is in this log?");
-        widgets::weak(ui, open.path.display().to_string());
+        which(ui, &mut open);
         ui.add_space(GAP);
         let top = ui.cursor().top();
         is_over = offer(ui, shell, &mut open);
@@ -172,6 +198,25 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
     });
     if !is_over && !modal.should_close() {
         *place = Some(open);
+    }
+}
+
+/// Which logs these are, and whether several are runs or channels of one.
+fn which(ui: &mut Ui, open: &mut Importing) {
+    let names: Vec<String> = open.paths.iter().map(|path| path.display().to_string()).collect();
+    ui.add(Label::new(RichText::new(names.join("\n")).size(SMALL).color(Palette::in_ui(ui).weak)));
+    if open.paths.len() < 2 {
+        return;
+    }
+    let mut side_by_side = open.side_by_side;
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Each file is");
+        ui.radio_value(&mut side_by_side, false, "a run of the arm").on_hover_text("Their columns have the same names");
+        let what = "Such as angles in one file and currents in the other, of the same samples";
+        ui.radio_value(&mut side_by_side, true, "a part of the channels").on_hover_text(what);
+    });
+    if side_by_side != open.side_by_side {
+        *open = Importing::of(open.paths.clone(), side_by_side, open.options.clone(), ui.ctx());
     }
 }
 
@@ -354,10 +399,10 @@ fn plot(ui: &mut Ui, shell: &mut Shell, log: &Log) {
     PanelView::new(panel).height(150.0).show(ui, &mut shell.desk.focus.views, &mut shell.desk.memo.decimator);
 }
 
-/// The template that was saved for a log like this one; whether the log is opened by it.
+/// The template that was saved for a log like this one, and mappings that come with the program; whether the log is opened by one.
 fn offer(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
-    let Some(template) = open.offered.clone() else { return false };
-    let mut is_over = false;
+    let mut is_over = of_the_program(ui, shell, open);
+    let Some(template) = open.offered.clone() else { return is_over };
     ui.horizontal_wrapped(|ui| {
         widgets::weak(ui, "A template was saved for logs with these columns.");
         let button =
@@ -366,7 +411,7 @@ fn offer(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
             let text = file::read_text(&template).map_err(|error| error.to_string());
             match text.and_then(|text| MappingSpec::from_toml(&text).map_err(|error| error.to_string())) {
                 Ok(spec) => {
-                    open_as(shell, open, spec);
+                    shell.desk.run(open.opening(spec));
                     is_over = true;
                 }
                 Err(problem) => open.problem = Some(format!("{} can't be used: {problem}", template.display())),
@@ -379,10 +424,23 @@ fn offer(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
     is_over
 }
 
-/// Opens the log by a mapping that says what the torque is, too.
-fn open_as(shell: &mut Shell, open: &Importing, spec: MappingSpec) {
-    let options = ReadOptions { mapping: Some(spec), torque: None, encoders: None, ..open.options.clone() };
-    shell.desk.run(Command::open(vec![open.path.clone()], options, Vec::new()));
+/// The mappings of the program that fit; whether the log is opened by one.
+fn of_the_program(ui: &mut Ui, shell: &mut Shell, open: &Importing) -> bool {
+    if open.ready.is_empty() {
+        return false;
+    }
+    let mut is_over = false;
+    ui.horizontal_wrapped(|ui| {
+        widgets::weak(ui, "A mapping that comes with the program fits these columns.");
+        for (name, what, spec) in &open.ready {
+            let button = ui.add_enabled(shell.desk.busy.is_none(), Button::new(format!("Open it as {name}")));
+            if button.on_hover_text(*what).clicked() {
+                shell.desk.run(open.opening(spec.clone()));
+                is_over = true;
+            }
+        }
+    });
+    is_over
 }
 
 /// What is to be done with it; whether the assistant is done.
@@ -411,13 +469,17 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
     ui.horizontal_wrapped(|ui| {
         let can_open = spec.is_some() && shell.desk.busy.is_none();
         if let (true, Some(spec)) = (primary(ui, can_open, "Open it so").clicked(), &spec) {
-            open_as(shell, open, spec.clone());
+            shell.desk.run(open.opening(spec.clone()));
             is_over = true;
         }
         let path = PathBuf::from(open.template.trim());
         let text = spec.as_ref().and_then(|spec| spec.to_toml().ok());
         let save = ui.add_enabled(text.is_some() && !open.template.trim().is_empty(), Button::new("Save as template"));
-        let what = format!("The command line takes it: torquescope {} --map {}", shown(&open.path), shown(&path));
+        let what = format!(
+            "The command line takes it: torquescope {} --map {}",
+            open.opened().iter().map(|log| shown(log)).collect::<Vec<_>>().join(" "),
+            shown(&path)
+        );
         if let Some(text) = text.filter(|_| save.on_hover_text(what).clicked()) {
             let columns = open.columns().map(str::to_owned).collect();
             shell.desk.orders.push(Order::SaveTemplate { path, text, columns });

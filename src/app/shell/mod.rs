@@ -18,6 +18,7 @@ mod palette;
 mod preview;
 mod primary;
 mod reporting;
+mod robot;
 mod status;
 
 use std::path::PathBuf;
@@ -31,6 +32,7 @@ use importing::Importing;
 use lesson::LessonPanel;
 use models::Models;
 use palette::CommandPalette;
+use robot::RobotFile;
 
 use super::desk::{About, Focus, Order, Question};
 use super::screens::Screens;
@@ -52,6 +54,8 @@ pub struct Overlays {
     pub exporting: Option<Exporting>,
     /// What the columns of a log are.
     pub importing: Option<Importing>,
+    /// Which joints of a robot's file were recorded.
+    pub robot: Option<RobotFile>,
     /// What is asked before it is done.
     pub asking: Option<Question>,
     /// Whether the window is to be closed, and how.
@@ -71,9 +75,14 @@ impl Overlays {
         self.exporting = Some(Exporting::report(session, screen));
     }
 
-    /// Looks into a log, to ask what its columns are.
-    pub fn import(&mut self, path: PathBuf, options: ReadOptions, ctx: &Context) {
-        self.importing = Some(Importing::new(path, options, ctx));
+    /// Looks into logs of one arm, to ask what their columns are.
+    pub fn import(&mut self, paths: Vec<PathBuf>, options: ReadOptions, ctx: &Context) {
+        self.importing = Some(Importing::new(paths, options, ctx));
+    }
+
+    /// Asks which joints of a robot's file were recorded.
+    pub fn ask_arm(&mut self, path: PathBuf, ctx: &Context) {
+        self.robot = Some(RobotFile::new(path, ctx));
     }
 
     /// Asks whether to close the window; the session would go into this file.
@@ -85,6 +94,7 @@ impl Overlays {
     pub fn is_busy(&self) -> bool {
         self.exporting.as_ref().is_some_and(Exporting::is_busy)
             || self.importing.as_ref().is_some_and(Importing::is_busy)
+            || self.robot.as_ref().is_some_and(RobotFile::is_busy)
     }
 
     /// Opens the list of lessons, or brings back the lesson that was hidden, or closes the list.
@@ -98,8 +108,8 @@ impl Overlays {
 
     /// Whether a dialog lies over the screens.
     pub fn cover(&self) -> bool {
-        let asks =
-            self.asking.is_some() || self.closing.is_some() || self.exporting.is_some() || self.importing.is_some();
+        let looks_into = self.importing.is_some() || self.robot.is_some();
+        let asks = self.asking.is_some() || self.closing.is_some() || self.exporting.is_some() || looks_into;
         asks || self.palette.is_some() || self.key_list || self.lesson.choosing.is_some()
     }
 
@@ -120,6 +130,7 @@ impl Overlays {
             asking: self.asking.is_some()
                 || self.closing.is_some()
                 || self.importing.is_some()
+                || self.robot.is_some()
                 || self.lesson.choosing.is_some(),
         };
         keys::shortcuts(ctx, open, || flow::next(session, focus, screens, exported))
@@ -145,6 +156,7 @@ impl Overlays {
         });
         export::show(ui, shell, &mut self.exporting);
         importing::show(ui, shell, &mut self.importing);
+        robot::show(ui, shell, &mut self.robot);
         messages::toasts(ui, shell);
         messages::drop_hint(ui);
         palette::show(ui, shell, &mut self.palette);

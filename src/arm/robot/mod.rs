@@ -7,6 +7,9 @@ mod axes;
 mod mjcf;
 mod urdf;
 
+use std::ffi::OsStr;
+use std::path::Path;
+
 use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, ParsingOptions};
 
@@ -50,6 +53,17 @@ pub struct Part {
     pub frame: Isometry3<f64>,
     /// What it weighs, in its own frame, if the file says it.
     pub body: Option<Body>,
+}
+
+/// A joint of a file that moves.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MovingJoint {
+    /// Its name in the file.
+    pub name: String,
+    /// Whether it slides.
+    pub slides: bool,
+    /// The joint that moves it, by its place in the list; `None` for one at the base.
+    pub before: Option<usize>,
 }
 
 /// A frame of the file, in the one before.
@@ -109,6 +123,14 @@ pub enum RobotError {
         /// What to do.
         remedy: &'static str,
     },
+    /// None of this name.
+    #[error("it has no moving joint `{name}`; there are: {known}")]
+    NoJoint {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
     /// No base.
     #[error("its links go round in circles, each behind another; one of them must be the base")]
     Circle,
@@ -122,7 +144,8 @@ pub enum RobotError {
     },
     /// Several arms, or a hand.
     #[error(
-        "its moving joints {names} are no serial chain: `{joint}` does not follow the one before; make all but those of one arm fixed"
+        "its moving joints {names} are no serial chain: `{joint}` does not follow the one before; name those of one arm (--arm-joints; \
+         the window asks for them)"
     )]
     NotSerial {
         /// All of them.
@@ -146,18 +169,33 @@ impl SerialArm {
     /// # Errors
     /// As [`SerialArm::parse`].
     pub fn moving_only(text: &str, joints: &[String]) -> Result<SerialArm, RobotError> {
-        let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-        let document = Document::parse_with_options(text, options)?;
-        let (mut nodes, gravity) = match document.root_element().tag_name().name() {
-            "robot" => urdf::nodes(&document)?,
-            "mujoco" => mjcf::nodes(&document)?,
-            other => return Err(RobotError::Root(other.to_owned())),
-        };
+        let (mut nodes, gravity) = nodes(text)?;
+        let unknown =
+            |name: &&String| !nodes.iter().any(|node| node.moves().is_some_and(|motion| motion.name == **name));
+        if let Some(name) = joints.iter().find(unknown) {
+            return Err(RobotError::NoJoint { name: name.clone(), known: names_of(&nodes) });
+        }
         if !joints.is_empty() {
             let is_asked = |motion: &Motion| joints.contains(&motion.name);
             nodes.iter_mut().for_each(|node| node.motion = node.motion.take().filter(is_asked));
         }
         Ok(SerialArm { joints: serial(nodes)?, gravity })
+    }
+
+    /// All joints of a URDF or an MJCF that move, also those of several arms or of a hand: nobody stands before who is before it.
+    ///
+    /// # Errors
+    /// [`RobotError`] says what is wrong and how to mend it.
+    pub fn moving_joints(text: &str) -> Result<Vec<MovingJoint>, RobotError> {
+        let (nodes, _) = nodes(text)?;
+        let moving = moving(&nodes)?;
+        let place = |node: &usize| moving.iter().position(|(other, _)| other == node);
+        let of = |(node, way): &(usize, Vec<usize>)| {
+            let motion = nodes[*node].moves()?;
+            let before = way.iter().rev().filter(|other| *other != node).find_map(place);
+            Some(MovingJoint { name: motion.name.clone(), slides: motion.slides, before })
+        };
+        Ok(moving.iter().filter_map(of).collect())
     }
 
     /// Which joints slide.
@@ -204,13 +242,48 @@ impl Part {
     }
 }
 
+impl Node {
+    fn moves(&self) -> Option<&Motion> {
+        self.motion.as_ref()
+    }
+}
+
+/// Whether a file is one of a robot by its ending.
+pub fn is_named_like_one(path: &Path) -> bool {
+    let is = |ending: &OsStr| ["urdf", "xml", "mjcf"].iter().any(|known| ending.eq_ignore_ascii_case(known));
+    path.extension().is_some_and(is)
+}
+
+/// All frames of a file, and the acceleration of free fall \[m/s²\].
+fn nodes(text: &str) -> Result<(Vec<Node>, Vector3<f64>), RobotError> {
+    let options = ParsingOptions { allow_dtd: false, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options)?;
+    match document.root_element().tag_name().name() {
+        "robot" => urdf::nodes(&document),
+        "mujoco" => mjcf::nodes(&document),
+        other => Err(RobotError::Root(other.to_owned())),
+    }
+}
+
+/// The frames that move, nearest to the base first, each with those from the base to it.
+fn moving(nodes: &[Node]) -> Result<Vec<(usize, Vec<usize>)>, RobotError> {
+    let moving = (0..nodes.len()).filter(|node| nodes[*node].motion.is_some());
+    let mut moving = moving.map(|node| Ok((node, way(nodes, node)?))).collect::<Result<Vec<_>, RobotError>>()?;
+    moving.sort_by_key(|(_, way)| way.len());
+    Ok(moving)
+}
+
+fn names_of(nodes: &[Node]) -> String {
+    nodes.iter().filter_map(Node::moves).map(|motion| motion.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
 /// The joints that move, base first, with the parts that move with each.
 fn serial(nodes: Vec<Node>) -> Result<Vec<SerialJoint>, RobotError> {
     let ways = (0..nodes.len()).map(|node| way(&nodes, node)).collect::<Result<Vec<Vec<usize>>, _>>()?;
-    let mut moving: Vec<(usize, &Motion)> =
-        nodes.iter().enumerate().filter_map(|(place, node)| Some((place, node.motion.as_ref()?))).collect();
-    moving.sort_by_key(|(place, _)| ways[*place].len());
-    let names = moving.iter().map(|(_, motion)| motion.name.as_str()).collect::<Vec<_>>().join(", ");
+    let moving = moving(&nodes)?;
+    let moving: Vec<(usize, &Motion)> =
+        moving.iter().filter_map(|(node, _)| Some((*node, nodes[*node].moves()?))).collect();
+    let names = names_of(&nodes);
     if !(1..=MOST_JOINTS).contains(&moving.len()) {
         return Err(RobotError::Count { found: moving.len(), names });
     }

@@ -99,6 +99,11 @@ pub enum MappingError {
     /// The mapping file can't be read.
     #[error("the mapping file: {0}")]
     File(String),
+    /// An arm of which nobody says which joints slide.
+    #[error(
+        "the arm has sliding and turning joints: state its axes in a mapping file, and name the columns with their units"
+    )]
+    MixedJoints,
     /// A needed channel was not found.
     #[error(
         "no {} column was recognised among: {}; say which it is, for example `{example}` (`*` stands for the joint number){}",

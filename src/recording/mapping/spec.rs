@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Channel, Mapping, MappingError};
 use crate::arm::chain::Chain;
+use crate::arm::robot::SerialArm;
 use crate::recording::JointKind;
 use crate::recording::drive::Drive;
 use crate::recording::encoders::Side;
@@ -135,6 +136,26 @@ impl From<Names> for Vec<String> {
 }
 
 impl MappingSpec {
+    /// The same with the axes of an arm, and what its joints do.
+    ///
+    /// # Errors
+    /// [`MappingError::MixedJoints`] if some slide and others turn, and nobody says which do what.
+    pub fn with_axes_of(self, arm: &SerialArm) -> Result<Self, MappingError> {
+        let sliding = arm.sliding();
+        let kind = match (sliding.contains(&true), sliding.contains(&false)) {
+            (true, true) if self.kind.is_none() => return Err(MappingError::MixedJoints),
+            (true, false) => Some(JointKind::Prismatic),
+            _ => self.kind,
+        };
+        Ok(MappingSpec { chain: Some(arm.chain()), kind, ..self })
+    }
+
+    /// Whether a text in TOML is meant to be a mapping: it says where positions, torques or commands are, or how the log is read.
+    pub fn is_meant_by(text: &str) -> bool {
+        let keys = ["q", "tau", "command", "time", "topic", "rate-hz"];
+        text.parse::<toml::Table>().is_ok_and(|file| keys.iter().any(|key| file.contains_key(*key)))
+    }
+
     /// A mapping file: TOML with `time`, `rate-hz`, `low-pass-hz` or `gaussian-samples`, `kind` (`revolute`, `prismatic`), `topic`,
     /// `torque` (a list of what it is, [`TorqueFact`](crate::recording::torque::TorqueFact)), `encoders` (`link`, `motor`), a table for each of `q`, `qd`, `qdd`,
     /// `tau` with `columns` and, where the numbers are not in SI units, a [`Transform`], and a table `arm`, a [`Chain`]. Where there is no

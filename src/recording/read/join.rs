@@ -38,6 +38,11 @@ pub(crate) fn parts(path: &Path) -> Vec<PathBuf> {
     path.to_string_lossy().split('+').filter(|part| !part.is_empty()).map(PathBuf::from).collect()
 }
 
+/// The path that names these files side by side.
+pub fn path_of(files: &[PathBuf]) -> PathBuf {
+    files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join("+").into()
+}
+
 /// One table of all columns. Columns of the same name are equal (a clock that all files have) and kept once, or they are
 /// told apart by the name of their file: `currents.joint_1`.
 /// A recorder that is stopped writes one file a row further than the other: that row is left out.

@@ -36,6 +36,7 @@ pub use gzip::GzipError;
 pub use hdf5::Hdf5Error;
 pub use join::JoinError;
 pub(crate) use join::parts;
+pub use join::path_of as side_by_side;
 pub use json::JsonError;
 pub use mat::MatError;
 pub use mcap::McapError;
@@ -47,6 +48,7 @@ use self::arrays::{Gathered, Source};
 use self::budget::Budget;
 use self::npz::Content;
 use self::table::{Table, listed};
+use super::catalogue;
 use super::check::{Checked, Finding, FindingKind, Place, Severity, check};
 use super::correction::{Correction, CorrectionError};
 use super::differentiate::{Smoothing, description, gaussian_description};
@@ -109,6 +111,12 @@ impl Default for ReadOptions {
 }
 
 impl ReadOptions {
+    /// The same by another mapping, which says what the torque is and where the encoders are, too.
+    #[must_use]
+    pub fn by(self, mapping: MappingSpec) -> Self {
+        ReadOptions { mapping: Some(mapping), torque: None, encoders: None, ..self }
+    }
+
     /// What is said of the torque, here or in the mapping; `None` where nothing is.
     pub fn stated_torque(&self) -> Option<&TorqueFacts> {
         let mapped = || self.mapping.as_ref().map(|mapping| &mapping.torque).filter(|facts| !facts.is_empty());
@@ -808,7 +816,10 @@ impl Merge {
         if mapping.commanded.contains(&Channel::Torque) && !torque.has(TorqueFact::Measured) {
             torque.state(TorqueFact::Commanded);
         }
-        let findings = about_mapping(&mapping, &spec, &torque, file);
+        let mut findings = about_mapping(&mapping, &spec, &torque, file);
+        if options.mapping.is_none() {
+            findings.extend(ready_mapping(&table.names(), file));
+        }
         Ok(Merge { mapping, torque, joints: Vec::new(), trajectories: Vec::new(), findings, cutoffs: Vec::new() })
     }
 
@@ -884,6 +895,22 @@ impl Merge {
         self.findings.extend(findings);
         Ok(Import { recording, findings: self.findings, unusable, mapping: self.mapping })
     }
+}
+
+/// Whether a mapping that comes with the program names the very columns of a log that was opened without it.
+fn ready_mapping(columns: &[String], file: &str) -> Option<Finding> {
+    let mut ready = catalogue::fitting(columns).into_iter();
+    let (name, about, _) = ready.find(|(.., spec)| spec.q.is_some() && spec.tau.is_some())?;
+    Some(Finding {
+        severity: Severity::Warning,
+        kind: FindingKind::ReadyMapping,
+        what: format!("its columns are those of a mapping that comes with the program, `{name}` ({about})."),
+        place: Place::file(file),
+        remedy: format!(
+            "If it is that robot, open it so, with its units, gears and axes: by *Columns…* in the window, by --map {name} elsewhere."
+        ),
+        set_right: Vec::new(),
+    })
 }
 
 fn about_mapping(mapping: &Mapping, spec: &MappingSpec, torque: &TorqueFacts, file: &str) -> Vec<Finding> {

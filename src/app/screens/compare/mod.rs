@@ -9,7 +9,7 @@ mod sum;
 
 use std::sync::Arc;
 
-use egui::{ComboBox, EventFilter, Key, Response, RichText, Sense, Slider, Ui, WidgetText};
+use egui::{ComboBox, RichText, Slider, Ui, WidgetText};
 
 use serde_json::{Value, json};
 
@@ -21,8 +21,7 @@ use parts::Decomposition;
 use crate::app::desk::{About, Desk, Focus, Needs, held_out_times, time_extent};
 use crate::app::dock::{self, Part};
 use crate::app::memo::Question;
-use crate::app::plot::spatial::Sight;
-use crate::app::plot::{PanelView, ticks};
+use crate::app::plot::{PanelView, spatial, ticks};
 use crate::app::screen::{Next, NextStep, Screen, Switch};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{controls, formula, tables, widgets};
@@ -36,9 +35,6 @@ use crate::signals::Signals;
 const START: f64 = 0.35;
 /// How many times as fast as it was recorded time can go on.
 const SPEEDS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
-/// How far a drag of a point turns an arm in space, and a press of an arrow key \[rad\].
-const TURN_BY_DRAG: f32 = 0.01;
-const TURN_BY_KEY: f64 = 0.1;
 /// Points of the way of the arm's tip.
 const TIP_POINTS: usize = 400;
 
@@ -412,7 +408,7 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
             let drawn = drawing.show(ui, &mut desk.focus.views, &mut desk.memo.decimator).response;
             let legend = match is_spatial {
                 true => {
-                    turn(ui, &drawn, &mut desk.focus.sight);
+                    spatial::turn(ui, &drawn, &mut desk.focus.sight);
                     "Drag it to turn it (or arrow keys; a double click turns it back). Arcs about the axes: torque, full line measured, \
                      dashed predicted."
                 }
@@ -471,23 +467,6 @@ fn residuals_of_others(ui: &mut Ui, desk: &Desk, recording: &Recording, sample: 
         let header: Vec<&str> = std::iter::once("").chain(names).collect();
         widgets::table(ui, "what others leave at the cursor", &header, &others.iter().map(row).collect::<Vec<_>>());
     });
-}
-
-/// Lets an arm in space be looked at from elsewhere.
-fn turn(ui: &Ui, drawn: &Response, sight: &mut Sight) {
-    let dragged = ui.interact(drawn.rect, drawn.id.with("turn"), Sense::drag());
-    let by = dragged.drag_delta() * TURN_BY_DRAG;
-    *sight = sight.turned([f64::from(-by.x), f64::from(by.y)]);
-    if drawn.double_clicked() {
-        *sight = Sight::default();
-    }
-    if drawn.has_focus() {
-        let keys = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
-        ui.memory_mut(|memory| memory.set_focus_lock_filter(drawn.id, keys));
-        let pressed = |key| ui.input(|input| input.num_presses(key)) as f64 * TURN_BY_KEY;
-        let around = pressed(Key::ArrowLeft) - pressed(Key::ArrowRight);
-        *sight = sight.turned([around, pressed(Key::ArrowUp) - pressed(Key::ArrowDown)]);
-    }
 }
 
 /// What was marked in state space on another screen, and that it can be forgotten.

@@ -328,15 +328,15 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 /// Opens the import assistant on the file that is typed, else on the one that is open.
 fn columns(ui: &mut Ui, desk: &mut Desk, typed: &str) {
     let log = match (typed, opening(desk.session).map(|source| (source.files(), &source.options))) {
-        ("", Some((Some([path]), options))) => Some((path.clone(), options.clone())),
+        ("", Some((Some(paths), options))) => Some((paths.to_vec(), options.clone())),
         ("", _) => None,
-        (typed, _) => Some((PathBuf::from(typed), ReadOptions::default())),
+        (typed, _) => Some((vec![PathBuf::from(typed)], ReadOptions::default())),
     };
     let button = ui.add_enabled(log.is_some(), Button::new("Columns…"));
     let what = "What each column of the log is taken for, and why; to be changed";
     let clicked = button.on_hover_text(what).on_disabled_hover_text(what).clicked();
-    if let Some((path, options)) = log.filter(|_| clicked) {
-        desk.orders.push(Order::Import(path, Box::new(options)));
+    if let Some((paths, options)) = log.filter(|_| clicked) {
+        desk.orders.push(Order::Import(paths, Box::new(options)));
     }
 }
 
