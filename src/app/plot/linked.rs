@@ -1,52 +1,12 @@
 //! Charts of the same quantity have the same view: who zooms or moves one of them does so with all, on every screen.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::along::Along;
 use super::own::OwnLines;
 use crate::figure::Panel;
-
-/// What stands along the horizontal axis of a chart; joints are counted from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Along {
-    /// Time of the chosen trajectory.
-    Time,
-    /// Time of all trajectories, end to end.
-    WholeTime,
-    /// Time of the replay outside the data.
-    ReplayTime,
-    /// Position of a joint.
-    Position(usize),
-    /// Velocity of a joint.
-    Velocity(usize),
-    /// Acceleration of a joint.
-    Acceleration(usize),
-    /// Measured torque of a joint.
-    Load(usize),
-    /// What the model leaves of it.
-    Residual(usize),
-    /// Frequency.
-    Frequency,
-    /// How often something repeats in a turn.
-    Order,
-    /// Time between a value and the one it is compared with.
-    Lag,
-    /// Epoch of a training.
-    Epoch,
-    /// Position of the joint that goes while the others stand.
-    Slice,
-    /// How much faster or wider than the data.
-    Stretch,
-}
-
-/// Its name as a link of axes.
-impl fmt::Display for Along {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        write!(formatter, "{self:?}")
-    }
-}
 
 /// What is in view of charts that are linked.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

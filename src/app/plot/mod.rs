@@ -1,6 +1,7 @@
 //! Plots: panels of figures, printed in the window, and what can be done with them.
 
 mod adapter;
+mod along;
 pub mod arm;
 pub mod export;
 mod gestures;
@@ -17,10 +18,11 @@ mod tests;
 mod view;
 
 pub use crate::figure::{decimate, ticks};
+pub use along::Along;
 pub use decimate::Decimator;
 pub use gestures::Region;
 pub use key::key_of;
-pub use linked::{Along, Views, Window};
+pub use linked::{Views, Window};
 pub use own::{CHANNELS, Drawn, OwnLine, OwnLines, OwnSeries};
 use view::Tools;
 pub use view::{PanelView, Shown};

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use egui::{Button, DragValue, RichText, Role, TextEdit, Ui, WidgetInfo};
 use serde::{Deserialize, Serialize};
 
-use super::linked::Along;
+use super::along::Along;
 use crate::app::theme::{Palette, SMALL};
 use crate::figure::mark::{Key, Line};
 use crate::figure::{Ink, Panel, ticks};
