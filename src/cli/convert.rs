@@ -79,7 +79,10 @@ fn cut(recording: &Recording, part: &[Segment]) -> anyhow::Result<Recording> {
 /// If it says nothing that is known, or the recording has several runs and the path names one CSV.
 pub fn save(recording: &Recording, path: &Path) -> anyhow::Result<()> {
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    // What is there and no folder, such as a pipe, holds one file.
+    let is_one = ending.is_none() && path.exists() && !path.is_dir();
     match (ending.as_deref(), recording.trajectories.as_slice()) {
+        _ if is_one => write_file(path, &write::to_npz_bytes(recording)?)?,
         (Some("npz"), _) => write_file(path, &write::to_npz_bytes(recording)?)?,
         (Some("csv"), [run]) => write_file(path, &write::to_csv_bytes(run))?,
         (Some("csv"), runs) => {

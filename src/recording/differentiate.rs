@@ -284,7 +284,7 @@ fn run<'a, const N: usize>(sections: &[Section; 2], signals: impl Iterator<Item 
 }
 
 /// Median time step \[s\]; 0 with fewer than two samples.
-pub(super) fn median_step(time: &[f64]) -> f64 {
+pub fn median_step(time: &[f64]) -> f64 {
     median(time.windows(2).map(|pair| pair[1] - pair[0]).collect()).unwrap_or(0.0)
 }
 

@@ -9,7 +9,7 @@ use torquescope::diagnosis::setup;
 use torquescope::progress::Monitor;
 use torquescope::recording::Recording;
 use torquescope::recording::catalogue;
-use torquescope::recording::check::check;
+use torquescope::recording::check::{Finding, FindingKind, check};
 use torquescope::recording::correction::Correction;
 use torquescope::recording::read::{ReadOptions, read};
 
@@ -80,6 +80,34 @@ fn the_rate_of_a_log_without_a_clock_follows_from_its_velocity() {
     assert!(import.findings.iter().any(|finding| finding.what.contains("the rate of 250.0 Hz follows from q and q̇")));
     let message = log(|t| (17.0 * t).cos()).unwrap_err().to_string();
     assert!(message.contains("state the sampling rate"), "{message}");
+}
+
+/// A logger that counts milliseconds without saying so, as libfranka's does: the motion says it. What is named in seconds stays so.
+#[test]
+fn a_clock_in_other_units_is_known_by_the_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = |name: &str, in_a_second: f64| {
+        let row = |sample: u32| {
+            let t = 0.001 * f64::from(sample);
+            format!("{},{},{},{}\n", in_a_second * t, (2.0 * t).sin(), 2.0 * (2.0 * t).cos(), (3.0 * t).cos())
+        };
+        let path = folder.path().join("log.csv");
+        let rows: String = (0..3000).map(row).collect();
+        std::fs::write(&path, format!("{name},q[0],dq[0],tau_J[0]\n{rows}")).unwrap();
+        read(&[path], &ReadOptions::default(), &Monitor::new()).unwrap()
+    };
+    let says = |findings: &[Finding], unit: &str| {
+        findings.iter().any(|finding| finding.what.contains(&format!("is in {unit}, by how q and q̇ change")))
+    };
+    for (in_a_second, unit) in [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")] {
+        let import = log("time", in_a_second);
+        assert!((import.recording.trajectories[0].time_step() / 0.001 - 1.0).abs() < 1e-6, "{unit}");
+        assert!(says(&import.findings, unit), "{:#?}", import.findings);
+        assert!(!import.findings.iter().any(|finding| finding.kind == FindingKind::VelocityMismatch));
+    }
+    assert!(log("time", 1.0).findings.iter().all(|finding| finding.kind != FindingKind::TimeUnit));
+    let named = log("time[s]", 1e3);
+    assert!(named.recording.trajectories[0].time_step() > 0.9 && !says(&named.findings, "milliseconds"));
 }
 
 fn told(recording: &Recording) -> Vec<String> {

@@ -90,6 +90,36 @@ fn a_template_is_offered_again_for_logs_of_the_same_columns() {
     assert_eq!((recording.name.as_str(), recording.torque.has(TorqueFact::WithoutFriction)), ("next", true));
 }
 
+/// What is derived is seen raw and behind its filter, which can be set; the log is read so, and the template says so.
+#[test]
+fn the_filter_of_what_is_derived_is_seen_and_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("swing.csv");
+    std::fs::write(&log, nameless()).unwrap();
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    window.state_mut().order(Order::Import(vec![log], Box::default()));
+    settle(&mut window);
+    assert!(window.query_by_label_contains("derived, behind a low-pass").is_none(), "nothing is a position yet");
+    choose(&mut window, "quantity of when", "time");
+    choose(&mut window, "quantity of a", "position");
+    choose(&mut window, "unit of a", "deg");
+    choose(&mut window, "quantity of b", "torque");
+    assert!(window.query_by_label_contains("Velocity and acceleration are derived, behind a low-pass").is_some());
+    assert!(window.query_by_label_contains("0: as suits the motion, 6 Hz").is_some());
+    let field = window.get_by_role_and_label(Role::SpinButton, "cut-off of derived channels");
+    field.scroll_to_me();
+    window.run_steps(4);
+    enter(&mut window, "cut-off of derived channels", "2.5");
+    settle(&mut window);
+    assert!(window.query_by_label_contains("0: as suits the motion").is_none());
+    assert!(window.query_by_label("plot of velocity of joint 1, derived [rad/s]").is_some());
+    assert!(window.query_by_label("low-pass 2.5 Hz in velocity of joint 1, derived").is_some());
+    click(&mut window, "Open it so");
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    assert_eq!(recording.provenance.low_pass_hz, Some(2.5));
+}
+
 /// Six motors of a TX40 in motion: their angles in one file, their currents in the other, all under the same names.
 fn motors(folder: &Path) -> Vec<PathBuf> {
     let names = (1..=6).map(|joint| format!("Joint_{joint}")).collect::<Vec<_>>().join(",");

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use egui::{Align, Button, ComboBox, DragValue, Label, Layout, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 
+use super::filter::Filter;
 use super::frame::Shell;
 use super::hanging::hanging;
 use super::law::Law;
@@ -50,6 +51,8 @@ pub struct Importing {
     encoders: Option<Side>,
     /// How the torque follows from a command, as it is typed.
     law: Law,
+    /// The filter of what is derived.
+    filter: Filter,
     job: Option<Job<Preview>>,
     log: Option<Result<Log, String>>,
     /// The file for the template, as it is typed.
@@ -107,6 +110,7 @@ impl Importing {
             torque: options.stated_torque().cloned().unwrap_or_default(),
             encoders: options.stated_encoders(),
             law: Law::default(),
+            filter: Filter::new(options.mapping.as_ref().and_then(|mapping| mapping.low_pass_hz)),
             job: Some(Job::spawn("look into the log", wake, look)),
             paths,
             side_by_side,
@@ -191,6 +195,7 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
                 facts::choose(ui, &mut open.torque);
                 facts::choose_encoders(ui, &mut open.encoders);
                 plot(ui, shell, log);
+                open.filter.ask(ui, shell, &log.draft, &log.preview, log.shown);
             }
         });
         ui.add_space(GAP);
@@ -492,7 +497,8 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut Importing) -> bool {
 /// With what is said of the torque and the encoders, and what was said before of the arm and the like.
 fn completed(spec: MappingSpec, open: &Importing) -> MappingSpec {
     let before = open.options.mapping.clone().unwrap_or_default();
-    let (low_pass_hz, gaussian_samples) = (before.low_pass_hz, before.gaussian_samples);
+    let low_pass_hz = open.filter.cutoff_hz();
+    let gaussian_samples = before.gaussian_samples.filter(|_| low_pass_hz.is_none());
     let kind = before.kind.or(spec.kind);
     let (chain, topic) = (before.chain, before.topic);
     let (torque, encoders) = (open.torque.clone(), open.encoders);

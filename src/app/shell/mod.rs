@@ -5,6 +5,7 @@ mod ask;
 mod bar;
 mod ending;
 mod export;
+mod filter;
 mod flow;
 mod frame;
 mod hanging;

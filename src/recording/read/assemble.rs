@@ -16,6 +16,7 @@ use crate::recording::mapping::{Channel, Mapping, MappingSpec, Unit, split_unit}
 use crate::recording::transform::Factor;
 use crate::recording::{Channels, JointKind, RecordingError, Trajectory};
 use crate::signals::{ShapeError, Signals};
+use crate::statistics::median;
 
 /// Shorter stretches between two cuts are left out.
 const SHORTEST_STRETCH: usize = 10;
@@ -203,7 +204,16 @@ fn convert(
     let qdd = mapping.qdd.as_ref().map(|names| joints(Channel::Acceleration, names)).transpose()?;
     let stated = options.rate_hz.or(spec.rate_hz).map(f64::recip).or(table.step);
     let time = match &mapping.time {
-        Some(name) => column(table, Channel::Time, name)?,
+        Some(name) => {
+            let mut time = column(table, Channel::Time, name)?;
+            let unsaid = split_unit(name).1.is_none();
+            let unit = qd.as_ref().filter(|_| unsaid).and_then(|qd| unit_of_clock(table, &time, &q, qd));
+            if let Some((second, unit)) = unit {
+                time.iter_mut().for_each(|value| *value *= second);
+                findings.push(clock_converted(name, unit, file));
+            }
+            time
+        }
         None => {
             let no_time = || ReadError::NoTime { file: file.to_owned(), columns: table.names().join(", ") };
             let of_motion = || qd.as_ref().and_then(|qd| step_of_motion(table, &q, qd));
@@ -271,6 +281,33 @@ fn step_of_motion(table: &Table, q: &Signals, qd: &Signals) -> Option<f64> {
     }
     let step = product / speeds;
     (step > 0.0 && product * product > CLEAR * steps * speeds).then_some(step)
+}
+
+/// Units in which loggers count time, without saying so: how many seconds, and its name.
+const CLOCKS: [(f64, &str); 3] = [(1e-3, "milliseconds"), (1e-6, "microseconds"), (1e-9, "nanoseconds")];
+/// No log of a moving robot has steps of as many seconds,
+const LEAST_ODD_STEP: f64 = 0.1;
+/// and its clock agrees with q and q̇ within this factor.
+const SAME_STEP: f64 = 1.05;
+
+/// The unit of a clock that can't be in seconds, if it is clear from the motion.
+fn unit_of_clock(table: &Table, time: &[f64], q: &Signals, qd: &Signals) -> Option<(f64, &'static str)> {
+    let steps = table.runs.iter().flat_map(|run| time[run.clone()].windows(2)).map(|pair| pair[1] - pair[0]);
+    let step = median(steps.filter(|step| step.is_finite()).collect()).filter(|step| *step >= LEAST_ODD_STEP)?;
+    let of_motion = step_of_motion(table, q, qd)?;
+    let agrees = |factor: f64| (1.0 / SAME_STEP..SAME_STEP).contains(&(step * factor / of_motion));
+    CLOCKS.into_iter().find(|(second, _)| agrees(*second))
+}
+
+fn clock_converted(name: &str, unit: &str, file: &str) -> Finding {
+    Finding {
+        severity: Severity::Info,
+        kind: FindingKind::TimeUnit,
+        what: format!("the time in `{name}` is in {unit}, by how q and q̇ change; it was converted to seconds."),
+        place: Place::file(file),
+        remedy: "If it is in seconds, name it so (`time[s]`), and look at the units of q̇.".to_owned(),
+        set_right: Vec::new(),
+    }
 }
 
 fn rate_of_motion(step: f64, file: &str) -> Finding {
