@@ -742,6 +742,13 @@ fn names_of_loggers_are_understood_and_currents_are_no_torque() {
     assert_eq!((rtde.mapping.q, rtde.mapping.tau), (vec!["actual_q_0".to_owned()], vec!["target_moment_0".to_owned()]));
     let franka = read_bytes("fr3.csv", &renamed("time,q[0],dq[0],tau_J[0]"), &ReadOptions::default()).unwrap();
     assert_eq!((franka.mapping.qd, franka.mapping.tau), (Some(vec!["dq[0]".to_owned()]), vec!["tau_J[0]".to_owned()]));
+    let names = "time,$AXIS_ACT[1],$VEL_AXIS_ACT[1],$TORQUE_AXIS_ACT[1]";
+    let kuka = read_bytes("kr.csv", &renamed(names), &ReadOptions::default()).unwrap().mapping;
+    assert_eq!((kuka.q, kuka.tau), (vec!["$AXIS_ACT[1]".to_owned()], vec!["$TORQUE_AXIS_ACT[1]".to_owned()]));
+    assert_eq!(kuka.qd, Some(vec!["$VEL_AXIS_ACT[1]".to_owned()]));
+    let names = "time,AIPos.A1,vel.A1,torque.A1";
+    let sensor = read_bytes("rsi.csv", &renamed(names), &ReadOptions::default()).unwrap().mapping;
+    assert_eq!(sensor.q, ["AIPos.A1"]);
     let amperes = renamed("timestamp,actual_q_0,actual_qd_0,actual_current_0");
     let message = problem("ur.csv", &amperes);
     assert!(message.contains("`actual_current_0` is a current") && message.contains("factor"), "{message}");

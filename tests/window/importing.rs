@@ -6,7 +6,7 @@ use torquescope::recording::torque::TorqueFact;
 use super::*;
 
 /// A swing of one joint, under names that say nothing; the angle in degrees, the torque with the other sign.
-fn nameless() -> String {
+pub fn nameless() -> String {
     let row = |sample: u32| {
         let t = 0.01 * f64::from(sample);
         format!("{t},{},{}\n", (2.0 * t).sin().to_degrees(), -3.0 * (2.0 * t).sin())
@@ -202,7 +202,7 @@ fn a_mapping_file_is_dropped() {
 }
 
 /// A robot of one turning joint, whose hand has two fingers.
-const WITH_A_HAND: &str = r#"<robot name="r">
+pub const WITH_A_HAND: &str = r#"<robot name="r">
   <link name="base"/><link name="arm"/><link name="left"/><link name="right"/>
   <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 -1 0"/></joint>
   <joint name="finger_left" type="prismatic"><parent link="arm"/><child link="left"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/></joint>

@@ -162,12 +162,17 @@ fn models_over_each_other_look_as_they_did() {
 fn dialogs_look_as_they_did() {
     let log = "target/swing.csv";
     std::fs::write(log, crate::swing()).unwrap();
+    let [encoder, robot] = ["target/encoder.csv", "target/hand.urdf"];
+    std::fs::write(encoder, crate::importing::nameless().replacen("when,a,b", "time,q1,tau1", 1)).unwrap();
+    std::fs::write(robot, crate::importing::WITH_A_HAND).unwrap();
     let orders = || {
         [
             Order::Export(None),
             Order::Models(true),
             Order::Palette(true),
             Order::Import(vec![log.into()], Box::default()),
+            Order::Import(vec![encoder.into()], Box::default()),
+            Order::Robot { file: robot.into(), logs: Vec::new() },
             Order::Lessons(true),
             Order::KeyList(true),
         ]

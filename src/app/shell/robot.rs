@@ -12,7 +12,7 @@ use crate::app::plot::PanelView;
 use crate::app::plot::spatial::{self, Sight, SpatialPose};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
-use crate::arm::robot::{MovingJoint, SerialArm};
+use crate::arm::robot::{MovingJoint, RobotError, SerialArm};
 use crate::file;
 use crate::recording::read::ReadOptions;
 use crate::session::{Command, Session};
@@ -33,6 +33,8 @@ pub struct RobotFile {
     end: Option<usize>,
     /// Joints on the way to it that stood still.
     fixed: BTreeSet<String>,
+    /// The arm whose joints of these names move, as it was read last.
+    arm: Option<(Vec<String>, Result<SerialArm, String>)>,
     sight: Sight,
 }
 
@@ -64,12 +66,13 @@ impl RobotFile {
         let (context, file) = (ctx.clone(), path.clone());
         let read = move |_: &crate::progress::Monitor| {
             let text = file::read_text(&file).map_err(|error| format!("It can't be read: {error}."))?;
-            let joints = SerialArm::moving_joints(&text).map_err(|error| widgets::sentence_case(&error.to_string()))?;
+            let told = |error: RobotError| widgets::sentence_case(&error.to_string()) + ".";
+            let joints = SerialArm::moving_joints(&text).map_err(told)?;
             if joints.is_empty() { Err("None of its joints moves.".to_owned()) } else { Ok(Read { text, joints }) }
         };
         let job = Job::spawn("read the robot's file", move || context.request_repaint(), read);
         let (fixed, sight) = (BTreeSet::new(), Sight::default());
-        RobotFile { path, job: Some(job), read: None, end: None, fixed, sight }
+        RobotFile { path, job: Some(job), read: None, end: None, fixed, arm: None, sight }
     }
 
     /// Whether the file is being read.
@@ -85,6 +88,20 @@ impl RobotFile {
             Outcome::Done(read) => Ok(read),
             Outcome::Failed(reason) | Outcome::Stopped(reason) | Outcome::Panicked(reason) => Err(reason),
         });
+    }
+
+    /// The arm whose joints of these names move; it is read anew only when they change.
+    fn arm(&mut self, read: &Read, moving: &[String]) -> Result<SerialArm, String> {
+        if let Some((_, arm)) = self.arm.as_ref().filter(|(of, _)| of == moving) {
+            return arm.clone();
+        }
+        let arm = match moving.is_empty() {
+            true => Err("No joint is left that moves.".to_owned()),
+            false => SerialArm::moving_only(&read.text, moving)
+                .map_err(|error| widgets::sentence_case(&error.to_string()) + "."),
+        };
+        self.arm = Some((moving.to_vec(), arm.clone()));
+        arm
     }
 
     /// The joints that are taken to move, of those up to the last one.
@@ -136,12 +153,7 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut RobotFile, read: &Read) -> 
     let recorded = shell.desk.session.recording.as_ref().map(|recording| recording.joint_count());
     let end = joints(ui, open, read, recorded);
     let moving = open.moving(read, end);
-    let arm = match moving.is_empty() {
-        true => Err("No joint is left that moves.".to_owned()),
-        false => {
-            SerialArm::moving_only(&read.text, &moving).map_err(|error| widgets::sentence_case(&error.to_string()))
-        }
-    };
+    let arm = open.arm(read, &moving);
     if let Ok(arm) = &arm {
         drawing(ui, shell, open, arm);
     }
