@@ -111,6 +111,8 @@ pub enum FindingKind {
     Alternatives,
     /// Parts of the file were not read.
     PassedOver,
+    /// The clocks of a log: which one is taken, and how far others are from it.
+    Clocks,
     /// A text ends within a line.
     BrokenOff,
     /// Samples beside the cuts between time blocks are in no part.

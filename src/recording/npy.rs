@@ -115,6 +115,11 @@ impl Header {
         self.count
     }
 
+    /// How long a file of these elements is \[bytes\].
+    pub fn size(&self) -> u64 {
+        ((self.count * self.element.size) as u64).saturating_add(self.length)
+    }
+
     /// Whether a file of so many bytes holds these elements, and nothing else.
     ///
     /// # Errors

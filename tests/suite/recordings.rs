@@ -672,6 +672,25 @@ fn archives_with_sound_checksums_and_lying_arrays_are_errors() {
     assert!(problem("none.npz", &none).contains("no array of samples"));
 }
 
+// ── Parquet ──
+
+#[test]
+fn a_log_of_lerobot_opens_without_a_mapping() {
+    for bytes in [&include_bytes!("../data/log.parquet")[..], include_bytes!("../data/log2.parquet")] {
+        let import = read_bytes("log.parquet", bytes, &ReadOptions::default()).unwrap();
+        assert_eq!(import.mapping.q, ["observation.state[0]", "observation.state[1]"]);
+        assert_eq!(import.mapping.tau, ["observation.effort[0]", "observation.effort[1]"]);
+        assert_eq!((import.mapping.time.as_deref(), import.recording.joint_count()), (Some("timestamp"), 2));
+        assert!(kinds(&import).contains(&FindingKind::NonFinite), "a list is missing in the second episode");
+        assert!(import.recording.trajectories.iter().all(|run| run.len() < 30), "episodes are runs");
+        assert!(problem("log.csv", bytes).contains("holds a Parquet file"));
+        for end in (0..bytes.len()).step_by(97) {
+            assert!(!survive("log.parquet", &bytes[..end]), "cut at {end}");
+        }
+    }
+    assert!(problem("log.parquet", b"time,q1\n0,1\n").contains(".parquet, but it holds text"));
+}
+
 // ── JSON and gzip ──
 
 /// [`log`] as one object a sample.

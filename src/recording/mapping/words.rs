@@ -69,7 +69,7 @@ fn qualifier(word: &str) -> Option<Option<u8>> {
         "filt" | "filtered" | "smooth" | "smoothed" | "lp" => Some(2),
         "raw" | "motor" | "constrained" | "applied" => Some(3),
         "cmd" | "command" | "commanded" | "des" | "desired" | "ref" | "reference" | "target" | "goal" | "setpoint"
-        | "sp" | "con" | "control" | "ctrl" | "planned" => Some(COMMANDED),
+        | "sp" | "con" | "control" | "ctrl" | "planned" | "action" => Some(COMMANDED),
         "fric" | "friction" | "err" | "error" | "std" | "var" | "limit" | "min" | "max" | "ff" | "model" | "pred"
         | "predicted" | "gravity" | "est" | "estimated" | "external" | "ext" | "tcp" | "tool" | "cartesian" => None,
         _ => return None,
@@ -109,7 +109,8 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
             unknown.push(word.as_str());
         }
     }
-    let channel = channel.or_else(|| is_axis_of_kuka(&words).then_some(Channel::Position))?;
+    let is_position = is_axis_of_kuka(&words) || is_of_lerobot(&words);
+    let channel = channel.or_else(|| is_position.then_some(Channel::Position))?;
     // `t_motor` is hardly a clock, but the field `t` of a struct `log` is one.
     let is_vague = words.len() > 1 && words.iter().any(|word| word == "t") && !bare.ends_with(".t");
     if channel == Channel::Time && (!numbers.is_empty() || is_vague) {
@@ -139,6 +140,12 @@ fn is_axis_of_kuka(words: &[String]) -> bool {
     matches!(words.as_slice(), ["axis", "act"] | ["axis", "act", "meas"] | ["aipos"])
 }
 
+/// Whether it is one of LeRobot's names of positions: `observation.state`, and `action` for those that are commanded.
+fn is_of_lerobot(words: &[String]) -> bool {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    matches!(words.as_slice(), ["observation", "state"] | ["action"])
+}
+
 /// Why a name is taken for a channel, or for none; as a sentence.
 pub(super) fn why(name: &str, is_taken: bool) -> String {
     let (bare, unit) = split_unit(name);
@@ -150,6 +157,7 @@ pub(super) fn why(name: &str, is_taken: bool) -> String {
         _ if is_current(name) => "its name is that of a motor's current, which is no torque by itself".to_owned(),
         (_, Some(word)) => format!("`{word}` in its name says that it is not what a joint measured"),
         (None, None) if is_axis_of_kuka(&words) => "its name is KUKA's for the angle of an axis".to_owned(),
+        (None, None) if is_of_lerobot(&words) => "its name is LeRobot's for positions".to_owned(),
         (None, None) => "its name says no channel".to_owned(),
         (Some((word, channel)), None) => format!("`{word}` in its name says {}", channel.title()),
     };

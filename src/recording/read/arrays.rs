@@ -7,6 +7,7 @@ use std::io::{self, Read};
 use ndarray::{ArrayD, Axis};
 
 use super::budget::{Budget, TooMuch};
+use super::share::{Counted, Share};
 use super::table::{Column, MOST_COLUMNS, Table, listed};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::npy::{Header, NpyError};
@@ -79,25 +80,28 @@ impl Gathered {
             match header(source, index) {
                 Ok(header) => found.push((index, array, header)),
                 Err(NpyError::NotNumbers(reason)) => {
-                    skim(source, index, &array, budget)?;
+                    skim(source, index, &array, budget, &Watch { whole: u64::MAX, before: 0, monitor })?;
                     self.passed_over.push(format!("`{array}` ({reason})"));
                 }
                 Err(problem) => return Err(ArraysError::Array { array, problem }),
             }
         }
         let usual = usual_extent(found.iter().map(|(_, _, header)| header.shape()));
+        let whole = found.iter().map(|(.., header)| header.size()).fold(0, u64::saturating_add);
+        let mut watch = Watch { whole, before: 0, monitor };
         for (index, array, header) in found {
-            monitor.check()?;
             if !all && !is_of_use(header.shape(), header.count(), usual) {
-                skim(source, index, &array, budget)?;
+                skim(source, index, &array, budget, &watch)?;
+                watch.before = watch.before.saturating_add(header.size());
                 self.passed_over.push(misfit(&array, header.shape()));
                 continue;
             }
             budget.unpack((header.count() as u64).saturating_mul(BYTES))?;
-            match values(source, index) {
+            match values(source, index, &watch) {
                 Ok(values) => self.arrays.push((array, values)),
                 Err(problem) => return Err(ArraysError::Array { array, problem }),
             }
+            watch.before = watch.before.saturating_add(header.size());
         }
         Ok(())
     }
@@ -115,15 +119,36 @@ fn header(source: &mut dyn Source, index: usize) -> Result<Header, NpyError> {
     Ok(header)
 }
 
-fn values(source: &mut dyn Source, index: usize) -> Result<ArrayD<f64>, NpyError> {
-    let (mut file, _) = source.open(index).map_err(unreadable)?;
-    Header::read(&mut *file)?.values(&mut *file)
+/// How far the reading of arrays that belong together is \[bytes\].
+struct Watch<'a> {
+    whole: u64,
+    /// What stands in the arrays before this one.
+    before: u64,
+    monitor: &'a Monitor,
+}
+
+impl<'a> Watch<'a> {
+    fn counted<R>(&self, from: R) -> Counted<'a, R> {
+        Counted { from, share: Share::of(self.whole, self.monitor), done: self.before }
+    }
+}
+
+fn values(source: &mut dyn Source, index: usize, watch: &Watch) -> Result<ArrayD<f64>, NpyError> {
+    let (file, _) = source.open(index).map_err(unreadable)?;
+    let mut file = watch.counted(file);
+    Header::read(&mut file)?.values(&mut file)
 }
 
 /// Reads a file without keeping it.
-fn skim(source: &mut dyn Source, index: usize, array: &str, budget: &mut Budget) -> Result<(), ArraysError> {
+fn skim(
+    source: &mut dyn Source,
+    index: usize,
+    array: &str,
+    budget: &mut Budget,
+    watch: &Watch,
+) -> Result<(), ArraysError> {
     let most = budget.left_to_unpack().saturating_add(1);
-    let read = source.open(index).and_then(|(file, _)| io::copy(&mut file.take(most), &mut io::sink()));
+    let read = source.open(index).and_then(|(file, _)| io::copy(&mut watch.counted(file).take(most), &mut io::sink()));
     let wrong = |problem| ArraysError::Array { array: array.to_owned(), problem: unreadable(problem) };
     Ok(budget.unpack(read.map_err(wrong)?)?)
 }

@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use super::clocks::Told;
 use super::table::{Table, listed};
 use super::{ReadError, ReadOptions};
 use crate::progress::Monitor;
@@ -55,6 +56,7 @@ pub(super) fn assemble(
     let mut findings = passed_over(&table, &spec, file);
     findings.extend(table.broken_off.iter().map(|place| broken_off(place, file)));
     findings.extend(shortened(&table, file));
+    findings.extend(table.clocks.iter().map(|told| clocks(told, file)));
     let mut channels = convert(&mut table, mapping, &spec, file, options, &mut findings)?;
     check_clock(&table, &channels.time, file)?;
 
@@ -147,6 +149,18 @@ fn shortened(table: &Table, file: &str) -> Option<Finding> {
                 .to_owned(),
         set_right: Vec::new(),
     })
+}
+
+fn clocks(told: &Told, file: &str) -> Finding {
+    let remedy = "If they are known to agree, record both on one topic, or put them side by side with their own times.";
+    Finding {
+        severity: if told.is_moved { Severity::Warning } else { Severity::Info },
+        kind: FindingKind::Clocks,
+        what: format!("{}.", told.what),
+        place: Place::file(file),
+        remedy: if told.is_moved { remedy } else { "" }.to_owned(),
+        set_right: Vec::new(),
+    }
 }
 
 /// Takes the columns that the mapping names out of the table; the others are let go, so that the numbers are there once.

@@ -18,7 +18,9 @@ use rusqlite::{Connection, ErrorCode, MAIN_DB};
 
 use super::budget::{Budget, TooMuch};
 use super::cdr::Cdr;
+use super::clocks::Clock;
 use super::messages::NoTopic;
+use super::share::Share;
 use super::table::{Column, Table};
 use crate::progress::{Monitor, Stopped};
 
@@ -96,7 +98,7 @@ fn joint_states(
     passed_over.extend(others);
 
     let states = states(database, topic, &name, size, budget, monitor)?;
-    Ok(table(states, passed_over))
+    Ok(table(states, &name, passed_over))
 }
 
 const ENDLESS: &str = "its pages lead round in circles";
@@ -235,8 +237,9 @@ fn states(
     let mut states = Vec::new();
     let mut known: BTreeSet<Rc<[String]>> = BTreeSet::new();
     let mut taken = 0;
+    let mut share = Share::of(size, monitor);
     while let Some(row) = rows.next().map_err(damaged)? {
-        monitor.check()?;
+        share.is(taken)?;
         let data = row.get_ref(1).map_err(damaged)?;
         let data = data.as_blob().map_err(|error| BagError::Damaged(error.to_string()))?;
         taken += data.len() as u64;
@@ -284,7 +287,7 @@ fn joint_state(message: &[u8]) -> Result<Message, &'static str> {
 }
 
 /// Columns of the messages with the joints that most of them have.
-fn table(states: Vec<State>, mut passed_over: Vec<String>) -> Table {
+fn table(states: Vec<State>, topic: &str, mut passed_over: Vec<String>) -> Table {
     let all = states.len();
     let mut values: BTreeMap<&[String], usize> = BTreeMap::new();
     for state in &states {
@@ -297,13 +300,10 @@ fn table(states: Vec<State>, mut passed_over: Vec<String>) -> Table {
         passed_over.push(format!("{} messages of other joints than {}", all - states.len(), joints.join(", ")));
     }
 
-    // The time of the measurement, unless nobody stamped it.
-    let stamped = states.windows(2).all(|pair| pair[1].stamp > pair[0].stamp);
-    let clock = |state: &State| if stamped { state.stamp } else { state.received };
-    let start = states.first().map_or(0, clock);
+    let all = |time: fn(&State) -> i64| states.iter().map(time).collect();
+    let clock = Clock { stamps: all(|state| state.stamp), received: all(|state| state.received) };
     let column = |name: String, values| Column { name, values, text: None };
-    let seconds = states.iter().map(|state| (clock(state) - start) as f64 * 1e-9).collect();
-    let mut columns = vec![column("time".to_owned(), seconds)];
+    let mut columns = vec![column("time".to_owned(), clock.seconds())];
     for (channel, name) in ["position", "velocity", "effort"].into_iter().enumerate() {
         if states.iter().all(|state| state.channels[channel].is_empty()) {
             continue;
@@ -314,7 +314,8 @@ fn table(states: Vec<State>, mut passed_over: Vec<String>) -> Table {
         }
     }
     let runs = std::iter::once(0..states.len()).collect();
-    Table { columns, runs, joints: Some(joints), passed_over, ..Table::default() }
+    let clocks = clock.told(topic).into_iter().collect();
+    Table { columns, runs, joints: Some(joints), clocks, passed_over, ..Table::default() }
 }
 
 #[cfg(test)]

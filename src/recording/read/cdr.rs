@@ -56,7 +56,7 @@ impl<'a> Cdr<'a> {
     }
 }
 
-/// Writes a CDR message, numbers with their least byte first: for the selftest and tests, which make logs of their own.
+/// Writes a CDR message, numbers with their least byte first.
 pub(crate) struct CdrWriter(Vec<u8>);
 
 impl CdrWriter {

@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 
 use super::budget::{Budget, TooMuch};
+use super::share::Share;
 use super::table::{Column, Lines, MOST_COLUMNS, Table, TextCell};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::mapping::unit_named;
@@ -109,6 +110,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     }
 
     let mut lines = Lines::default();
+    let mut share = Share::of(most as u64, monitor);
     while let Some(mut row) = next {
         // A delimiter at the end of each row, but not of the header, is common and harmless.
         if row.cells.len() == width + 1 && row.cells.last().is_some_and(String::is_empty) {
@@ -129,7 +131,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
         }
         lines.push(row.line);
         if lines.len() % 4096 == 0 {
-            monitor.check()?;
+            share.is(lines.len() as u64)?;
         }
         next = rows.next()?;
     }

@@ -5,6 +5,7 @@ use std::io::Read;
 use flate2::read::MultiGzDecoder;
 
 use super::budget::{Budget, TooMuch};
+use super::share::Share;
 use crate::progress::{Monitor, Stopped};
 
 /// The file can't be unpacked.
@@ -38,8 +39,9 @@ const PART: u64 = 1 << 20;
 pub(super) fn unpack(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Vec<u8>, GzipError> {
     let mut decoder = MultiGzDecoder::new(bytes);
     let mut unpacked = Vec::new();
+    let mut share = Share::of(bytes.len() as u64, monitor);
     loop {
-        monitor.check()?;
+        share.is((bytes.len() - decoder.get_ref().len()) as u64)?;
         let before = unpacked.len();
         let read = (&mut decoder).take(PART).read_to_end(&mut unpacked);
         let read =

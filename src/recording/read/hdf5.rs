@@ -5,11 +5,12 @@
 use std::collections::HashSet;
 
 use hdf5_reader::group::Group;
-use hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions};
+use hdf5_reader::{Dataset, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem};
 use ndarray::{ArrayD, Axis};
 
 use super::arrays::{self, ArraysError, BYTES, DEEPEST};
 use super::budget::{Budget, TooMuch};
+use super::share::Share;
 use super::table::{MOST_COLUMNS, Table};
 use crate::progress::{Monitor, Stopped};
 
@@ -60,8 +61,11 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     let shapes: Vec<Vec<usize>> = found.datasets.iter().map(|(_, dataset)| shape(dataset, turned)).collect();
     let usual = arrays::usual_extent(shapes.iter().map(Vec::as_slice));
     let mut arrays = Vec::new();
+    let size = |shape: &Vec<usize>| shape.iter().fold(1u64, |product, size| product.saturating_mul(*size as u64));
+    let whole = shapes.iter().map(size).fold(0, u64::saturating_add);
+    let mut watch = Watch { share: Share::of(whole, monitor), done: 0 };
     for ((name, dataset), shape) in found.datasets.iter().zip(&shapes) {
-        monitor.check()?;
+        watch.share.is(watch.done)?;
         let count = shape.iter().fold(1usize, |product, size| product.saturating_mul(*size));
         if !arrays::is_of_use(shape, count, usual) {
             found.passed_over.push(format!("`{name}` (its shape is {shape:?})"));
@@ -69,7 +73,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
         }
         // What is read, and what becomes of it.
         budget.unpack((count as u64).saturating_mul(2 * BYTES))?;
-        match values(dataset).map_err(|problem| damaged(name, &problem))? {
+        match values(dataset, name, &mut watch)? {
             Some(array) => arrays.push((name.clone(), laid_out(array, turned))),
             None => found.passed_over.push(format!("`{name}` (no numbers)")),
         }
@@ -159,21 +163,69 @@ fn laid_out(array: ArrayD<f64>, turned: bool) -> ArrayD<f64> {
     array
 }
 
+/// How many numbers of all datasets are read.
+struct Watch<'a> {
+    share: Share<'a>,
+    done: u64,
+}
+
+/// So many numbers are read at once.
+const BLOCK: usize = 1 << 20;
+
 /// The numbers of a dataset; `None` if it holds something else.
-fn values(dataset: &Dataset) -> Result<Option<ArrayD<f64>>, hdf5_reader::error::Error> {
+fn values(dataset: &Dataset, name: &str, watch: &mut Watch) -> Result<Option<ArrayD<f64>>, Hdf5Error> {
     Ok(Some(match dataset.dtype() {
-        Datatype::FloatingPoint { size: 8, .. } => dataset.read_array::<f64>()?,
-        Datatype::FloatingPoint { size: 4, .. } => dataset.read_array::<f32>()?.mapv(f64::from),
-        Datatype::FixedPoint { size: 1, signed: true, .. } => dataset.read_array::<i8>()?.mapv(f64::from),
-        Datatype::FixedPoint { size: 1, signed: false, .. } => dataset.read_array::<u8>()?.mapv(f64::from),
-        Datatype::FixedPoint { size: 2, signed: true, .. } => dataset.read_array::<i16>()?.mapv(f64::from),
-        Datatype::FixedPoint { size: 2, signed: false, .. } => dataset.read_array::<u16>()?.mapv(f64::from),
-        Datatype::FixedPoint { size: 4, signed: true, .. } => dataset.read_array::<i32>()?.mapv(f64::from),
-        Datatype::FixedPoint { size: 4, signed: false, .. } => dataset.read_array::<u32>()?.mapv(f64::from),
-        Datatype::FixedPoint { size: 8, signed: true, .. } => dataset.read_array::<i64>()?.mapv(|value| value as f64),
-        Datatype::FixedPoint { size: 8, signed: false, .. } => dataset.read_array::<u64>()?.mapv(|value| value as f64),
+        Datatype::FloatingPoint { size: 8, .. } => blocks(dataset, name, watch, |value: f64| value)?,
+        Datatype::FloatingPoint { size: 4, .. } => blocks(dataset, name, watch, |value: f32| f64::from(value))?,
+        Datatype::FixedPoint { size, signed, .. } => match (size, signed) {
+            (1, true) => blocks(dataset, name, watch, |value: i8| f64::from(value))?,
+            (1, false) => blocks(dataset, name, watch, |value: u8| f64::from(value))?,
+            (2, true) => blocks(dataset, name, watch, |value: i16| f64::from(value))?,
+            (2, false) => blocks(dataset, name, watch, |value: u16| f64::from(value))?,
+            (4, true) => blocks(dataset, name, watch, |value: i32| f64::from(value))?,
+            (4, false) => blocks(dataset, name, watch, |value: u32| f64::from(value))?,
+            (8, true) => blocks(dataset, name, watch, |value: i64| value as f64)?,
+            (8, false) => blocks(dataset, name, watch, |value: u64| value as f64)?,
+            _ => return Ok(None),
+        },
         _ => return Ok(None),
     }))
+}
+
+/// Reads a dataset along its longest axis, block after block, so that it can be stopped.
+fn blocks<T: H5Type>(
+    dataset: &Dataset,
+    name: &str,
+    watch: &mut Watch,
+    number: impl Fn(T) -> f64 + Copy,
+) -> Result<ArrayD<f64>, Hdf5Error> {
+    let wrong = |problem| damaged(name, &problem);
+    let shape = shape(dataset, false);
+    let count: usize = shape.iter().product();
+    let longest = (0..shape.len()).max_by_key(|axis| shape[*axis]);
+    let Some(axis) = longest.filter(|_| count > BLOCK) else {
+        watch.done += count as u64;
+        return Ok(dataset.read_array::<T>().map_err(wrong)?.map(|value| number(value.clone())));
+    };
+    let rows = (BLOCK / (count / shape[axis])).max(1);
+    let mut array = ArrayD::zeros(shape.as_slice());
+    for start in (0..shape[axis]).step_by(rows) {
+        watch.share.is(watch.done)?;
+        let end = (start + rows).min(shape[axis]);
+        let mut selection = SliceInfo::all(shape.len());
+        selection.selections[axis] = SliceInfoElem::Slice { start: start as u64, end: end as u64, step: 1 };
+        let block = dataset.read_slice::<T>(&selection).map_err(wrong)?;
+        watch.done += block.len() as u64;
+        let mut place = array.slice_axis_mut(Axis(axis), (start..end).into());
+        if place.shape() != block.shape() {
+            return Err(Hdf5Error::Damaged {
+                at: format!("`{name}`"),
+                problem: "it has fewer numbers than it says".to_owned(),
+            });
+        }
+        place.zip_mut_with(&block, |place, value| *place = number(value.clone()));
+    }
+    Ok(array)
 }
 
 #[cfg(test)]

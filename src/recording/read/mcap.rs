@@ -9,7 +9,9 @@ use ::mcap::records::{Channel, Record, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::budget::{Budget, TooMuch};
+use super::clocks::{self, Clock, Told};
 use super::messages::{Definition, Message, NoTopic};
+use super::share::Share;
 use super::table::{Column, MOST_COLUMNS, Table};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::mapping::{Mapping, MappingSpec};
@@ -84,7 +86,9 @@ pub(super) fn read(
     let mut schemas: HashMap<u16, Schema> = HashMap::new();
     let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
     let mut records = Records::new(bytes, largest);
-    while let Some(record) = records.next(monitor)? {
+    let mut share = Share::of(bytes.len() as u64, monitor);
+    while let Some((record, left)) = records.next()? {
+        share.is((bytes.len() - left) as u64)?;
         match record {
             Record::Schema { header, data } => {
                 budget.hold(data.len() as u64)?;
@@ -104,6 +108,9 @@ pub(super) fn read(
         }
     }
     let (mut states, others): (Vec<Topic>, Vec<Topic>) = topics.into_values().partition(Topic::has_states);
+    if let Some((positions, other)) = pair(&others).filter(|_| states.is_empty()) {
+        return joined(others, positions, other, budget);
+    }
     if states.is_empty() {
         return Err(McapError::NoStates(others.iter().map(Topic::told).collect()));
     }
@@ -125,9 +132,8 @@ impl<'a> Records<'a> {
         Records { reader: LinearReader::new_with_options(options), left: bytes }
     }
 
-    fn next(&mut self, monitor: &Monitor) -> Result<Option<Record<'_>>, McapError> {
+    fn next(&mut self) -> Result<Option<(Record<'_>, usize)>, McapError> {
         let (opcode, data) = loop {
-            monitor.check()?;
             match self.reader.next_event().transpose()? {
                 None => return Ok(None),
                 Some(LinearReadEvent::ReadRequest(wanted)) => {
@@ -143,7 +149,7 @@ impl<'a> Records<'a> {
                 Some(LinearReadEvent::Record { .. }) => {}
             }
         };
-        Ok(Some(::mcap::parse_record(opcode, &data)?.into_owned()))
+        Ok(Some((::mcap::parse_record(opcode, &data)?.into_owned(), self.left.len())))
     }
 }
 
@@ -198,7 +204,7 @@ struct Topic {
 #[derive(Default)]
 struct Group {
     /// When the log received each \[ns\].
-    received: Vec<u64>,
+    received: Vec<i64>,
     columns: Vec<Vec<f64>>,
     joints: Option<Vec<String>>,
 }
@@ -243,7 +249,7 @@ impl Topic {
                 self.groups.entry(names).or_insert(Group { columns, joints, ..Group::default() })
             }
         };
-        group.received.push(received);
+        group.received.push(received as i64);
         group.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
         Ok(())
     }
@@ -267,8 +273,8 @@ impl Topic {
         format!("topic `{}` ({}, {} messages{why})", self.name, self.kind, self.count)
     }
 
-    /// Its columns; time is that of the measurement, unless nobody stamped it.
-    fn table(self, mut passed_over: Vec<String>) -> Table {
+    /// Its columns without a clock, the clock, and names of joints.
+    fn columns(self, passed_over: &mut Vec<String>) -> (Vec<Column>, Clock, Option<Vec<String>>) {
         let all = self.count;
         let usual = self.groups.into_iter().max_by_key(|(names, group)| names.len() * group.received.len());
         let (names, mut group) = usual.unwrap_or_default();
@@ -278,24 +284,85 @@ impl Topic {
         }
         let place = |wanted: &str| names.iter().position(|name| name == wanted);
         let stamp = place("header.stamp.sec").zip(place("header.stamp.nanosec"));
-        let stamps: Option<Vec<f64>> = stamp.map(|(sec, nanosec)| {
+        let stamps = stamp.map_or_else(Vec::new, |(sec, nanosec)| {
             let [sec, nanosec] = [sec, nanosec].map(|place| &group.columns[place]);
-            let start = sec.first().copied().unwrap_or(0.0);
-            sec.iter().zip(nanosec).map(|(sec, nanosec)| sec - start + 1e-9 * nanosec).collect()
+            let whole = |(sec, nanosec): (&f64, &f64)| {
+                (*sec as i64).saturating_mul(1_000_000_000).saturating_add(*nanosec as i64)
+            };
+            sec.iter().zip(nanosec).map(whole).collect()
         });
-        let grows = |times: &Vec<f64>| times.windows(2).all(|pair| pair[1] > pair[0]);
-        let start = group.received.first().copied().unwrap_or(0);
-        let received = || group.received.iter().map(|time| time.wrapping_sub(start) as i64 as f64 * 1e-9).collect();
-        let time = stamps.filter(grows).unwrap_or_else(received);
-        let mut columns = vec![Column { name: "time".to_owned(), values: time, text: None }];
+        let mut columns = Vec::new();
         for (name, values) in names.into_iter().zip(&mut group.columns) {
             if !name.starts_with("header.") && name != "time" {
                 columns.push(Column { name, values: std::mem::take(values), text: None });
             }
         }
-        let runs = std::iter::once(0..count).collect();
-        Table { columns, runs, joints: group.joints, passed_over, ..Table::default() }
+        (columns, Clock { stamps, received: group.received }, group.joints)
     }
+
+    /// Its table; time is that of the measurement, unless nobody stamped it.
+    fn table(self, mut passed_over: Vec<String>) -> Table {
+        let name = self.name.clone();
+        let (columns, clock, joints) = self.columns(&mut passed_over);
+        let clocks = clock.told(&name).into_iter().collect();
+        table(columns, &clock, joints, clocks, passed_over)
+    }
+}
+
+fn table(
+    mut columns: Vec<Column>,
+    clock: &Clock,
+    joints: Option<Vec<String>>,
+    clocks: Vec<Told>,
+    passed_over: Vec<String>,
+) -> Table {
+    columns.insert(0, Column { name: "time".to_owned(), values: clock.seconds(), text: None });
+    let runs = std::iter::once(0..clock.received.len()).collect();
+    Table { columns, runs, joints, clocks, passed_over, ..Table::default() }
+}
+
+/// More topics are not paired: each pair is looked at.
+const MOST_PAIRED: usize = 64;
+
+/// Of topics none of which has all, two which have it together: that with the positions first.
+fn pair(topics: &[Topic]) -> Option<(usize, usize)> {
+    let names = |topic: &Topic| topic.usual().map_or_else(Vec::new, |(names, _)| names.clone());
+    let usable: Vec<(usize, Vec<String>)> =
+        topics.iter().take(MOST_PAIRED).map(names).enumerate().filter(|(_, names)| !names.is_empty()).collect();
+    let mut best = None;
+    for (first, own) in &usable {
+        for (other, others) in usable.iter().filter(|(other, _)| other != first) {
+            let together: Vec<String> =
+                own.iter().chain(others.iter().filter(|name| !own.contains(name))).cloned().collect();
+            let Ok(mapping) = Mapping::find(&together, &MappingSpec::default()) else { continue };
+            if mapping.q.iter().all(|name| own.contains(name)) && !mapping.tau.iter().any(|name| own.contains(name)) {
+                let values = topics[*first].values().min(topics[*other].values());
+                best = best.max(Some((values, *first, *other)));
+            }
+        }
+    }
+    best.map(|(_, first, other)| (first, other))
+}
+
+/// One table of two topics, at the times of the first.
+fn joined(topics: Vec<Topic>, first: usize, other: usize, budget: &mut Budget) -> Result<Table, McapError> {
+    let (mut pair, mut rest) = (BTreeMap::new(), Vec::new());
+    for (index, topic) in topics.into_iter().enumerate() {
+        match index == first || index == other {
+            true => drop(pair.insert(index, topic)),
+            false => rest.push(topic.told()),
+        }
+    }
+    let (Some(topic), Some(beside)) = (pair.remove(&first), pair.remove(&other)) else {
+        return Err(McapError::NoStates(rest));
+    };
+    let [name, other_name] = [topic.name.clone(), beside.name.clone()];
+    let (mut columns, clock, joints) = topic.columns(&mut rest);
+    let (mut others, other_clock, other_joints) = beside.columns(&mut rest);
+    others.retain(|column| columns.iter().all(|own| own.name != column.name));
+    let (others, told) = clocks::beside(&clock, &other_clock, [&name, &other_name], others, budget)?;
+    columns.extend(others);
+    Ok(table(columns, &clock, joints.or(other_joints), vec![told], rest))
 }
 
 #[cfg(test)]
@@ -358,6 +425,38 @@ mod tests {
             assert_eq!(table.joints, Some(vec!["elbow".to_owned()]));
             assert!(table.passed_over[0].contains("/notes"), "{:?}", table.passed_over);
         }
+    }
+
+    #[test]
+    fn positions_and_torques_of_two_topics_are_brought_to_one_clock() {
+        let mut file = Cursor::new(Vec::new());
+        let mut writer = ::mcap::WriteOptions::new().create(&mut file).unwrap();
+        let schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", JOINT_STATE.as_bytes()).unwrap();
+        let topics =
+            ["/motion", "/torque"].map(|topic| writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap());
+        for t in 0..200u32 {
+            let value = f64::from(t) * 0.1;
+            for (topic, late) in topics.into_iter().zip([0, 1_500_000_000]) {
+                let channels = if late == 0 { [&[value][..], &[1.0], &[]] } else { [&[][..], &[], &[2.0 * value]] };
+                let stamp = u64::from(t) * 10_000_000 + 5_000_000_000 + late;
+                let message = CdrWriter::joint_state(
+                    [(stamp / 1_000_000_000) as u32, (stamp % 1_000_000_000) as u32],
+                    &["elbow"],
+                    channels,
+                );
+                let log_time = u64::from(t) * 10_000_000 + 9_000_000_000;
+                let header =
+                    ::mcap::records::MessageHeader { channel_id: topic, sequence: t, log_time, publish_time: 0 };
+                writer.write_to_known_channel(&header, &message).unwrap();
+            }
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        let table = table(&file.into_inner()).unwrap();
+        assert_eq!(table.names(), ["time", "position[0]", "velocity[0]", "effort[0]"]);
+        let values = |name: &str| table.column(name).unwrap().values.clone();
+        assert!(values("effort[0]").iter().zip(values("position[0]")).all(|(tau, q)| (tau - 2.0 * q).abs() < 1e-9));
+        assert!(table.clocks[0].is_moved && table.clocks[0].what.contains("-1500.000 ms apart"), "{:?}", table.clocks);
     }
 
     #[test]

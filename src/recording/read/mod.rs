@@ -8,6 +8,7 @@ mod assemble;
 mod bag;
 mod budget;
 pub(crate) mod cdr;
+mod clocks;
 mod csv;
 mod gzip;
 mod hdf5;
@@ -17,7 +18,9 @@ mod mat;
 mod mcap;
 mod messages;
 mod npz;
+mod parquet;
 mod pickle;
+mod share;
 mod sniff;
 mod table;
 
@@ -41,6 +44,7 @@ pub use json::JsonError;
 pub use mat::MatError;
 pub use mcap::McapError;
 pub use npz::NpzError;
+pub use parquet::ParquetError;
 pub use pickle::PickleError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
 
@@ -62,7 +66,7 @@ use super::transform::TransformError;
 use super::{Joint, Origin, Provenance, Recording, RecordingError};
 use crate::arm::{Arm, Posture};
 use crate::file;
-use crate::progress::{Monitor, Stopped};
+use crate::progress::{Event, Monitor, Stopped};
 
 /// How to read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -284,6 +288,14 @@ pub enum ReadError {
         /// What is wrong.
         problem: JsonError,
     },
+    /// The Parquet file can't be read.
+    #[error("{file}: {problem}")]
+    Parquet {
+        /// Its name.
+        file: String,
+        /// What is wrong.
+        problem: ParquetError,
+    },
     /// The pickle can't be read.
     #[error("{file}: {problem}")]
     Pickle {
@@ -485,12 +497,26 @@ fn read_sample(sample: &Sample, options: &ReadOptions, monitor: &Monitor) -> Res
     Ok(import)
 }
 
+/// The share of its time that the reading of a file takes; the rest goes into filters and checks.
+const READING: f32 = 0.8;
+
+/// The line of what reads a file, which need not know its name.
+fn of_file(monitor: &Monitor, file: &str) -> Monitor {
+    let (whole, activity) = (monitor.clone(), format!("reading {file}"));
+    monitor.of_part(move |event| match event {
+        Event::Progress(progress) => whole.report(progress.fraction, &activity),
+        _ => Ok(()),
+    })
+}
+
 fn read_files(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Result<Import, ReadError> {
     let mut merge: Option<Merge> = None;
     for (index, path) in paths.iter().enumerate() {
         let file = file_name(path);
-        monitor.report(index as f32 / paths.len() as f32, &format!("reading {file}"))?;
-        match open(path, options, monitor)? {
+        let share = |part: f32| (index as f32 + part) / paths.len() as f32;
+        let reading = of_file(&monitor.part(share(0.0)..share(READING)), &file);
+        reading.report(0.0, "")?;
+        match open(path, options, &reading)? {
             Content::Recording(recording) if paths.len() == 1 => return own(*recording, options),
             Content::Recording(_) => return Err(ReadError::NotAlone { file }),
             Content::Table(table) => {
@@ -498,6 +524,7 @@ fn read_files(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Re
                     Some(merge) => merge,
                     None => merge.insert(Merge::start(&table, &file, options)?),
                 };
+                monitor.report(share(READING), &format!("filtering {file}"))?;
                 merge.add(*table, &file, &stem(path), options, monitor)?;
             }
         }
@@ -668,6 +695,9 @@ impl Source for InMemory<'_> {
     }
 }
 
+/// The share of its time that unpacking takes of a packed file.
+const UNPACKING: f32 = 0.3;
+
 fn decode(
     bytes: &[u8],
     file: &str,
@@ -677,12 +707,12 @@ fn decode(
 ) -> Result<Content, ReadError> {
     let budget = &mut Budget::of(bytes.len() as u64, options.largest);
     if bytes.starts_with(gzip::SIGNATURE) {
-        let unpacked = gzip::unpack(bytes, budget, monitor);
+        let unpacked = gzip::unpack(bytes, budget, &monitor.part(0.0..UNPACKING));
         monitor.check()?;
         let unpacked = unpacked.map_err(|problem| ReadError::Gzip { file: file.to_owned(), problem })?;
         // `log.csv.gz` is a CSV; a name that says nothing of what is inside promises nothing.
         let inner = self::ending(Path::new(file.strip_suffix(".gz").unwrap_or_default()));
-        return decode(&unpacked, file, &inner, options, monitor);
+        return decode(&unpacked, file, &inner, options, &monitor.part(UNPACKING..1.0));
     }
     let format = sniff(bytes, ending).map_err(|problem| ReadError::Format { file: file.to_owned(), problem })?;
     let topic = options.mapping.as_ref().and_then(|mapping| mapping.topic.as_deref());
@@ -708,6 +738,9 @@ fn content(
             .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) })?,
         Format::Hdf5 => hdf5::read(bytes, budget, monitor).map_err(|problem| ReadError::Hdf5 { file, problem })?,
         Format::Json => json::read(bytes, budget, monitor).map_err(|problem| ReadError::Json { file, problem })?,
+        Format::Parquet => {
+            parquet::read(bytes, budget, monitor).map_err(|problem| ReadError::Parquet { file, problem })?
+        }
         Format::Pickle => pickle::read(bytes, budget, monitor)
             .map_err(|problem| ReadError::Pickle { file, problem: Box::new(problem) })?,
         Format::Npz => {

@@ -21,16 +21,18 @@ pub enum Format {
     Hdf5,
     /// A log of messages, as rosbag2 writes it now.
     Mcap,
+    /// A table by columns, as pandas and LeRobot write it.
+    Parquet,
     /// What Python's `pickle` writes, as far as it is plain data.
     Pickle,
 }
 
 /// All formats in the words of a sentence, such as `Recordings (…)`.
-pub const READABLE: &str = "CSV, NPZ, NPY, JSON, MATLAB, HDF5, MCAP, Python pickle or ROS 2 bag";
+pub const READABLE: &str = "CSV, NPZ, NPY, JSON, MATLAB, HDF5, MCAP, Parquet, Python pickle or ROS 2 bag";
 
 impl Format {
     /// All of them, the commonest first.
-    pub const ALL: [Format; 9] = [
+    pub const ALL: [Format; 10] = [
         Format::Csv,
         Format::Npz,
         Format::Npy,
@@ -38,6 +40,7 @@ impl Format {
         Format::Mat,
         Format::Hdf5,
         Format::Mcap,
+        Format::Parquet,
         Format::Pickle,
         Format::Bag,
     ];
@@ -53,6 +56,7 @@ impl Format {
             Format::Json => "JSON",
             Format::Hdf5 => "HDF5",
             Format::Mcap => "MCAP",
+            Format::Parquet => "Parquet",
             Format::Pickle => "Python pickle",
         }
     }
@@ -68,6 +72,7 @@ impl Format {
             Format::Json => &["json", "jsonl", "ndjson"],
             Format::Hdf5 => &["h5", "hdf5", "mat"],
             Format::Mcap => &["mcap"],
+            Format::Parquet => &["parquet"],
             Format::Pickle => &["pickle", "pkl"],
         }
     }
@@ -83,6 +88,7 @@ impl Format {
             Format::Json => "JSON",
             Format::Hdf5 => "an HDF5 file",
             Format::Mcap => "an MCAP log",
+            Format::Parquet => "a Parquet file",
             Format::Pickle => "a Python pickle",
         }
     }
@@ -131,7 +137,6 @@ const UNPACK: &str = "unpack it and read the file inside";
 const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"#ROSBAG", "a ROS bag", TO_CSV),
     (b"ULog\x01", "a ULog file", TO_CSV),
-    (b"PAR1", "a Parquet file", TO_CSV),
     (b"\x89PNG\r\n\x1a\n", "a PNG image", "choose the log itself"),
     (b"\xff\xd8\xff", "a JPEG image", "choose the log itself"),
     (b"%PDF", "a PDF document", "choose the log itself"),
@@ -145,7 +150,7 @@ const SIGNATURES: &[(&[u8], &str, &str)] = &[
 ];
 
 /// Endings that promise something that is not read.
-const UNREAD: [&str; 4] = ["parquet", "bag", "xlsx", "png"];
+const UNREAD: [&str; 3] = ["bag", "xlsx", "png"];
 
 /// Tells the format from the bytes, and compares it with the ending of the name (without dot, any case, may be empty).
 ///
@@ -190,6 +195,9 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
     if bytes.starts_with(b"\x89MCAP0\r\n") {
         return Ok(Format::Mcap);
     }
+    if bytes.starts_with(b"PAR1") {
+        return Ok(Format::Parquet);
+    }
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
         return Ok(Format::Npz);
     }
@@ -232,6 +240,7 @@ mod tests {
             (b"MATLAB 5.0 MAT-file, Platform", "a MATLAB file; rename"),
             (b"\x89HDF\r\n\x1a\n", "an HDF5 file; rename"),
             (b"SQLite format 3\0", "an SQLite database; rename"),
+            (b"PAR1\0PAR1", "a Parquet file; rename"),
             (b"\x89PNG\r\n\x1a\n", "PNG"),
             (b"\xff\xfet\0i\0", "UTF-16"),
             (b"{\"q\": 1}", "JSON"),

@@ -5,6 +5,8 @@ use std::ops::Range;
 
 use ndarray::ArrayD;
 
+use super::clocks::Told;
+
 /// More columns are not believed: each takes memory, and its name is compared with others.
 pub(super) const MOST_COLUMNS: usize = 10_000;
 
@@ -26,6 +28,8 @@ pub(super) struct Table {
     pub constants: BTreeMap<String, ArrayD<f64>>,
     /// Names of the joints, base first, where the file states them.
     pub joints: Option<Vec<String>>,
+    /// What is to be said of the clocks of a log of messages.
+    pub clocks: Vec<Told>,
     /// Parts of the file that no column was made of, each with the reason.
     pub passed_over: Vec<String>,
     /// Of files side by side those whose last row was left out, because the others have one less.
