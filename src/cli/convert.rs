@@ -6,17 +6,19 @@ use clap::{Args, ValueEnum};
 use super::data::Files;
 use super::failure::OrUsage;
 use super::{output_folder, progress, write_file};
+use crate::recording::Recording;
 use crate::recording::split::Segment;
-use crate::recording::{Recording, write};
+use crate::recording::write::{self, Form, WriteError};
 
 /// Write recordings as they were understood: in SI units, cut, set right, with what was derived.
 ///
-/// As one NPZ, which keeps everything that is known of the arm; or as CSV with the columns time, q, qd, qdd and tau of every joint, a
-/// file for each run. `predict` writes torques and components of a model beside what was measured.
+/// As one NPZ, which keeps everything that is known of the arm; as CSV or Parquet with the columns time, q, qd, qdd and tau of every
+/// joint (CSV: a file for each run); or as MCAP with sensor_msgs/JointState, as ROS 2 logs it. `predict` writes torques and components of a model beside what was measured.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope convert log.db3 -o log.csv
   torquescope convert pos_read_data.csv+curr_data.csv --map tx40 -o tx40.npz
+  torquescope convert log.csv -o log.mcap
   torquescope convert log.mcap --part held-out -o held-out            # a CSV for each run, in this folder")]
 pub struct Convert {
     #[command(flatten)]
@@ -24,8 +26,8 @@ pub struct Convert {
     /// Only what a model learns from, or only what is held out.
     #[arg(long)]
     part: Option<Part>,
-    /// Where to save: NPZ, or CSV by its ending; a folder for a CSV of each run.
-    #[arg(short, long, value_name = "LOG.npz|csv|FOLDER")]
+    /// Where to save: NPZ, CSV, Parquet or MCAP by its ending; a folder for a CSV of each run.
+    #[arg(short, long, value_name = "LOG.npz|csv|parquet|mcap|FOLDER")]
     output: PathBuf,
 }
 
@@ -73,47 +75,36 @@ fn cut(recording: &Recording, part: &[Segment]) -> anyhow::Result<Recording> {
     Ok(recording.with_trajectories(part.iter().map(run).collect()))
 }
 
-/// A recording as the ending of the path says.
+/// A recording as the ending of the path says; without one, a folder with a CSV of each run.
 ///
 /// # Errors
 /// If it says nothing that is known, or the recording has several runs and the path names one CSV.
 pub fn save(recording: &Recording, path: &Path) -> anyhow::Result<()> {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     // What is there and no folder, such as a pipe, holds one file.
-    let is_one = ending.is_none() && path.exists() && !path.is_dir();
-    match (ending.as_deref(), recording.trajectories.as_slice()) {
-        _ if is_one => write_file(path, &write::to_npz_bytes(recording)?)?,
-        (Some("npz"), _) => write_file(path, &write::to_npz_bytes(recording)?)?,
-        (Some("csv"), [run]) => write_file(path, &write::to_csv_bytes(run))?,
-        (Some("csv"), runs) => {
-            let folder = path.with_extension("");
-            return Err(anyhow!(
-                "it has {} runs, and a CSV holds one: name a folder, such as -o {}, or an NPZ",
-                runs.len(),
-                folder.display()
-            ))
-            .or_usage();
-        }
-        (None, runs) => {
+    let is_one = path.extension().is_none() && path.exists() && !path.is_dir();
+    match Form::of(path).or_usage()? {
+        Some(form) => match write::to_bytes(recording, form) {
+            Err(error @ WriteError::SeveralRuns(_)) => Err(error).or_usage()?,
+            bytes => write_file(path, &bytes?)?,
+        },
+        None if is_one => write_file(path, &write::to_bytes(recording, Form::Npz)?)?,
+        None => {
             output_folder(&path.to_owned())?;
-            for run in runs {
+            for run in &recording.trajectories {
                 write_file(&path.join(file_name(&run.name)), &write::to_csv_bytes(run))?;
             }
-        }
-        (Some(other), _) => {
-            return Err(anyhow!("a recording is not written as .{other}: name an NPZ, a CSV, or a folder")).or_usage();
         }
     }
     Ok(())
 }
 
-/// Says what was saved.
+/// Says what was saved, and what of the recording the file can't hold.
 pub fn tell(recording: &Recording, path: &Path) {
-    let is_npz = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz"));
-    let what = match (is_npz, recording.seal.is_some()) {
-        (true, true) => "; the truth is sealed in it",
-        (false, true) => "; the sealed truth goes into an NPZ only",
-        _ => "",
+    let form = Form::of(path).ok().flatten().unwrap_or(Form::Csv);
+    let what = match (form.lacks(), recording.seal.is_some()) {
+        ("", true) => "; the truth is sealed in it".to_owned(),
+        ("", false) => String::new(),
+        (lacking, _) => format!("; left out: {lacking} (an NPZ keeps all)"),
     };
     progress::told(format_args!(
         "saved {}: {} joints, {} trajectories, {} samples{what}",

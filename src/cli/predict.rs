@@ -4,10 +4,12 @@ use anyhow::{Context, bail};
 use clap::Args;
 
 use super::data::{Data, read_model};
+use super::failure::OrUsage;
 use super::{progress, write_file};
 use crate::model::{Fitted, Term};
 use crate::recording::Recording;
 use crate::recording::table::Table;
+use crate::recording::write::Form;
 use crate::training::components;
 
 /// Write a model's torque and its components, sample by sample.
@@ -20,8 +22,8 @@ use crate::training::components;
   torquescope predict arm.npz --add coulomb-friction -o torques.csv
   torquescope predict arm.npz --model structured-delan -o torques.npz")]
 pub struct Predict {
-    /// Where to save: NPZ, or CSV by its ending.
-    #[arg(short, long, value_name = "TORQUES.npz|csv")]
+    /// Where to save: NPZ, CSV, Parquet or MCAP by its ending.
+    #[arg(short, long, value_name = "TORQUES.npz|csv|parquet|mcap")]
     output: PathBuf,
     #[command(flatten)]
     data: Data,
@@ -51,9 +53,8 @@ impl Predict {
             );
         }
         let table = table(&fitted, recording)?;
-        let is_csv = self.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
-        let bytes = if is_csv { table.to_csv_bytes() } else { table.to_npz_bytes()? };
-        write_file(&self.output, &bytes)?;
+        let form = Form::of(&self.output).or_usage()?.unwrap_or(Form::Npz);
+        write_file(&self.output, &table.to_bytes(form)?)?;
         progress::told(format_args!(
             "saved {}: {} samples, {} columns",
             self.output.display(),

@@ -29,8 +29,8 @@ use crate::simulation::{Excitation, Level, Making, Scenario, world};
   torquescope simulate --world --part backlash@2 --part payload --strength 0.05 -o worn.npz
   torquescope simulate --world --motion pick-and-place --trajectories 1 --part 'kind = \"cogging\", joint = 2, torque = 0.5, wave_number = 20' -o cogging.npz")]
 pub struct Simulate {
-    /// Where to save the recording: NPZ, which keeps the sealed truth; CSV, or a folder for a CSV of each run.
-    #[arg(short, long, value_name = "RECORDING.npz|csv|FOLDER")]
+    /// Where to save the recording: NPZ, which keeps the sealed truth; CSV, Parquet or MCAP, or a folder for a CSV of each run.
+    #[arg(short, long, value_name = "RECORDING.npz|csv|parquet|mcap|FOLDER")]
     output: PathBuf,
     /// A whole scenario (JSON, or TOML with --world); the options below are then not used, except the seed.
     #[arg(long, value_name = "SCENARIO")]

@@ -1,4 +1,4 @@
-//! A table of named columns as NPZ or CSV, for results that other programs are to read.
+//! A table of named columns, for results that other programs are to read.
 
 use std::fmt::Write as _;
 use std::io::{Cursor, Write};
@@ -7,7 +7,7 @@ use zip::write::SimpleFileOptions;
 use zip::{DateTime, ZipWriter};
 
 use super::npy;
-use super::write::WriteError;
+use super::write::{Form, WriteError, mcap, parquet};
 use crate::signals::Signals;
 
 /// Columns of equal length, in the order in which they were begun.
@@ -38,6 +38,19 @@ impl Table {
     /// Names of the columns.
     pub fn names(&self) -> Vec<&str> {
         self.columns.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// As a file of this form.
+    ///
+    /// # Errors
+    /// [`WriteError`]
+    pub fn to_bytes(&self, form: Form) -> Result<Vec<u8>, WriteError> {
+        match form {
+            Form::Npz => self.to_npz_bytes(),
+            Form::Csv => Ok(self.to_csv_bytes()),
+            Form::Parquet => Ok(parquet::table(&self.columns)?),
+            Form::Mcap => mcap::table(&self.columns),
+        }
     }
 
     /// One array of f64 per column.
@@ -77,6 +90,8 @@ impl Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Monitor;
+    use crate::recording::read::{ReadOptions, preview};
 
     #[test]
     fn columns_grow_and_are_written_in_order() {
@@ -86,5 +101,27 @@ mod tests {
             table.extend_joints("tau", &Signals::from_samples(2, &[1.0, -0.25]));
         }
         assert_eq!(String::from_utf8(table.to_csv_bytes()).unwrap(), "time,tau1,tau2\n0.5,1.0,-0.25\n0.5,1.0,-0.25\n");
+    }
+
+    #[test]
+    fn a_table_is_read_back_from_every_form() {
+        let mut table = Table::default();
+        for trajectory in [1.0, 2.0] {
+            table.extend("trajectory", &[trajectory; 20]);
+            table.extend("time", &(0..20).map(|sample| 0.01 * f64::from(sample)).collect::<Vec<_>>());
+            for name in ["q", "tau_measured", "coulomb-friction@1"] {
+                table.extend(name, &(0..20).map(|sample| (trajectory + f64::from(sample)).sin()).collect::<Vec<_>>());
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        for form in Form::ALL {
+            let path = folder.path().join(format!("table.{}", form.ending()));
+            std::fs::write(&path, table.to_bytes(form).unwrap()).unwrap();
+            let seen = preview(&path, &ReadOptions::default(), &Monitor::new()).unwrap();
+            let name = if form == Form::Mcap { "coulomb_friction_1" } else { "coulomb-friction@1" };
+            let column = seen.columns.iter().find(|column| column.name == name);
+            let column = column.unwrap_or_else(|| panic!("{form:?}: {:?}", seen.names()));
+            assert_eq!(column.values, table.columns[4].1, "{form:?}");
+        }
     }
 }

@@ -1,31 +1,13 @@
-//! Recordings as bytes: NPZ in our own layout, which reads back bit by bit, and CSV. Equal recordings give equal bytes.
+//! A recording as NPZ in our own layout.
 
-use std::fmt::Write as _;
 use std::io::{Cursor, Write};
 
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use super::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION};
-use super::npy;
-use super::{Recording, RecordingError, Trajectory};
-
-/// The recording can't be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// It does not keep its promises, so it could not be read back.
-    #[error("{0}")]
-    Recording(#[from] RecordingError),
-    /// The archive could not be made.
-    #[error("the archive could not be made: {0}")]
-    Archive(#[from] zip::result::ZipError),
-    /// The same, while writing an entry.
-    #[error("the archive could not be made: {0}")]
-    Entry(#[from] std::io::Error),
-    /// The description could not be made.
-    #[error("the description of the recording could not be made: {0}")]
-    Manifest(#[from] serde_json::Error),
-}
+use super::super::layout::{CHANNELS, MANIFEST, Manifest, TIME, TRAJECTORY, TRUTH, VERSION};
+use super::super::{Recording, npy};
+use super::WriteError;
 
 /// The whole recording as an NPZ file.
 ///
@@ -79,53 +61,4 @@ pub fn to_npz_bytes(recording: &Recording) -> Result<Vec<u8>, WriteError> {
         entry(TRUTH, seal.as_bytes())?;
     }
     Ok(archive.finish()?.into_inner())
-}
-
-/// One trajectory as CSV: `time,q1…,qd1…,qdd1…,tau1…` in SI units, with as many digits as it takes to read the same
-/// numbers back.
-///
-/// # Panics
-/// Never for a trajectory of a recording that passes [`Recording::verify`].
-pub fn to_csv_bytes(trajectory: &Trajectory) -> Vec<u8> {
-    let mut text = TIME.to_owned();
-    for name in CHANNELS {
-        for joint in 1..=trajectory.joint_count() {
-            // Writing to a String can't fail.
-            let _ = write!(text, ",{name}{joint}");
-        }
-    }
-    text.push('\n');
-    for (sample, time) in trajectory.time.iter().enumerate() {
-        let _ = write!(text, "{time:?}");
-        for value in trajectory.signals().into_iter().flat_map(|(_, channel)| channel.at(sample)) {
-            let _ = write!(text, ",{value:?}");
-        }
-        text.push('\n');
-    }
-    text.into_bytes()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::recording::Channels;
-    use crate::signals::Signals;
-
-    #[test]
-    fn csv_has_a_header_and_all_digits() {
-        let joint = |values: [f64; 2]| Signals::from_samples(1, &values);
-        let channels = Channels {
-            time: vec![0.0, 0.1],
-            q: joint([1.0 / 3.0, -0.0]),
-            qd: joint([1e-300, 1e300]),
-            qdd: joint([0.1 + 0.2, 5e-324]),
-            tau: joint([1.0, 2.0]),
-        };
-        let trajectory = Trajectory::new("t", channels).unwrap();
-        let text = String::from_utf8(to_csv_bytes(&trajectory)).unwrap();
-        assert_eq!(
-            text,
-            "time,q1,qd1,qdd1,tau1\n0.0,0.3333333333333333,1e-300,0.30000000000000004,1.0\n0.1,-0.0,1e300,5e-324,2.0\n"
-        );
-    }
 }
