@@ -43,6 +43,9 @@ const FILES: &[Files] = &[
     files!("nameless-logger": "nameless-logger.csv"),
     files!("mirrored-elbow": "mirrored-elbow.txt"),
     files!("lost-zero": "lost-zero.mat"),
+    files!("helping-spring": "helping-spring.parquet"),
+    files!("old-rig": "old-rig.h5"),
+    files!("crossed-plugs": "crossed-plugs.pickle"),
     files!("soup-kitchen": "soup-kitchen.db3"),
     files!("welding-hose": "welding-hose.mcap"),
 ];

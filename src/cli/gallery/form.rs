@@ -8,9 +8,10 @@ use flate2::write::GzEncoder;
 use serde_json::json;
 use zip::CompressionMethod;
 
-use crate::recording::write::to_npz_bytes;
+use crate::recording::table::Table;
+use crate::recording::write::{Form, to_npz_bytes};
 use crate::recording::{Recording, Trajectory};
-use crate::selftest::seeds::{self, bag, channels, mat, mcap};
+use crate::selftest::seeds::{self, bag, channels, hdf5, mat, mcap, pickle};
 
 /// The files of a log, by what stands behind the name of the sample.
 pub type Log = anyhow::Result<Vec<(&'static str, Vec<u8>)>>;
@@ -121,6 +122,29 @@ pub fn matrices(recording: &Recording) -> Log {
 /// MATLAB: a struct, compressed.
 pub fn structure(recording: &Recording) -> Log {
     Ok(vec![(".mat", mat::packed(&recording.trajectories[0])?)])
+}
+
+/// HDF5: a dataset a channel.
+pub fn hdf5(recording: &Recording) -> Log {
+    Ok(vec![(".h5", hdf5::datasets(&recording.trajectories[0]))])
+}
+
+/// Parquet in LeRobot's words.
+pub fn parquet(recording: &Recording) -> Log {
+    let run = &recording.trajectories[0];
+    let mut table = Table::default();
+    table.extend("timestamp", &run.time);
+    for (name, (_, signal)) in ["state", "velocity", "effort"].into_iter().zip(channels(run)) {
+        for (joint, values) in signal.iter().enumerate() {
+            table.extend(&format!("observation.{name}.{joint}"), values);
+        }
+    }
+    Ok(vec![(".parquet", table.to_bytes(Form::Parquet)?)])
+}
+
+/// A Python pickle: a dict of arrays.
+pub fn pickle(recording: &Recording) -> Log {
+    Ok(vec![(".pickle", pickle::arrays(&recording.trajectories[0]))])
 }
 
 /// A ROS 2 bag in SQLite.

@@ -38,6 +38,9 @@ pub const ALL: &[Recipe] = &[
     Recipe { name: "mirrored-elbow", world: mirrored_elbow, set_up: Some("sign-torque@2"), form: form::tabs },
     // Nothing in the log says where zero is: what is told beside it is wrong.
     Recipe { name: "lost-zero", world: lost_zero, set_up: Some("zero=up"), form: form::structure },
+    Recipe { name: "helping-spring", world: helping_spring, set_up: None, form: form::parquet },
+    Recipe { name: "old-rig", world: old_rig, set_up: None, form: form::hdf5 },
+    Recipe { name: "crossed-plugs", world: crossed_plugs, set_up: Some("order-torque=2,1"), form: form::pickle },
     Recipe { name: "soup-kitchen", world: soup_kitchen, set_up: None, form: form::ros_bag },
     Recipe { name: "welding-hose", world: welding_hose, set_up: None, form: form::ros_mcap },
 ];
@@ -112,6 +115,23 @@ fn mirrored_elbow() -> Scenario {
 
 fn lost_zero() -> Scenario {
     swinging(14, MIDDLE, Posture::UP, Vec::new())
+}
+
+fn helping_spring() -> Scenario {
+    let spring = Spring { joint: 0, stiffness: 6.0, cubic_stiffness: 0.0, rest: -0.2 };
+    at(50.0, 40.0, swinging(41, SMALL, Posture::RIGHT, vec![Part::Spring(spring)]))
+}
+
+fn old_rig() -> Scenario {
+    let grease = SpeedFriction { joint: 0, coefficient: 1.5, exponent: 1.0 };
+    let pull = ConstantTorque { joint: 1, torque: -0.9, rate: 0.0 };
+    let parts = vec![Part::SpeedFriction(grease), Part::ConstantTorque(pull)];
+    at(50.0, 40.0, swinging(42, MIDDLE, Posture::UP, parts))
+}
+
+fn crossed_plugs() -> Scenario {
+    let grease = SpeedFriction { joint: 1, coefficient: 0.9, exponent: 1.0 };
+    at(50.0, 40.0, swinging(43, MIDDLE, Posture::DOWN, vec![Part::SpeedFriction(grease)]))
 }
 
 fn soup_kitchen() -> Scenario {

@@ -1,10 +1,11 @@
 //! Clean recordings, and each of them as a file of every kind that is read.
 
 pub mod bag;
+pub mod hdf5;
 pub mod mat;
 pub mod mcap;
 mod message;
-mod pickle;
+pub mod pickle;
 
 use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
@@ -18,7 +19,7 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use super::SelftestError;
 use crate::arm::Arm;
 use crate::progress::Monitor;
-use crate::recording::write::{to_csv_bytes, to_npz_bytes};
+use crate::recording::write::{Form, to_bytes, to_csv_bytes, to_npz_bytes};
 use crate::recording::{Recording, Trajectory, npy};
 use crate::signals::Signals;
 use crate::simulation::{Excitation, Scenario, simulate};
@@ -79,9 +80,16 @@ pub fn files(recording: &Recording, number: usize) -> Result<Vec<Seed>, Selftest
         ("states.db3", bag::joint_states(run)?),
         ("plain.mcap", mcap::joint_states(run, None)?),
         ("packed.mcap", mcap::joint_states(run, Some(Compression::Zstd))?),
+        ("datasets.h5", hdf5::datasets(run)),
+        ("columns.parquet", columns(recording, Form::Parquet)?),
         ("arrays.pickle", pickle::arrays(run)),
     ];
     Ok(files.into_iter().map(|(name, bytes)| Seed { name: format!("{number}-{name}"), bytes }).collect())
+}
+
+/// A recording as it is written.
+pub fn columns(recording: &Recording, form: Form) -> Result<Vec<u8>, SelftestError> {
+    to_bytes(recording, form).map_err(|error| SelftestError::making("a table")(&error))
 }
 
 /// The same text with other delimiters and cells.
