@@ -82,9 +82,13 @@ fn cut(recording: &Recording, part: &[Segment]) -> anyhow::Result<Recording> {
 pub fn save(recording: &Recording, path: &Path) -> anyhow::Result<()> {
     // What is there and no folder, such as a pipe, holds one file.
     let is_one = path.extension().is_none() && path.exists() && !path.is_dir();
-    match Form::of(path).or_usage()? {
+    match Form::of(path).map_err(|error| anyhow!("{error}, or name a folder")).or_usage()? {
         Some(form) => match write::to_bytes(recording, form) {
-            Err(error @ WriteError::SeveralRuns(_)) => Err(error).or_usage()?,
+            Err(error @ WriteError::SeveralRuns(_)) => {
+                let folder = path.with_extension("");
+                Err(anyhow!("{error}; for a CSV of each run name a folder, such as -o {}", folder.display()))
+                    .or_usage()?
+            }
             bytes => write_file(path, &bytes?)?,
         },
         None if is_one => write_file(path, &write::to_bytes(recording, Form::Npz)?)?,

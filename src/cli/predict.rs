@@ -33,6 +33,7 @@ impl Predict {
     /// Reads, predicts, saves.
     pub fn run(&self) -> anyhow::Result<()> {
         self.data.check_output(&self.output)?;
+        let form = Form::of(&self.output).or_usage()?.unwrap_or(Form::Npz);
         let (session, fitted) = match self.data.model_file() {
             Some(path) => {
                 let fitted = read_model(path)?;
@@ -53,7 +54,6 @@ impl Predict {
             );
         }
         let table = table(&fitted, recording)?;
-        let form = Form::of(&self.output).or_usage()?.unwrap_or(Form::Npz);
         write_file(&self.output, &table.to_bytes(form)?)?;
         progress::told(format_args!(
             "saved {}: {} samples, {} columns",

@@ -131,8 +131,16 @@ fn a_recording_is_converted_and_read_back() {
         message.contains(&format!("it has {} runs", runs(&whole).len())) && message.contains("-o arm"),
         "{message}"
     );
-    assert!(fails(&["convert", "arm.npz", "-o", "arm.parquet"], at, 2).contains("name an NPZ, a CSV, or a folder"));
-    assert!(fails(&["simulate", "-o", "arm.txt"], at, 2).contains("not written as .txt"));
+    let unknown = fails(&["convert", "arm.npz", "-o", "arm.xlsx"], at, 2);
+    assert!(unknown.contains("nothing is written as .xlsx") && unknown.contains("or name a folder"), "{unknown}");
+    assert!(fails(&["simulate", "-o", "arm.txt"], at, 2).contains("nothing is written as .txt"));
+    for other in ["arm.parquet", "arm.mcap"] {
+        let said = succeeds(&["convert", "arm.npz", "-o", other], at);
+        assert!(said.contains("left out: ") && said.contains("the seal"), "{said}");
+        assert_eq!(runs(&of(other)).len(), runs(&whole).len(), "{other}");
+    }
+    assert_eq!(of("arm.parquet")["samples"], whole["samples"]);
+    assert!(fails(&["predict", "arm.npz", "-o", "torques.xlsx"], at, 2).contains("nothing is written as .xlsx"));
     assert!(fails(&["convert", "arm.npz", "-o", "arm.npz"], at, 2).contains("name another file"));
     succeeds(&["convert", "arm.npz", "-o", "all"], at);
     let files: Vec<_> = std::fs::read_dir(at.join("all")).unwrap().map(|file| file.unwrap().path()).collect();

@@ -81,7 +81,7 @@ pub enum WriteError {
     #[error("{0}")]
     Recording(#[from] RecordingError),
     /// A CSV holds one run.
-    #[error("it has {0} runs, and a CSV holds one: name a folder, for a CSV of each run, or an NPZ, Parquet or MCAP")]
+    #[error("it has {0} runs, and a CSV holds one; an NPZ, a Parquet file or an MCAP log holds all")]
     SeveralRuns(usize),
     /// The archive could not be made.
     #[error("the archive could not be made: {0}")]
