@@ -108,7 +108,7 @@ impl Inspect {
         println!("{}\n", table(&["trajectory", "samples", "duration [s]", "rate [Hz]", " part"], &rows));
         println!("{}\n", ranges(recording));
         println!("q = 0: {}", posture_text(recording));
-        println!("stated arm: {}", recording.stated_arm.as_ref().map_or("none", |_| "in the file"));
+        println!("stated arm: {}", stated_text(recording));
         println!("{}: {}", recording.effort(), recording.torque.text());
         println!("encoders: {}", recording.encoders.map_or("not stated on which side of the gears", Side::about));
         println!("sealed truth: {}", if recording.seal.is_some() { "yes" } else { "no" });
@@ -135,6 +135,15 @@ fn posture_text(recording: &Recording) -> String {
             let sense = if posture.sign() > 0.0 { "counter-clockwise" } else { "clockwise" };
             format!("{:.1}° from +x towards +z, q grows {sense}", posture.zero_angle.to_degrees())
         }
+    }
+}
+
+fn stated_text(recording: &Recording) -> &'static str {
+    match (&recording.chain, &recording.stated_arm) {
+        (Some(chain), _) if chain.states_links() => "masses and axes (the model `stated-arm` has its torque)",
+        (Some(_), _) => "its axes, without masses",
+        (None, Some(_)) => "masses and lengths",
+        (None, None) => "none",
     }
 }
 

@@ -164,6 +164,7 @@ impl Train {
             println!("{}", serde_json::to_string_pretty(&answer)?);
             return Ok(());
         }
+        let is_stated = step.fitted.parameters.iter().any(|parameter| parameter.stated.is_some());
         let rows: Vec<Vec<String>> = step
             .fitted
             .parameters
@@ -176,7 +177,9 @@ impl Train {
                 };
                 let joint = parameter.joint.map_or("–".to_owned(), |joint| (joint + 1).to_string());
                 let term = step.fitted.model.terms[parameter.term].label();
-                vec![term, parameter.name.clone(), joint, number(parameter.value), interval, parameter.unit.clone()]
+                let stated = is_stated.then(|| parameter.stated.map_or(String::new(), number));
+                let known = [term, parameter.name.clone(), joint, number(parameter.value), interval].into_iter();
+                known.chain(stated).chain([parameter.unit.clone()]).collect()
             })
             .collect();
         println!("model: {}\n", step.name);
@@ -192,7 +195,14 @@ impl Train {
             println!("{starts}\n");
         }
         if !rows.is_empty() {
-            println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
+            let mut titles = vec!["term", "parameter", "joint", "value", "95 % interval", "as stated", " unit"];
+            if !is_stated {
+                titles.retain(|title| *title != "as stated");
+            }
+            println!("{}\n", table(&titles, &rows));
+        }
+        if let Some(text) = step.fitted.beside_stated() {
+            println!("{text}\n");
         }
         let recording = session.recording.as_deref().context("no recording was read")?;
         println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train, &evaluation.all_train));

@@ -265,6 +265,11 @@ impl Recording {
         Some(if self.is_weightless() { Arm { gravity: 0.0, ..arm } } else { arm })
     }
 
+    /// Whether it is stated what the links weigh.
+    pub fn states_arm(&self) -> bool {
+        self.chain.as_ref().map_or(self.stated_arm.is_some(), Chain::states_links)
+    }
+
     /// The stated axes as the torque shows them: without weight where gravity was taken out.
     pub fn chain_in_torque(&self) -> Option<Chain> {
         let chain = self.chain.clone()?;

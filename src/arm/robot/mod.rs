@@ -16,6 +16,7 @@ use roxmltree::{Document, ParsingOptions};
 use super::MOST_JOINTS;
 use super::body::Body;
 use super::chain::{Chain, PER_LINK, Regressor};
+use super::stated::{Limits, Resistance, Stated};
 
 /// An axis that is shorter has no direction.
 const SHORTEST_AXIS: f64 = 1e-9;
@@ -40,6 +41,10 @@ pub struct SerialJoint {
     pub slides: bool,
     /// How its frame stands in that of the joint before at q = 0. Its axis is z.
     pub frame: Isometry3<f64>,
+    /// What resists it, as the file states.
+    pub resistance: Resistance,
+    /// How far, how fast and how strongly it moves, as the file states.
+    pub limits: Limits,
     /// The links (or bodies) of the file that move with it and with no joint behind it, nearest first.
     pub parts: Vec<Part>,
 }
@@ -56,7 +61,7 @@ pub struct Part {
 }
 
 /// A joint of a file that moves.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MovingJoint {
     /// Its name in the file.
     pub name: String,
@@ -64,6 +69,8 @@ pub struct MovingJoint {
     pub slides: bool,
     /// The joint that moves it, by its place in the list; `None` for one at the base.
     pub before: Option<usize>,
+    /// How far, how fast and how strongly it moves, as the file states.
+    pub limits: Limits,
 }
 
 /// A frame of the file, in the one before.
@@ -83,6 +90,8 @@ struct Motion {
     name: String,
     axis: Vector3<f64>,
     slides: bool,
+    resistance: Resistance,
+    limits: Limits,
 }
 
 /// The text gives no arm.
@@ -193,7 +202,7 @@ impl SerialArm {
         let of = |(node, way): &(usize, Vec<usize>)| {
             let motion = nodes[*node].moves()?;
             let before = way.iter().rev().filter(|other| *other != node).find_map(place);
-            Some(MovingJoint { name: motion.name.clone(), slides: motion.slides, before })
+            Some(MovingJoint { name: motion.name.clone(), slides: motion.slides, before, limits: motion.limits })
         };
         Ok(moving.iter().filter_map(of).collect())
     }
@@ -203,7 +212,7 @@ impl SerialArm {
         self.joints.iter().map(|joint| joint.slides).collect()
     }
 
-    /// Where its axes are, in the words of a mapping file.
+    /// Where its axes are and what it states of each, in the words of a mapping file.
     pub fn chain(&self) -> Chain {
         let mut whole = Isometry3::identity();
         let in_base = |joint: &SerialJoint| {
@@ -211,7 +220,26 @@ impl SerialArm {
             whole
         };
         let frames: Vec<_> = self.joints.iter().map(in_base).collect();
-        axes::chain(&frames, self.gravity)
+        let (mut chain, placed) = axes::chain(&frames, self.gravity);
+        for (number, joint) in self.joints.iter().enumerate() {
+            // The frame of the row, in that of the joint of the file: both are fixed to the link.
+            let link = joint.parameters_in(&(frames[number].inverse() * placed[number]));
+            let SerialJoint { resistance, limits, .. } = *joint;
+            chain.axes[number].stated = Stated { link, resistance, limits }.if_any();
+        }
+        chain
+    }
+
+    /// Links that move of which the file does not say what they weigh.
+    pub fn unweighed(&self) -> impl Iterator<Item = &str> {
+        let parts = self.joints.iter().flat_map(|joint| &joint.parts);
+        parts.filter(|part| part.body.is_none()).map(|part| part.name.as_str())
+    }
+
+    /// What all that moves weighs \[kg\], as far as the file says it.
+    pub fn mass(&self) -> f64 {
+        let parts = self.joints.iter().flat_map(|joint| &joint.parts);
+        parts.filter_map(|part| part.body).map(|body| body.mass).sum()
     }
 
     /// What computes its torque from the parameters of its bodies, each in the frame of its joint. Gravity is that of the file, or none.
@@ -224,14 +252,16 @@ impl SerialArm {
     /// The parameters of the regressor as the file states them: ten for each joint, of all that moves with it. What it says nothing of
     /// weighs nothing.
     pub fn stated_parameters(&self) -> Vec<f64> {
-        let of_joint = |joint: &SerialJoint| {
-            let mut sum = [0.0; PER_LINK];
-            for own in joint.parts.iter().filter_map(Part::parameters) {
-                sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
-            }
-            sum
-        };
+        let of_joint = |joint: &SerialJoint| joint.parameters_in(&Isometry3::identity()).unwrap_or_default();
         self.joints.iter().flat_map(of_joint).collect()
+    }
+}
+
+impl SerialJoint {
+    /// The parameters of all that moves with it, in a frame that stands so in its own; `None` if nothing is said to weigh anything.
+    fn parameters_in(&self, frame: &Isometry3<f64>) -> Option<[f64; PER_LINK]> {
+        let of_part = |part: &Part| Some(part.body?.seen_from(&(part.frame.inverse() * frame)).parameters());
+        self.parts.iter().filter_map(of_part).reduce(|sum, own| std::array::from_fn(|place| sum[place] + own[place]))
     }
 }
 
@@ -306,6 +336,8 @@ fn serial(nodes: Vec<Node>) -> Result<Vec<SerialJoint>, RobotError> {
             name: motion.name.clone(),
             slides: motion.slides,
             frame: whole.inverse() * frame,
+            resistance: motion.resistance,
+            limits: motion.limits,
             parts: Vec::new(),
         });
         (whole, _) = (frame, frames.push(frame));

@@ -3,16 +3,15 @@
 mod figures;
 mod seal;
 
-use egui::{Rect, RichText, Sense, Ui, WidgetInfo, WidgetText};
+use egui::{Rect, RichText, Sense, Ui, WidgetInfo};
 
 use super::diagnose;
 use crate::app::desk::{About, Desk, Focus, Needs, Order, Question};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
-use crate::app::tables::parameter_row;
 use crate::app::theme::{Palette, SMALL};
-use crate::app::widgets;
+use crate::app::{tables, widgets};
 use crate::diagnosis::Verdict;
 use crate::effect::registry;
 use crate::figure::Panel;
@@ -230,15 +229,14 @@ fn found(ui: &mut Ui, desk: &mut Desk) {
     let Some(step) = desk.session.current() else { return };
     widgets::card(ui, "", |ui| {
         let of_effects = |term: usize| matches!(step.fitted.model.terms.get(term), Some(Term::Effect(_)));
-        let rows: Vec<Vec<WidgetText>> =
-            step.fitted.parameters.iter().filter(|parameter| of_effects(parameter.term)).map(parameter_row).collect();
-        if rows.is_empty() {
+        let parameters = step.fitted.parameters.iter().filter(|parameter| of_effects(parameter.term));
+        if parameters.clone().next().is_none() {
             widgets::weak(ui, "No effect was added to the model yet.");
             if ui.button(format!("Go to: {}", diagnose::ABOUT.title)).clicked() {
                 desk.orders.push(Order::Show(&diagnose::ABOUT));
             }
             return;
         }
-        widgets::table(ui, "found", &["parameter", "joint", "value", "95 % interval", "unit"], &rows);
+        tables::parameters(ui, "found", parameters);
     });
 }
