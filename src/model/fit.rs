@@ -16,9 +16,10 @@ use super::ending::Ending;
 use super::equations::{Equations, PreparedColumn};
 use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
+use super::property::{Property, plain_columns};
 use super::terms::{Factor, Found, OperatingPoint, Setting, identified_torque};
 use super::{Model, ModelError, RigidBody, Term};
-use crate::arm::stated::StatedArm;
+use crate::arm::stated::{Resistance, StatedArm};
 use crate::effect::{Starts, Way};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
@@ -139,6 +140,8 @@ const LOAD_ROUNDS: usize = 2;
 pub(crate) const ALONG_A_COLUMN: f64 = 0.2;
 /// That share of the torque.
 const UNSEEN: f64 = 0.001;
+/// Smaller shares of the largest parameter that is stated are rounding.
+const ROUNDING: f64 = 1e-12;
 /// The coverage of intervals.
 const COVERAGE: f64 = 0.95;
 
@@ -462,15 +465,34 @@ impl ShapeSearch<'_> {
             equations.moment += self.design.equations(&self.columns, &torque).total(weights, |_| true).moment;
         }
         let solution = equations.solve();
+        // What is only rounding is 0.
+        let largest = solution.factors.amax();
+        let shown = |place: usize| Some(solution.factors[place]).filter(|value| value.abs() > ROUNDING * largest);
         for (place, factor) in factors.iter().enumerate().filter(|(place, _)| solution.identified[*place]) {
-            let of_joint = factor.joint.and_then(|joint| resistances.get(joint));
-            if is_body(factor) || of_joint.is_some_and(|resistance| !resistance.is_none()) {
+            if is_body(factor) || self.is_stated(factors, place, &resistances) {
                 let is_it = |own: &&mut Parameter| {
                     own.term == factor.term && own.joint == factor.joint && own.name == factor.name
                 };
-                parameters.iter_mut().filter(is_it).for_each(|own| own.stated = Some(solution.factors[place]));
+                let stated = shown(place).unwrap_or(0.0);
+                parameters.iter_mut().filter(is_it).for_each(|own| own.stated = Some(stated));
             }
         }
+    }
+
+    /// Whether something is stated of what this factor of an effect on a joint is.
+    fn is_stated(&self, factors: &[Factor], place: usize, resistances: &[Resistance]) -> bool {
+        let factor = &factors[place];
+        let Term::Effect(placed) = &self.model.terms[factor.term] else { return false };
+        let Some(resistance) = factor.joint.and_then(|joint| resistances.get(joint)) else { return false };
+        let first = factors[..place].iter().filter(|other| other.term != factor.term).count();
+        let own = plain_columns(placed, self.design.joint_count()).get(place - first).copied().flatten();
+        let stated = match own {
+            Some(Property::Damping) => resistance.damping,
+            Some(Property::Friction) => resistance.friction,
+            Some(Property::Armature) => resistance.rotor_inertia,
+            Some(Property::Stiffness | Property::Preload) | None => 0.0,
+        };
+        stated != 0.0
     }
 
     /// Standard errors of the factors of these equations: what they scatter from block to block, and what acts beside the model may

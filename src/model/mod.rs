@@ -17,6 +17,7 @@ pub mod learned;
 pub mod least_squares;
 pub(crate) mod line_search;
 pub mod preparation;
+pub(crate) mod property;
 mod rest;
 pub(crate) mod reversal;
 pub(crate) mod sweep;

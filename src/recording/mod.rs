@@ -16,6 +16,7 @@ pub mod fault;
 pub mod gallery;
 mod glitch;
 mod layout;
+mod limits;
 pub mod mapping;
 pub mod npy;
 pub mod read;

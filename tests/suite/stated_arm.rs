@@ -171,6 +171,14 @@ fn what_is_identified_stands_beside_what_is_stated() {
     };
     let (damping, friction) = (named("viscous_coefficient", 1).unwrap(), named("coulomb_torque", 2).unwrap());
     assert!((damping - 0.5).abs() < 1e-6 && (friction - 1.5).abs() < 1e-6, "{damping} {friction}");
+    // Nothing is stated of an offset, nor of how dry friction would depend on the load.
+    let mut more = model.clone();
+    for id in ["torque-offset", "load-friction"] {
+        more = more.with_effect(registry::find(id).unwrap(), &[1]).unwrap();
+    }
+    let parameters = fitted(&more, &recording).parameters;
+    let of = |name: &str| parameters.iter().find(|own| own.name == name).unwrap().stated;
+    assert_eq!((of("offset"), of("load_friction_ratio")), (None, None));
 
     let mut heavier = recording.clone();
     let chain = heavier.chain.as_mut().unwrap();

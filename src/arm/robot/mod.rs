@@ -20,6 +20,8 @@ use super::stated::{Limits, Resistance, Stated};
 
 /// An axis that is shorter has no direction.
 const SHORTEST_AXIS: f64 = 1e-9;
+/// Parameters of bodies that are smaller are only rounding.
+const ROUNDING: f64 = 1e-15;
 /// No robot has more elements.
 pub(crate) const MOST_NODES: u32 = 1_000_000;
 
@@ -261,7 +263,9 @@ impl SerialJoint {
     /// The parameters of all that moves with it, in a frame that stands so in its own; `None` if nothing is said to weigh anything.
     fn parameters_in(&self, frame: &Isometry3<f64>) -> Option<[f64; PER_LINK]> {
         let of_part = |part: &Part| Some(part.body?.seen_from(&(part.frame.inverse() * frame)).parameters());
-        self.parts.iter().filter_map(of_part).reduce(|sum, own| std::array::from_fn(|place| sum[place] + own[place]))
+        let sum = |sum: [f64; PER_LINK], own: [f64; PER_LINK]| std::array::from_fn(|place| sum[place] + own[place]);
+        let clean = |value: f64| if value.abs() < ROUNDING { 0.0 } else { value };
+        self.parts.iter().filter_map(of_part).reduce(sum).map(|all| all.map(clean))
     }
 }
 

@@ -14,11 +14,11 @@ mod splice;
 use std::collections::BTreeMap;
 
 pub use bodies::{Weighed, WeighedLink};
-use property::{Property, plain_columns};
 use splice::{Splice, SpliceError};
 
 use super::share;
 use crate::arm::robot::{RobotError, SerialArm};
+use crate::model::property::{Property, plain_columns};
 use crate::model::{Fitted, ModelError, Term};
 use crate::recording::{JointKind, Recording};
 
