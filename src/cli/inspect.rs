@@ -2,7 +2,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::data::Files;
-use super::table::{number, table};
+use super::table::{number, table, titled};
 use crate::arm::stated::Stated;
 use crate::recording::check::Finding;
 use crate::recording::encoders::Side;
@@ -111,7 +111,7 @@ impl Inspect {
         println!("{}\n", table(&["trajectory", "samples", "duration [s]", "rate [Hz]", " part"], &rows));
         println!("{}\n", ranges(recording));
         if let Some(stated) = stated_table(recording) {
-            println!("as the robot's file states:\n{stated}\n");
+            println!("{stated}\n");
         }
         println!("q = 0: {}", posture_text(recording));
         println!("stated arm: {}", stated_text(recording));
@@ -171,7 +171,11 @@ fn stated_table(recording: &Recording) -> Option<String> {
         let cells = shown.iter().map(|(_, told)| told(stated).unwrap_or_else(|| "–".to_owned()));
         [joint.name.clone()].into_iter().chain(cells).collect()
     };
-    Some(table(&heads, &recording.joints.iter().zip(&stated).map(row).collect::<Vec<_>>()))
+    Some(titled(
+        "as the robot's file states",
+        &heads,
+        &recording.joints.iter().zip(&stated).map(row).collect::<Vec<_>>(),
+    ))
 }
 
 fn nonzero(value: f64) -> Option<String> {

@@ -142,7 +142,7 @@ fn told(recording: &Recording, joint: usize, quantity: Quantity, beyond: &Beyond
         severity: Severity::Warning,
         kind: FindingKind::BeyondLimit,
         what: format!(
-            "{symbol} of {} is {value:.4} {unit} at sample {sample} of `{}`, {by:.4} {unit} beyond the limit of {limit:.4} that the \
+            "{symbol} of {} is {value:.4} {unit} at sample {sample} of `{}`, {by:.4} {unit} beyond the limit of {limit:.4} {unit} that the \
              robot's file states; {count} samples ({share:.1} %) are beyond it.",
             own.name, recording.trajectories[trajectory].name
         ),

@@ -399,6 +399,8 @@ mod tests {
 
         let pdf = report(&session, ReportFormat::Pdf, &monitor).unwrap();
         assert!(pdf.starts_with(b"%PDF") && pdf.len() > 50_000, "its figures are in it");
+        assert!(!figure::embedded::fonts(&pdf).is_empty(), "its fonts are in it, too");
+        figure::embedded::pdffonts_agrees(&pdf);
 
         let effect = &session.report.as_ref().unwrap().effects[0];
         let add = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };

@@ -63,7 +63,7 @@ pub struct Part {
 }
 
 /// A joint of a file that moves.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MovingJoint {
     /// Its name in the file.
     pub name: String,
@@ -71,8 +71,6 @@ pub struct MovingJoint {
     pub slides: bool,
     /// The joint that moves it, by its place in the list; `None` for one at the base.
     pub before: Option<usize>,
-    /// How far, how fast and how strongly it moves, as the file states.
-    pub limits: Limits,
 }
 
 /// A frame of the file, in the one before.
@@ -204,7 +202,7 @@ impl SerialArm {
         let of = |(node, way): &(usize, Vec<usize>)| {
             let motion = nodes[*node].moves()?;
             let before = way.iter().rev().filter(|other| *other != node).find_map(place);
-            Some(MovingJoint { name: motion.name.clone(), slides: motion.slides, before, limits: motion.limits })
+            Some(MovingJoint { name: motion.name.clone(), slides: motion.slides, before })
         };
         Ok(moving.iter().filter_map(of).collect())
     }
@@ -240,8 +238,7 @@ impl SerialArm {
 
     /// What all that moves weighs \[kg\], as far as the file says it.
     pub fn mass(&self) -> f64 {
-        let parts = self.joints.iter().flat_map(|joint| &joint.parts);
-        parts.filter_map(|part| part.body).map(|body| body.mass).sum()
+        self.joints.iter().filter_map(SerialJoint::mass).sum()
     }
 
     /// What computes its torque from the parameters of its bodies, each in the frame of its joint. Gravity is that of the file, or none.
@@ -260,6 +257,11 @@ impl SerialArm {
 }
 
 impl SerialJoint {
+    /// What moves with it and with no joint behind it weighs \[kg\], if the file says it of anything.
+    pub fn mass(&self) -> Option<f64> {
+        self.parts.iter().filter_map(|part| part.body).map(|body| body.mass).reduce(|sum, own| sum + own)
+    }
+
     /// The parameters of all that moves with it, in a frame that stands so in its own; `None` if nothing is said to weigh anything.
     fn parameters_in(&self, frame: &Isometry3<f64>) -> Option<[f64; PER_LINK]> {
         let of_part = |part: &Part| Some(part.body?.seen_from(&(part.frame.inverse() * frame)).parameters());

@@ -3,6 +3,8 @@
 mod figures;
 mod seal;
 
+use std::sync::Arc;
+
 use egui::{Rect, RichText, Sense, Ui, WidgetInfo};
 
 use super::diagnose;
@@ -15,10 +17,11 @@ use crate::app::{tables, widgets};
 use crate::diagnosis::Verdict;
 use crate::effect::registry;
 use crate::figure::Panel;
+use crate::figure::table::Table;
 use crate::model::Term;
 use crate::recording::Recording;
 use crate::recording::seal::HiddenEffect;
-use crate::session::{Command, Session};
+use crate::session::{Command, Session, Step};
 
 /// How much of the colour is seen over the bars that lead back.
 const LIT: f32 = 0.15;
@@ -180,7 +183,7 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "", |ui| {
         let count = desk.session.ladder.len();
-        egui::Grid::new("steps").striped(true).spacing([18.0, 6.0]).show(ui, |ui| {
+        let shown = egui::Grid::new("steps").striped(true).spacing([18.0, 6.0]).show(ui, |ui| {
             ui.label(RichText::new("step").size(SMALL).color(palette.weak));
             for joint in &recording.joints {
                 ui.label(RichText::new(format!("{}: nMSE", joint.name)).size(SMALL).color(palette.weak));
@@ -210,6 +213,7 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 ui.end_row();
             }
         });
+        widgets::copied(ui, &shown.response, "steps", || as_table(&desk.session.ladder, recording));
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             let ready = desk.busy.is_none();
@@ -222,6 +226,20 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
             }
         });
     });
+}
+
+/// The steps with their errors by joint, to be copied.
+fn as_table(ladder: &[Arc<Step>], recording: &Recording) -> Table {
+    let errors = recording.joints.iter().flat_map(|joint| [format!("{}: nMSE", joint.name), "R²".to_owned()]);
+    let row = |step: &Arc<Step>| {
+        let errors = step.evaluation.held_out.iter().flat_map(|error| [error.nmse, error.r2].map(ticks::number));
+        [step.name.clone()].into_iter().chain(errors).collect()
+    };
+    Table {
+        title: "held-out error, step by step".to_owned(),
+        head: ["step".to_owned()].into_iter().chain(errors).collect(),
+        rows: ladder.iter().map(row).collect(),
+    }
 }
 
 /// The parameters of the effects in the current model.
