@@ -13,10 +13,10 @@ use crate::session::{Spread, Step};
 use crate::training::Recipe;
 use crate::training::fit::Plan;
 
-/// Parameters with their intervals, and what is stated of them where something is.
-pub fn parameters<'a>(ui: &mut Ui, id: &str, parameters: impl Iterator<Item = &'a Parameter> + Clone) {
+/// Parameters with their intervals, which are called so, and what is stated of them where something is.
+pub fn parameters<'a>(ui: &mut Ui, id: &str, intervals: &str, parameters: impl Iterator<Item = &'a Parameter> + Clone) {
     let is_stated = parameters.clone().any(|parameter| parameter.stated.is_some());
-    let mut header = vec!["parameter", "joint", "value", "95 % interval", "as stated", "unit"];
+    let mut header = vec!["parameter", "joint", "value", intervals, "as stated", "unit"];
     let mut rows: Vec<Vec<WidgetText>> =
         parameters.map(|parameter| parameter_row(parameter, Palette::in_ui(ui))).collect();
     if !is_stated {

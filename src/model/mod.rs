@@ -181,7 +181,7 @@ impl Preset {
     pub fn description(self) -> &'static str {
         match self {
             Preset::RigidBody => "rigid body, base parameters identified from the data",
-            Preset::StatedArm => "rigid body with the masses that the recording or the robot's file states",
+            Preset::StatedArm => "rigid body with the masses and lengths that the recording states",
             Preset::Learned(preset) => preset.description(),
         }
     }

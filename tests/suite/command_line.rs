@@ -204,7 +204,9 @@ fn tables_are_written_as_their_ending_says() {
         assert!(message.contains(told), "{message}");
     };
     refused(&["inspect", "arm.npz", "--table", "t.docx"], ".md, .tex, .csv");
-    refused(&["inspect", "arm.npz", "--json", "--table", "none.md"], "--json");
+    let output = torquescope(&["inspect", "arm.npz", "--json", "--table", "none.md"], at).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.code() == Some(2) && told.contains("no tables are printed"), "{told}");
     assert!(!at.join("none.md").exists());
     std::fs::write(at.join("log.csv"), "time,q,tau\n0,1,2\n").unwrap();
     refused(&["inspect", "./log.csv", "--table", "log.csv"], "name another one");

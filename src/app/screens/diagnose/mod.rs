@@ -396,7 +396,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });
     widgets::card(ui, "Parameters, with 95 % intervals", |ui| {
-        tables::parameters(ui, "parameters", effect.parameters.iter());
+        tables::parameters(ui, "parameters", "interval", effect.parameters.iter());
     });
     widgets::card(ui, "Held-out error before and after", |ui| {
         let rows: Vec<Vec<WidgetText>> = (0..effect.nmse_before.len())

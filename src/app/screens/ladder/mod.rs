@@ -255,6 +255,6 @@ fn found(ui: &mut Ui, desk: &mut Desk) {
             }
             return;
         }
-        tables::parameters(ui, "found", parameters);
+        tables::parameters(ui, "found", "95 % interval", parameters);
     });
 }

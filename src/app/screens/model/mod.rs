@@ -182,8 +182,12 @@ fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place:
             });
         }
         let own: Vec<&Parameter> = step.fitted.parameters.iter().filter(|parameter| parameter.term == place).collect();
-        let parameters =
-            |ui: &mut Ui| tables::parameters(ui, &format!("parameters of term {place}"), own.iter().copied());
+        let parameters = |ui: &mut Ui| {
+            tables::parameters(ui, &format!("parameters of term {place}"), "95 % interval", own.iter().copied());
+            if let (Term::RigidBody(_), Some(text)) = (term, step.fitted.beside_stated()) {
+                widgets::weak(ui, text);
+            }
+        };
         match own.len() {
             0 => (),
             1..=MOST_PARAMETERS => parameters(ui),
@@ -191,9 +195,6 @@ fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place:
                 let header = CollapsingHeader::new(format!("{many} parameters")).id_salt(("parameters", place));
                 header.show(ui, parameters);
             }
-        }
-        if let (Term::RigidBody(_), Some(text)) = (term, step.fitted.beside_stated()) {
-            widgets::weak(ui, text);
         }
     });
 }
