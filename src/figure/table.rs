@@ -62,7 +62,9 @@ impl Table {
     fn latex(&self) -> String {
         let row = |cells: &[String]| {
             let cells: Vec<String> = cells.iter().map(|cell| escaped(cell)).collect();
-            format!("    {} \\\\\n", cells.join(" & "))
+            // Behind the end of a row these would be read as belonging to it.
+            let apart = if cells.first().is_some_and(|cell| cell.starts_with(['[', '*'])) { "{}" } else { "" };
+            format!("    {apart}{} \\\\\n", cells.join(" & "))
         };
         let rows: String = self.rows.iter().map(|cells| row(cells)).collect();
         let columns: String =
@@ -116,6 +118,15 @@ mod tests {
         let tex = errors().to_text(TableFormat::Latex);
         assert!(tex.contains("\\caption{errors of 50 \\% of it}") && tex.contains("\\begin{tabular}{rrl}"), "{tex}");
         assert!(tex.contains("    2 & -- & $\\tau$\\_c \\\\\n"), "{tex}");
+    }
+
+    /// LaTeX takes `[…]` and `*` behind the end of a row for words of its own.
+    #[test]
+    fn a_row_of_latex_does_not_begin_with_a_bracket() {
+        let rows = ["[1, 2]", "*", "1"].map(|cell| vec![cell.to_owned()]).to_vec();
+        let table = Table { head: vec!["interval".to_owned()], rows, ..Table::default() };
+        let tex = table.to_text(TableFormat::Latex);
+        assert!(tex.contains("    {}[1, 2] \\\\\n    {}* \\\\\n    1 \\\\\n"), "{tex}");
     }
 
     #[test]
