@@ -6,6 +6,7 @@
 //! Should a document be gone nevertheless, [`remains`] finds what is left of it; [`unfinished`] finds what was to become of one whose
 //! saving was cut off.
 
+pub mod ending;
 mod neighbours;
 
 use std::fs::{self, File};

@@ -13,8 +13,23 @@ use crate::session::{Spread, Step};
 use crate::training::Recipe;
 use crate::training::fit::Plan;
 
-/// Name, joint, value, interval and unit.
-pub fn parameter_row(parameter: &Parameter) -> Vec<WidgetText> {
+/// Parameters with their intervals, which are called so, and what is stated of them where something is.
+pub fn parameters<'a>(ui: &mut Ui, id: &str, intervals: &str, parameters: impl Iterator<Item = &'a Parameter> + Clone) {
+    let is_stated = parameters.clone().any(|parameter| parameter.stated.is_some());
+    let mut header = vec!["parameter", "joint", "value", intervals, "as stated", "unit"];
+    let mut rows: Vec<Vec<WidgetText>> =
+        parameters.map(|parameter| parameter_row(parameter, Palette::in_ui(ui))).collect();
+    if !is_stated {
+        header.remove(STATED);
+        rows.iter_mut().for_each(|row| drop(row.remove(STATED)));
+    }
+    widgets::table(ui, id, &header, &rows);
+}
+
+/// The column of what is stated.
+const STATED: usize = 4;
+
+fn parameter_row(parameter: &Parameter, palette: &Palette) -> Vec<WidgetText> {
     let interval = match parameter.interval {
         Some([low, high]) => format!("{} … {}", ticks::number(low), ticks::number(high)),
         None => "not shown by the data".to_owned(),
@@ -26,6 +41,11 @@ pub fn parameter_row(parameter: &Parameter) -> Vec<WidgetText> {
         parameter.joint.map_or("arm".to_owned(), |joint| (joint + 1).to_string()).into(),
         ticks::number(parameter.value).into(),
         interval.into(),
+        match (parameter.stated, parameter.contradicts_stated()) {
+            (None, _) => "".into(),
+            (Some(stated), Some(true)) => RichText::new(ticks::number(stated)).color(palette.warning).into(),
+            (Some(stated), _) => ticks::number(stated).into(),
+        },
         parameter.unit.clone().into(),
     ]
 }

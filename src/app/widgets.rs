@@ -1,9 +1,13 @@
 //! Small parts that all screens are made of.
 
-use egui::{Align, Color32, Frame, Layout, Margin, ProgressBar, Response, RichText, Stroke, Ui, WidgetText};
+use egui::{
+    Align, Color32, Frame, Layout, Margin, Popup, ProgressBar, Response, RichText, SetOpenCommand, Stroke, Ui,
+    WidgetText,
+};
 
 use super::glossary;
 use super::theme::{CHIP, GAP, HEADLINE, Palette, RADIUS, SMALL, TITLE};
+use crate::figure::table::{Table, TableFormat};
 
 /// A headline with a sentence below it.
 pub fn headline(ui: &mut Ui, title: &str, sentence: &str) {
@@ -80,6 +84,12 @@ const MOST_BETWEEN: f32 = 16.0;
 pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
     let palette = Palette::in_ui(ui);
     let key = ui.scope_id().with((id, header, rows.len()));
+    let texts = |row: &Vec<WidgetText>| row.iter().map(|cell| cell.text().to_owned()).collect();
+    let table = Table {
+        title: String::new(),
+        head: header.iter().map(|title| (*title).to_owned()).collect(),
+        rows: rows.iter().map(texts).collect(),
+    };
     let header: Vec<WidgetText> =
         header.iter().map(|title| RichText::new(*title).size(SMALL).color(palette.weak).into()).collect();
     let width = |cell: &WidgetText| {
@@ -95,14 +105,8 @@ pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
         })
         .collect();
     ui.data_mut(|data| data.insert_temp(key, widths.clone()));
-    let is_number = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column));
-        cells
-            .map(WidgetText::text)
-            .all(|text| text.starts_with(|first: char| first.is_ascii_digit() || "<−—".contains(first)))
-    };
     let layouts: Vec<Layout> = (0..header.len())
-        .map(|column| match is_number(column) {
+        .map(|column| match table.is_number(column) {
             true => Layout::right_to_left(Align::Center),
             false => Layout::left_to_right(Align::Center),
         })
@@ -111,7 +115,7 @@ pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
     let free = (ui.available_width() - widths.iter().sum::<f32>()) / header.len().max(1) as f32;
     let spacing = if free < LEAST_BETWEEN { MOST_BETWEEN } else { free.min(MOST_BETWEEN) };
     let grid = egui::Grid::new(id).striped(true).num_columns(header.len()).spacing([spacing, 6.0]);
-    grid.show(ui, |ui| {
+    let shown = grid.show(ui, |ui| {
         for row in std::iter::once(&header).chain(rows) {
             for (column, cell) in row.iter().enumerate().take(widths.len()) {
                 let size = egui::vec2(widths[column], 18.0);
@@ -123,6 +127,23 @@ pub fn table(ui: &mut Ui, id: &str, header: &[&str], rows: &[Vec<WidgetText>]) {
             ui.end_row();
         }
     });
+    copied(ui, &shown.response, id, || table);
+}
+
+/// The menu of a table, which copies it; a right click anywhere on the table opens it, also on what else is clicked there.
+pub fn copied(ui: &Ui, shown: &Response, id: &str, table: impl FnOnce() -> Table) {
+    let asked = ui.rect_contains_pointer(shown.rect) && ui.input(|input| input.pointer.secondary_clicked());
+    let menu = Popup::context_menu(shown).id(ui.scope_id().with(("menu of a table", id)));
+    let menu = menu.open_memory(asked.then_some(SetOpenCommand::Bool(true))).at_pointer_fixed();
+    let chosen = menu.show(|ui| {
+        let asks = |(format, name, _): &(TableFormat, &str, &str)| {
+            ui.button(format!("Copy as {name}")).clicked().then_some(*format)
+        };
+        TableFormat::ALL.iter().filter_map(asks).last()
+    });
+    if let Some(format) = chosen.and_then(|chosen| chosen.inner) {
+        ui.ctx().copy_text(table().to_text(format));
+    }
 }
 
 /// What an empty screen says, and its way out.

@@ -11,6 +11,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::MOST_JOINTS;
+use super::stated::{Limits, Resistance, Stated};
 
 /// Where the axes of a serial arm are.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,7 +36,7 @@ pub enum Convention {
     Modified,
 }
 
-/// Four numbers that place one axis against its neighbour; each is 0 if absent.
+/// Four numbers that place one axis against its neighbour, each 0 if absent; and what is stated of its joint.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Axis {
@@ -47,6 +48,9 @@ pub struct Axis {
     pub d: f64,
     /// Angle about z at q = 0 \[rad\]; a turning joint adds its q.
     pub theta: f64,
+    /// What is stated of its joint and of what moves with it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stated: Option<Stated>,
 }
 
 /// The axes can't be used.
@@ -126,7 +130,10 @@ impl Chain {
         if axes != joints || !(1..=MOST_JOINTS).contains(&axes) {
             return Err(ChainError::Count { axes, joints });
         }
-        let finite = |axis: &Axis| [axis.a, axis.alpha, axis.d, axis.theta].iter().all(|value| value.is_finite());
+        let finite = |axis: &Axis| {
+            let is_placed = [axis.a, axis.alpha, axis.d, axis.theta].iter().all(|value| value.is_finite());
+            is_placed && axis.stated.as_ref().is_none_or(Stated::is_finite)
+        };
         if let Some(number) = self.axes.iter().position(|axis| !finite(axis)) {
             return Err(ChainError::NotFinite(number + 1));
         }
@@ -146,6 +153,32 @@ impl Chain {
             1..=3 => "kg m",
             _ => "kg m²",
         }
+    }
+
+    /// Whether it states what its links weigh, at least one of them.
+    pub fn states_links(&self) -> bool {
+        self.stated().any(|stated| stated.link.is_some())
+    }
+
+    /// The parameters that it states for its links, ten each in the order of [`Chain::parameter_names`]; a link of which it says nothing
+    /// weighs nothing.
+    pub fn stated_parameters(&self) -> Vec<f64> {
+        self.stated().flat_map(|stated| stated.link.unwrap_or_default()).collect()
+    }
+
+    /// What it states to resist each joint; empty if nothing does.
+    pub fn resistances(&self) -> Vec<Resistance> {
+        let all: Vec<Resistance> = self.stated().map(|stated| stated.resistance).collect();
+        if all.iter().all(Resistance::is_none) { Vec::new() } else { all }
+    }
+
+    /// The limits that it states for this joint.
+    pub fn limits(&self, joint: usize) -> Limits {
+        self.axes.get(joint).and_then(|axis| axis.stated).unwrap_or_default().limits
+    }
+
+    fn stated(&self) -> impl Iterator<Item = Stated> {
+        self.axes.iter().map(|axis| axis.stated.unwrap_or_default())
     }
 
     /// This chain with gravity turned by a quarter about the y axis of the base.
@@ -375,10 +408,10 @@ mod tests {
     #[test]
     fn work_becomes_energy() {
         let axes = vec![
-            Axis { a: 0.1, alpha: 0.3, d: 0.4, theta: 0.2 },
-            Axis { a: 0.5, alpha: -1.2, d: -0.1, theta: 0.7 },
-            Axis { a: -0.2, alpha: 1.5, d: 0.3, theta: -0.4 },
-            Axis { a: 0.3, alpha: 0.8, d: 0.2, theta: 1.1 },
+            Axis { a: 0.1, alpha: 0.3, d: 0.4, theta: 0.2, stated: None },
+            Axis { a: 0.5, alpha: -1.2, d: -0.1, theta: 0.7, stated: None },
+            Axis { a: -0.2, alpha: 1.5, d: 0.3, theta: -0.4, stated: None },
+            Axis { a: 0.3, alpha: 0.8, d: 0.2, theta: 1.1, stated: None },
         ];
         let sliding = [false, false, true, false];
         let parameters: Vec<f64> = (0..40).map(|index| 1.0 + (index as f64 * 1.7).sin()).collect();

@@ -20,7 +20,7 @@
 //!
 //! [`dynamics`] holds H, c, g, energies, inverse and forward dynamics; [`kinematics`] the points of the arm; [`regressor`] the
 //! torque as a linear function of K and G, and the base parameters. Arms in space are in [`chain`] (their regressor), [`robot`] (from a
-//! URDF or an MJCF), [`body`] and [`possible`] (masses that can exist).
+//! URDF or an MJCF), [`body`] and [`possible`] (masses that can exist); what makers state of either is in [`stated`].
 
 pub mod body;
 pub mod chain;
@@ -30,6 +30,7 @@ pub mod possible;
 pub mod regressor;
 pub mod robot;
 pub mod skeleton;
+pub mod stated;
 
 use serde::{Deserialize, Serialize};
 

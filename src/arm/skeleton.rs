@@ -93,7 +93,7 @@ mod tests {
     /// up by −90° it stands upright.
     #[test]
     fn a_ur10_stands_as_its_maker_draws_it() {
-        let row = |a: f64, d: f64, alpha: f64| Axis { a, d, alpha, theta: 0.0 };
+        let row = |a: f64, d: f64, alpha: f64| Axis { a, d, alpha, ..Axis::default() };
         let axes = vec![
             row(0.0, 0.1273, FRAC_PI_2),
             row(-0.612, 0.0, 0.0),

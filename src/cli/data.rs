@@ -12,6 +12,7 @@ use clap::{Args, ValueEnum};
 use super::choice::{Choice, one_of};
 use super::failure::OrUsage;
 use super::progress;
+use super::table::number;
 use crate::arm::robot::{self, SerialArm};
 use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
@@ -59,7 +60,7 @@ pub struct Reading {
     #[arg(long)]
     zero: Option<Zero>,
     /// The arm's stated masses and lengths (JSON: links, gravity, posture); or the URDF or MJCF (.xml) of a serial arm, whose axes
-    /// are taken and whose masses are identified.
+    /// are taken; its masses are identified, and what it states of them stands beside (or is the model, `--model stated-arm`).
     #[arg(long, value_name = "ARM.json|URDF|MJCF")]
     arm: Option<PathBuf>,
     /// Of a URDF or MJCF with more joints than those of one arm (a hand, a second arm): these move, all others are fixed.
@@ -644,6 +645,15 @@ fn with_axes_of(mapping: MappingSpec, path: &Path, joints: &[String]) -> anyhow:
     let arm = SerialArm::moving_only(&text, joints).with_context(|| path.display().to_string()).or_usage()?;
     let names: Vec<&str> = arm.joints.iter().map(|joint| joint.name.as_str()).collect();
     progress::remark(format_args!("the axes of {}: {}", path.display(), names.join(", ")));
+    let unweighed: Vec<&str> = arm.unweighed().collect();
+    if arm.mass() > 0.0 {
+        let but = if unweighed.is_empty() { "" } else { "; it says nothing of " };
+        progress::remark(format_args!(
+            "it states that {} kg move (--model stated-arm){but}{}",
+            number(arm.mass()),
+            unweighed.join(", ")
+        ));
+    }
     mapping.with_axes_of(&arm).with_context(|| path.display().to_string()).or_usage()
 }
 

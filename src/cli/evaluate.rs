@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::data::{Data, read_model};
 use super::progress;
-use super::table::{number, numbers, table};
+use super::table::{number, numbers, table, titled};
 use super::truth::{self, ComponentError, ParameterError};
 use crate::model::{Evaluation, Fitted, JointError};
 use crate::recording::Recording;
@@ -116,7 +116,7 @@ impl Evaluate {
             };
             println!("{}", serde_json::to_string_pretty(&answer)?);
         } else {
-            println!("{data}:\n{}", error_table(recording, &joints, &all));
+            println!("{}", error_table(data, recording, &joints, &all));
             if let Some(floor) = &evaluation.noise_floor_nmse {
                 println!("noise floor (nMSE): {}", numbers(floor));
             }
@@ -226,8 +226,8 @@ fn parameter_table(parameters: &[ParameterError]) -> String {
     table(&["parameter", "joint", "value", "truth", "error", " unit"], &rows)
 }
 
-/// Errors by joint, and of all together, as text.
-pub fn error_table(recording: &Recording, joints: &[JointError], all: &JointError) -> String {
+/// Errors on these data by joint, and of all together, as text.
+pub fn error_table(data: &str, recording: &Recording, joints: &[JointError], all: &JointError) -> String {
     let row = |name: String, error: &JointError| {
         vec![name, number(error.mse), number(error.nmse), format!("{:.4}", error.r2)]
     };
@@ -240,5 +240,5 @@ pub fn error_table(recording: &Recording, joints: &[JointError], all: &JointErro
         "N" => "MSE [N²]".to_owned(),
         unit => format!("MSE [({unit})²]"),
     };
-    table(&["joint", &mse, "nMSE", "R²"], &rows)
+    titled(data, &["joint", &mse, "nMSE", "R²"], &rows)
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::choice::{Choice, one_of};
 use super::data::{OptionalLog, read_model};
 use super::failure::OrUsage;
-use super::table::{number, table};
+use super::table::{number, titled};
 use super::{progress, write_file};
 use crate::arm::body::Body;
 use crate::export::controller::{self, Code, Language, LeftOut, Wish};
@@ -148,12 +148,12 @@ impl Export {
             vec![one.joint.clone(), one.attribute.to_owned(), before, number(one.value)]
         };
         let rows: Vec<Vec<String>> = written.iter().map(row).collect();
-        println!("written:\n{}", table(&["joint", "attribute", "before", "now"], &rows));
+        println!("{}", titled("written", &["joint", "attribute", "before", "now"], &rows));
         if let Some(weighed) = &weighed {
             tell_masses(weighed);
         }
         let rows: Vec<Vec<String>> = not_held.iter().map(not_held_row).collect();
-        println!("\nnot in the file:\n{}", table(&["what", " value", "share of the torque", " why"], &rows));
+        println!("\n{}", titled("not in the file", &["what", " value", "share of the torque", " why"], &rows));
         Ok(())
     }
 
@@ -243,10 +243,10 @@ fn tell_masses(weighed: &Weighed) {
     };
     let rows: Vec<Vec<String>> = weighed.links.iter().map(row).collect();
     let heads = ["link", "kg before", "kg now", " centre of mass [m]", " ixx iyy izz [kg m²]"];
-    println!("\nlinks that can exist:\n{}", table(&heads, &rows));
+    println!("\n{}", titled("links that can exist", &heads, &rows));
     let row = |(joint, [free, links]): (usize, &[f64; 2])| vec![(joint + 1).to_string(), number(*free), number(*links)];
     let rows: Vec<Vec<String>> = weighed.cost.iter().enumerate().map(row).collect();
-    println!("\nnMSE of the model on the log:\n{}", table(&["joint", "as identified", "with these links"], &rows));
+    println!("\n{}", titled("nMSE of the model on the log", &["joint", "as identified", "with these links"], &rows));
 }
 
 fn not_held_row(one: &NotHeld) -> Vec<String> {

@@ -2,7 +2,8 @@ use clap::Args;
 use serde::Serialize;
 
 use super::data::Files;
-use super::table::{number, table};
+use super::table::{number, table, titled};
+use crate::arm::stated::Stated;
 use crate::recording::check::Finding;
 use crate::recording::encoders::Side;
 use crate::recording::mapping::Mapping;
@@ -34,6 +35,7 @@ struct Answer<'a> {
     provenance: &'a Provenance,
     posture: &'a Option<crate::arm::Posture>,
     stated_arm: &'a Option<crate::arm::Arm>,
+    axes: &'a Option<crate::arm::chain::Chain>,
     torque: &'a TorqueFacts,
     encoders: Option<Side>,
     sealed: bool,
@@ -77,6 +79,7 @@ impl Inspect {
                 provenance: &recording.provenance,
                 posture: &recording.posture,
                 stated_arm: &recording.stated_arm,
+                axes: &recording.chain,
                 torque: &recording.torque,
                 encoders: recording.encoders,
                 sealed: recording.seal.is_some(),
@@ -107,8 +110,11 @@ impl Inspect {
             .collect();
         println!("{}\n", table(&["trajectory", "samples", "duration [s]", "rate [Hz]", " part"], &rows));
         println!("{}\n", ranges(recording));
+        if let Some(stated) = stated_table(recording) {
+            println!("{stated}\n");
+        }
         println!("q = 0: {}", posture_text(recording));
-        println!("stated arm: {}", recording.stated_arm.as_ref().map_or("none", |_| "in the file"));
+        println!("stated arm: {}", stated_text(recording));
         println!("{}: {}", recording.effort(), recording.torque.text());
         println!("encoders: {}", recording.encoders.map_or("not stated on which side of the gears", Side::about));
         println!("sealed truth: {}", if recording.seal.is_some() { "yes" } else { "no" });
@@ -135,6 +141,53 @@ fn posture_text(recording: &Recording) -> String {
             let sense = if posture.sign() > 0.0 { "counter-clockwise" } else { "clockwise" };
             format!("{:.1}° from +x towards +z, q grows {sense}", posture.zero_angle.to_degrees())
         }
+    }
+}
+
+/// What is stated of each joint beside its axis; a column for each thing of which something is.
+fn stated_table(recording: &Recording) -> Option<String> {
+    let chain = recording.chain.as_ref()?;
+    let [q, qd, _, tau] = recording.units();
+    type Told = fn(&Stated) -> Option<String>;
+    let of: [(String, Told); 7] = [
+        (format!("q [{q}]"), |stated| {
+            stated.limits.position.map(|[low, high]| format!("{} … {}", number(low), number(high)))
+        }),
+        (format!("|qd| [{qd}]"), |stated| stated.limits.velocity.map(number)),
+        (format!("|tau| [{tau}]"), |stated| stated.limits.effort.map(number)),
+        ("mass [kg]".to_owned(), |stated| stated.link.map(|link| number(link[0]))),
+        ("rotor inertia".to_owned(), |stated| nonzero(stated.resistance.rotor_inertia)),
+        ("damping".to_owned(), |stated| nonzero(stated.resistance.damping)),
+        ("friction".to_owned(), |stated| nonzero(stated.resistance.friction)),
+    ];
+    let stated: Vec<Stated> = chain.axes.iter().map(|axis| axis.stated.unwrap_or_default()).collect();
+    let shown: Vec<&(String, Told)> =
+        of.iter().filter(|(_, told)| stated.iter().any(|one| told(one).is_some())).collect();
+    if shown.is_empty() {
+        return None;
+    }
+    let heads: Vec<&str> = ["joint"].into_iter().chain(shown.iter().map(|(head, _)| head.as_str())).collect();
+    let row = |(joint, stated): (&Joint, &Stated)| {
+        let cells = shown.iter().map(|(_, told)| told(stated).unwrap_or_else(|| "–".to_owned()));
+        [joint.name.clone()].into_iter().chain(cells).collect()
+    };
+    Some(titled(
+        "as the robot's file states",
+        &heads,
+        &recording.joints.iter().zip(&stated).map(row).collect::<Vec<_>>(),
+    ))
+}
+
+fn nonzero(value: f64) -> Option<String> {
+    Some(value).filter(|value| *value != 0.0).map(number)
+}
+
+fn stated_text(recording: &Recording) -> &'static str {
+    match (&recording.chain, &recording.stated_arm) {
+        (Some(chain), _) if chain.states_links() => "masses and axes (the model `stated-arm` has its torque)",
+        (Some(_), _) => "its axes, without masses",
+        (None, Some(_)) => "masses and lengths",
+        (None, None) => "none",
     }
 }
 

@@ -47,6 +47,9 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::file;
+use crate::recording::read::parts;
+use failure::OrUsage;
+use table::TableFile;
 
 /// Finds the physical effect that a robot arm's dynamics model is missing.
 ///
@@ -59,6 +62,9 @@ struct Arguments {
     /// Print results and errors only: no progress, no remarks.
     #[arg(long, short, global = true)]
     quiet: bool,
+    /// Write the tables that are printed into a file as well: Markdown, LaTeX (booktabs) or CSV, as its ending says (.md, .tex, .csv).
+    #[arg(long, global = true, value_name = "FILE")]
+    table: Option<PathBuf>,
     #[command(flatten)]
     window: open::Open,
 }
@@ -116,13 +122,34 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     if arguments.quiet {
         progress::be_quiet();
     }
-    match arguments.run() {
+    match arguments.run_with_table(&words) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failure::tell(&error, as_json),
     }
 }
 
 impl Arguments {
+    /// Runs, and writes the tables that were printed if that was asked for.
+    fn run_with_table(&self, words: &[OsString]) -> anyhow::Result<()> {
+        let Some(path) = &self.table else { return self.run() };
+        if words.iter().any(|word| word == "--json") {
+            return Err(anyhow::anyhow!("--table: with --json no tables are printed, leave one of them out"))
+                .or_usage();
+        }
+        let others = words.iter().map(Path::new).filter(|word| *word != path.as_path());
+        let named = words.iter().filter(|word| Path::new(word) == path.as_path()).count();
+        if named > 1 || others.flat_map(parts).any(|other| file::is_same(&other, path)) {
+            return Err(anyhow::anyhow!(
+                "--table {}: the command reads or writes this file itself; name another one",
+                path.display()
+            ))
+            .or_usage();
+        }
+        let tables = TableFile::keep(path)?;
+        self.run()?;
+        tables.write()
+    }
+
     fn run(&self) -> anyhow::Result<()> {
         let opens_window = match &self.command {
             None | Some(Command::Open(_)) => true,

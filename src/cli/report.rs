@@ -8,6 +8,7 @@ use super::screenshot::prepared;
 use super::{progress, write_file};
 use crate::app::screens::{diagnose, ladder};
 use crate::app::{ReportFormat, comparison, report};
+use crate::file::ending::named;
 use crate::session::{Document, Session};
 
 /// Write what is known of recordings as one page: data, findings, model, what is missing and its evidence, what is not known.
@@ -63,13 +64,8 @@ impl ReportCommand {
     }
 
     fn format(&self) -> ReportFormat {
-        let ending = self.output.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        self.format.unwrap_or(match ending.as_deref() {
-            Some("pdf") => ReportFormat::Pdf,
-            Some("tex") => ReportFormat::Latex,
-            Some("md") => ReportFormat::Markdown,
-            _ => ReportFormat::Html,
-        })
+        let by_ending = || named(&ReportFormat::ALL, &self.output);
+        self.format.or_else(by_ending).unwrap_or(ReportFormat::Html)
     }
 }
 

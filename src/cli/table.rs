@@ -1,8 +1,66 @@
-//! Numbers and tables as text.
+//! Numbers and tables as text; what is printed can be had as a file, too.
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use anyhow::anyhow;
+
+use super::failure::OrUsage;
+use super::write_file;
+use crate::figure::table::{Table, TableFormat, written};
+use crate::file::ending::{listed, named};
+
+/// The tables that were printed, if somebody wants them in a file.
+static PRINTED: Mutex<Option<Vec<Table>>> = Mutex::new(None);
+
+/// Where the tables of a command go beside the terminal.
+pub struct TableFile<'a> {
+    path: &'a Path,
+    format: TableFormat,
+}
+
+impl<'a> TableFile<'a> {
+    /// From here on the tables that are printed are kept for this file.
+    pub fn keep(path: &'a Path) -> anyhow::Result<Self> {
+        let problem = || {
+            anyhow!("--table {}: its ending names no format, end it with {}", path.display(), listed(&TableFormat::ALL))
+        };
+        let format = named(&TableFormat::ALL, path).ok_or_else(problem).or_usage()?;
+        *PRINTED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = Some(Vec::new());
+        Ok(TableFile { path, format })
+    }
+
+    /// Writes what was printed.
+    pub fn write(&self) -> anyhow::Result<()> {
+        let tables = PRINTED.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take().unwrap_or_default();
+        if tables.is_empty() {
+            return Err(anyhow!("--table: this command printed no table"));
+        }
+        write_file(self.path, written(&tables, self.format).as_bytes())
+    }
+}
+
+/// A table under its title, as [`table`] makes it.
+pub fn titled(title: &str, header: &[&str], rows: &[Vec<String>]) -> String {
+    keep(title, header, rows);
+    format!("{title}:\n{}", aligned(header, rows))
+}
 
 /// A table with aligned columns. Numbers are set flush right, text flush left: a column whose title starts with a space is
 /// text, and so is the first one.
 pub fn table(header: &[&str], rows: &[Vec<String>]) -> String {
+    keep("", header, rows);
+    aligned(header, rows)
+}
+
+fn keep(title: &str, header: &[&str], rows: &[Vec<String>]) {
+    let mut printed = PRINTED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let Some(tables) = printed.as_mut() else { return };
+    let head = header.iter().map(|cell| cell.trim_start().to_owned()).collect();
+    tables.push(Table { title: title.to_owned(), head, rows: rows.to_vec() });
+}
+
+fn aligned(header: &[&str], rows: &[Vec<String>]) -> String {
     let is_text: Vec<bool> =
         header.iter().enumerate().map(|(column, title)| column == 0 || title.starts_with(' ')).collect();
     let header: Vec<&str> = header.iter().map(|title| title.trim_start()).collect();

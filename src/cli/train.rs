@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::data::Data;
 use super::failure::OrUsage;
-use super::table::{number, table};
+use super::table::{number, table, titled};
 use super::{evaluate, progress, write_file};
 use crate::model::{self, Evaluation, JointError, Parameter};
 use crate::progress::Epoch;
@@ -164,6 +164,7 @@ impl Train {
             println!("{}", serde_json::to_string_pretty(&answer)?);
             return Ok(());
         }
+        let is_stated = step.fitted.parameters.iter().any(|parameter| parameter.stated.is_some());
         let rows: Vec<Vec<String>> = step
             .fitted
             .parameters
@@ -176,7 +177,9 @@ impl Train {
                 };
                 let joint = parameter.joint.map_or("–".to_owned(), |joint| (joint + 1).to_string());
                 let term = step.fitted.model.terms[parameter.term].label();
-                vec![term, parameter.name.clone(), joint, number(parameter.value), interval, parameter.unit.clone()]
+                let stated = is_stated.then(|| parameter.stated.map_or(String::new(), number));
+                let known = [term, parameter.name.clone(), joint, number(parameter.value), interval].into_iter();
+                known.chain(stated).chain([parameter.unit.clone()]).collect()
             })
             .collect();
         println!("model: {}\n", step.name);
@@ -192,19 +195,26 @@ impl Train {
             println!("{starts}\n");
         }
         if !rows.is_empty() {
-            println!("{}\n", table(&["term", "parameter", "joint", "value", "95 % interval", " unit"], &rows));
+            let mut titles = vec!["term", "parameter", "joint", "value", "95 % interval", "as stated", " unit"];
+            if !is_stated {
+                titles.retain(|title| *title != "as stated");
+            }
+            println!("{}\n", table(&titles, &rows));
+        }
+        if let Some(text) = step.fitted.beside_stated() {
+            println!("{text}\n");
         }
         let recording = session.recording.as_deref().context("no recording was read")?;
-        println!("training data:\n{}\n", evaluate::error_table(recording, &evaluation.train, &evaluation.all_train));
+        println!("{}\n", evaluate::error_table("training data", recording, &evaluation.train, &evaluation.all_train));
         match self.plain {
             Some(_) => println!("held-out data: none"),
             None => println!(
-                "held-out data:\n{}",
-                evaluate::error_table(recording, &evaluation.held_out, &evaluation.all_held_out)
+                "{}",
+                evaluate::error_table("held-out data", recording, &evaluation.held_out, &evaluation.all_held_out)
             ),
         }
         if !of_seeds.is_empty() {
-            println!("\nheld-out nMSE of {} seeds:\n{}", seeds.len(), seeds_table(recording, &of_seeds));
+            println!("\n{}", seeds_table(recording, &of_seeds, seeds.len()));
         }
         if let Some(path) = &self.output {
             progress::told(format_args!("\nsaved as {}", path.display()));
@@ -236,11 +246,11 @@ fn spreads(seeds: &[OfSeed]) -> Vec<Spread> {
     (0..joints).filter_map(|joint| Spread::of(seeds.iter().map(|seed| seed.held_out[joint].nmse))).collect()
 }
 
-fn seeds_table(recording: &Recording, spreads: &[Spread]) -> String {
+fn seeds_table(recording: &Recording, spreads: &[Spread], seeds: usize) -> String {
     let row = |(joint, spread): (&crate::recording::Joint, &Spread)| {
         let Spread { mean, least, greatest } = *spread;
         [joint.name.clone()].into_iter().chain([mean, least, greatest].map(number)).collect()
     };
     let rows: Vec<Vec<String>> = recording.joints.iter().zip(spreads).map(row).collect();
-    table(&["joint", "mean", "least", "greatest"], &rows)
+    titled(&format!("held-out nMSE of {seeds} seeds"), &["joint", "mean", "least", "greatest"], &rows)
 }

@@ -215,7 +215,7 @@ fn linear_counterpart(network: &Fitted) -> Model {
                 terms.extend(friction.into_iter().flat_map(placed).map(Term::Effect));
             }
             Term::Effect(_) => terms.push(term.clone()),
-            Term::Learned(_) | Term::RigidBody(_) => {}
+            Term::Learned(_) | Term::RigidBody(_) | Term::Resistance(_) => {}
         }
     }
     Model { terms }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::evidence;
 use super::naming::Named;
 use super::report::MissingEffect;
+use crate::arm::stated::StatedArm;
 use crate::effect::{Effect, ParameterSpec, Scope, registry};
 use crate::model::design::Design;
 use crate::model::{Evaluation, Fitted, Model, ModelError, Parameter, Term, fit};
@@ -76,8 +77,8 @@ fn only_shown(
 ) -> Result<(Vec<Named>, Fitted), ModelError> {
     loop {
         let mut model = fitted.model.clone();
-        if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), &recording.arm_in_torque()) {
-            model = model.pinned_to(arm);
+        if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), recording.arm_in_torque()) {
+            model = model.pinned_to(&StatedArm::Planar(arm));
         }
         for effect in &named {
             model = model.with_effect(effect.effect, &effect.joints)?;
@@ -129,7 +130,7 @@ struct Rung {
 
 fn rungs(named: &[Named], model: &Model, recording: &Recording) -> Result<Vec<Rung>, ModelError> {
     let mut model = model.clone();
-    let stated = recording.arm_in_torque();
+    let stated = recording.arm_in_torque().map(StatedArm::Planar);
     let rung = |effect: &Named| {
         let arm = stated.as_ref().filter(|_| effect.pins && !model.is_pinned());
         let pinned = arm.map(|arm| model.clone().pinned_to(arm));
@@ -213,6 +214,7 @@ pub fn faults_of_readings(recording: &Recording, last: &Evaluation) -> Vec<Missi
             unit: parameter.dimension.unit(recording.joints[fault.joint].kind).to_owned(),
             identified: true,
             physical: true,
+            stated: None,
         };
         Some(MissingEffect {
             effect,

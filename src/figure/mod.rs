@@ -34,6 +34,7 @@ mod script;
 mod shared;
 mod size;
 mod svg;
+pub mod table;
 pub mod ticks;
 
 use std::path::{Path, PathBuf};
@@ -42,6 +43,8 @@ pub use axis::{Axis, Scale, with_unit};
 pub use colours::{Ink, Theme};
 pub use font::Family;
 use page::LARGEST_SIDE;
+#[cfg(test)]
+pub(crate) use page::embedded;
 pub use panel::{Figure, Panel};
 pub use place::{Area, Place};
 pub use script::script;

@@ -119,6 +119,12 @@ fn a_pdf_holds_its_font_and_a_png_has_the_asked_pixels() {
     let holds = |part: &[u8]| pdf.windows(part.len()).any(|window| window == part);
     assert!(pdf.starts_with(b"%PDF"));
     assert!(holds(b"DejaVuSans") && holds(b"/FontFile2"), "the font is not embedded");
+    for (family, name) in [(Family::Sans, "DejaVuSans"), (Family::Serif, "DejaVuSerif")] {
+        let pdf = render(&everything(), Format::Pdf, &Style { family, ..Style::default() }).unwrap();
+        let fonts = embedded::fonts(&pdf);
+        assert!(!fonts.is_empty() && fonts.iter().all(|font| font.contains(name)), "{fonts:?}");
+        embedded::pdffonts_agrees(&pdf);
+    }
     let style = Style { size: Size::OneColumn, dpi: 144.0, ..Style::default() };
     let png = render(&everything(), Format::Png, &style).unwrap();
     let reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();

@@ -288,18 +288,13 @@ impl<'a> Design<'a> {
     }
 
     /// The torque of terms that are known beforehand, prepared like the rest; `None` if there are none.
-    fn known_torque(&self, model: &Model) -> Option<Vec<Signals>> {
-        let bodies: Vec<&RigidBody> = model
-            .terms
-            .iter()
-            .filter_map(|term| match term {
-                Term::RigidBody(body @ RigidBody::Stated(_)) => Some(body),
-                _ => None,
-            })
-            .collect();
-        let body = bodies.first()?;
+    pub(super) fn known_torque(&self, model: &Model) -> Option<Vec<Signals>> {
         let of_trajectory = |(index, trajectory): (usize, &Trajectory)| {
-            let torque = body.known_torque(&self.setting, trajectory)?;
+            let known = model.terms.iter().filter_map(|term| term.known_torque(&self.setting, trajectory));
+            let torque = known.reduce(|mut sum, own| {
+                sum.add(&own, 1.0);
+                sum
+            })?;
             let mut prepared = self.preparations[index].apply_all(&torque);
             for (joint, values) in prepared.iter_mut().enumerate() {
                 blank(values, &self.counts[index][joint]);
@@ -353,7 +348,7 @@ impl<'a> Design<'a> {
         let mut columns = Vec::new();
         for (term, shape) in model.terms.iter().zip(shapes) {
             match term {
-                Term::RigidBody(RigidBody::Stated(_)) | Term::Learned(_) => {}
+                Term::RigidBody(RigidBody::Stated(_)) | Term::Resistance(_) | Term::Learned(_) => {}
                 Term::RigidBody(RigidBody::Identified) => columns.extend_from_slice(&self.body),
                 Term::Effect(effect) => columns.extend(self.effect_columns(effect, shape)?),
             }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::terms::Alteration;
 use super::{EffectTerm, Fitted, Model, ModelError, RigidBody, Term};
 use crate::arm::MOST_JOINTS;
+use crate::arm::stated::StatedArm;
 use crate::effect::Scope;
 use crate::effect::own::{self, OwnEffectError};
 
@@ -125,7 +126,7 @@ fn check_whole(fitted: &Fitted) -> Result<(), ModelFileError> {
         // The value at which its column was taken, once one was found.
         Term::Effect(term) if term.effect.changes_others() => found.get(number).map_or(0, |count| (*count).min(1)),
         Term::Effect(term) => term.effect.shapes().count(),
-        Term::RigidBody(_) | Term::Learned(_) => 0,
+        Term::RigidBody(_) | Term::Resistance(_) | Term::Learned(_) => 0,
     };
     let needed: Vec<usize> = terms.iter().enumerate().map(shapes_of).collect();
     if found != needed {
@@ -147,10 +148,16 @@ fn check_setting(fitted: &Fitted) -> Result<(), ModelFileError> {
     if !(1..=MOST_JOINTS).contains(&joints) {
         return Err(ModelError::JointCount { joints }.into());
     }
-    let stated = fitted.model.terms.iter().filter_map(|term| match term {
+    let terms = || fitted.model.terms.iter();
+    let stated = terms().filter_map(|term| match term {
         Term::RigidBody(RigidBody::Stated(arm)) => Some(arm),
         _ => None,
     });
+    let mut resistances = terms().filter_map(|term| match term {
+        Term::Resistance(stated) => Some(stated),
+        _ => None,
+    });
+    let own = setting.arm.clone().map(StatedArm::Planar);
     let body_factors = Model { terms: vec![Term::RigidBody(RigidBody::Identified)] }.factors(setting)?.len();
     let is_placed = |term: &EffectTerm| {
         let least = usize::from(term.effect.scope == Scope::Pair);
@@ -159,7 +166,8 @@ fn check_setting(fitted: &Fitted) -> Result<(), ModelFileError> {
     let is_whole =
         |other: &Alteration| is_placed(&other.term) && other.linear.len() == other.term.effect.linear().count();
     let fits = [
-        ("stated arm", setting.arm.iter().chain(stated).all(|arm| arm.joint_count() == joints && arm.check().is_ok())),
+        ("stated arm", stated.chain(&own).all(|arm| arm.can_be_of(joints))),
+        ("stated resistance", resistances.all(|stated| stated.len() == joints)),
         ("chain", setting.chain.as_ref().is_none_or(|chain| chain.check_for(joints).is_ok())),
         ("rigid body", setting.body.as_ref().is_none_or(|factors| factors.len() == body_factors)),
         ("list of effects", fitted.model.effects().all(is_placed) && setting.alterations.iter().all(is_whole)),

@@ -16,8 +16,10 @@ use super::ending::Ending;
 use super::equations::{Equations, PreparedColumn};
 use super::evaluate::Prediction;
 use super::line_search::{FINE, minimum};
+use super::property::{Property, plain_columns};
 use super::terms::{Factor, Found, OperatingPoint, Setting, identified_torque};
 use super::{Model, ModelError, RigidBody, Term};
+use crate::arm::stated::{Resistance, StatedArm};
 use crate::effect::{Starts, Way};
 use crate::progress::Monitor;
 use crate::recording::split::Split;
@@ -89,6 +91,18 @@ pub struct Parameter {
     pub identified: bool,
     /// Whether the value makes physical sense (a mass is not negative).
     pub physical: bool,
+    /// What would have been found here, if the torque were the one that the arm's maker states by the masses of its links and by what
+    /// resists its joints: so it is a sum over links as the value is. `None` where nothing is stated of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stated: Option<f64>,
+}
+
+impl Parameter {
+    /// Whether what is stated lies outside of its interval; `None` where either is not known.
+    pub fn contradicts_stated(&self) -> Option<bool> {
+        let ([low, high], stated) = (self.interval?, self.stated?);
+        Some(!(low..=high).contains(&stated))
+    }
 }
 
 /// Joints are counted from 0 inside and from 1 in files.
@@ -126,6 +140,8 @@ const LOAD_ROUNDS: usize = 2;
 pub(crate) const ALONG_A_COLUMN: f64 = 0.2;
 /// That share of the torque.
 const UNSEEN: f64 = 0.001;
+/// Smaller shares of the largest parameter that is stated are rounding.
+const ROUNDING: f64 = 1e-12;
 /// The coverage of intervals.
 const COVERAGE: f64 = 0.95;
 
@@ -159,7 +175,10 @@ pub fn fit_design(model: &Model, design: &Design, monitor: &Monitor) -> Result<F
         return fit_with_load(model, design, None, monitor);
     }
     if model.is_pinned() {
-        return fit_in_rounds(model, &design.at(OperatingPoint::default()), monitor);
+        // A planar arm that is stated is in the setting, one in space gives the load by its parameters.
+        let spatial = design.setting().stated_arm().filter(|arm| matches!(arm, StatedArm::Spatial(_)));
+        let body = spatial.map(|arm| arm.parameters());
+        return fit_in_rounds(model, &design.at(OperatingPoint::new(body, Vec::new())), monitor);
     }
     fit_in_rounds(model, design, monitor)
 }
@@ -200,7 +219,8 @@ fn fit_with_load(
     }
     let solution = search.equations.total(&weights, |_| true).solve();
     monitor.report(0.8, "standard errors, block by block")?;
-    let parameters = search.parameters(&factors, &weights, &solution.factors, &solution.identified)?;
+    let mut parameters = search.parameters(&factors, &weights, &solution.factors, &solution.identified)?;
+    search.state(&factors, &weights, &mut parameters);
     monitor.report(1.0, "fitted")?;
     Ok(Fitted {
         model: model.clone(),
@@ -239,7 +259,7 @@ impl<'a> ShapeSearch<'a> {
                     let middle = |values: Vec<f64>| values[values.len() / 2];
                     term.effect.shapes().map(|(_, starts)| middle(starts.values(way))).collect()
                 }
-                Term::RigidBody(_) | Term::Learned(_) => Vec::new(),
+                Term::RigidBody(_) | Term::Resistance(_) | Term::Learned(_) => Vec::new(),
             });
         }
         let columns = design.columns(model, &shapes)?;
@@ -425,6 +445,56 @@ impl<'a> ShapeSearch<'a> {
 }
 
 impl ShapeSearch<'_> {
+    /// Lays beside the parameters of an identified body, and of effects on joints whose resistance is stated, what is stated of them:
+    /// the solution for the torque Yπ + r, with π the stated parameters of the body and r the stated resistance.
+    fn state(&self, factors: &[Factor], weights: &[f64], parameters: &mut [Parameter]) {
+        let setting = self.design.setting();
+        let Some(arm) = setting.stated_arm() else { return };
+        let is_body = |factor: &Factor| self.model.terms[factor.term] == Term::RigidBody(RigidBody::Identified);
+        let (stated, resistances) = (arm.parameters(), arm.resistances());
+        if factors.iter().filter(|factor| is_body(factor)).count() != stated.len() {
+            return;
+        }
+        let mut stated = stated.into_iter();
+        let of_body = factors.iter().map(|factor| if is_body(factor) { stated.next().unwrap_or(0.0) } else { 0.0 });
+        let of_body = DVector::from_iterator(factors.len(), of_body);
+        let mut equations = self.equations.total(weights, |_| true);
+        equations.moment = &equations.gram * of_body;
+        let resists = Model { terms: vec![Term::Resistance(resistances.clone())] };
+        if let Some(torque) = self.design.known_torque(&resists).filter(|_| !resistances.is_empty()) {
+            equations.moment += self.design.equations(&self.columns, &torque).total(weights, |_| true).moment;
+        }
+        let solution = equations.solve();
+        // What is only rounding is 0.
+        let largest = solution.factors.amax();
+        let shown = |place: usize| Some(solution.factors[place]).filter(|value| value.abs() > ROUNDING * largest);
+        for (place, factor) in factors.iter().enumerate().filter(|(place, _)| solution.identified[*place]) {
+            if is_body(factor) || self.is_stated(factors, place, &resistances) {
+                let is_it = |own: &&mut Parameter| {
+                    own.term == factor.term && own.joint == factor.joint && own.name == factor.name
+                };
+                let stated = shown(place).unwrap_or(0.0);
+                parameters.iter_mut().filter(is_it).for_each(|own| own.stated = Some(stated));
+            }
+        }
+    }
+
+    /// Whether something is stated of what this factor of an effect on a joint is.
+    fn is_stated(&self, factors: &[Factor], place: usize, resistances: &[Resistance]) -> bool {
+        let factor = &factors[place];
+        let Term::Effect(placed) = &self.model.terms[factor.term] else { return false };
+        let Some(resistance) = factor.joint.and_then(|joint| resistances.get(joint)) else { return false };
+        let first = factors[..place].iter().filter(|other| other.term != factor.term).count();
+        let own = plain_columns(placed, self.design.joint_count()).get(place - first).copied().flatten();
+        let stated = match own {
+            Some(Property::Damping) => resistance.damping,
+            Some(Property::Friction) => resistance.friction,
+            Some(Property::Armature) => resistance.rotor_inertia,
+            Some(Property::Stiffness | Property::Preload) | None => 0.0,
+        };
+        stated != 0.0
+    }
+
     /// Standard errors of the factors of these equations: what they scatter from block to block, and what acts beside the model may
     /// have put into them in every block alike.
     fn errors(&self, equations: &Equations, weights: &[f64], values: &DVector<f64>) -> Vec<Option<f64>> {
@@ -459,6 +529,7 @@ fn parameter(factor: &Factor, value: f64, identified: bool, std_error: Option<f6
         unit: factor.unit.to_owned(),
         identified,
         physical: (min..=max).contains(&value),
+        stated: None,
     }
 }
 
@@ -543,15 +614,15 @@ impl Fitted {
         let mut factors = self.factors.iter();
         for (term, shape) in self.model.terms.iter().zip(&self.shapes) {
             let (known, columns) = match term {
-                Term::RigidBody(body @ RigidBody::Stated(_)) => {
-                    (body.known_torque(&self.setting, trajectory), Vec::new())
-                }
                 Term::RigidBody(RigidBody::Identified) => {
                     let count = RigidBody::Identified.factors(0, &self.setting).len();
                     let own: Vec<f64> = factors.by_ref().take(count).copied().collect();
                     (Some(identified_torque(&self.setting, trajectory, &own)), Vec::new())
                 }
                 Term::Effect(effect) => (None, effect.columns(&self.setting, trajectory, load.as_ref(), shape)?),
+                Term::RigidBody(RigidBody::Stated(_)) | Term::Resistance(_) => {
+                    (term.known_torque(&self.setting, trajectory), Vec::new())
+                }
                 Term::Learned(_) => (learned.next(), Vec::new()),
             };
             let mut torque = known.unwrap_or_else(|| zero.clone());
@@ -592,6 +663,27 @@ impl Fitted {
             Some(Found { term: term.clone(), linear, shape: shape.clone() })
         };
         self.model.terms.iter().zip(&self.shapes).enumerate().filter_map(found).collect()
+    }
+
+    /// Which parameters are not what the arm's maker states, a sentence; `None` if nothing is stated beside an interval.
+    pub fn beside_stated(&self) -> Option<String> {
+        let compared = self.parameters.iter().filter_map(|own| Some((own, own.contradicts_stated()?)));
+        let (count, contradicted) = compared.fold((0, Vec::new()), |(count, mut names), (own, differs)| {
+            if differs {
+                let joint = own.joint.map_or(String::new(), |joint| format!(" of joint {}", joint + 1));
+                names.push(format!("{}{joint}", own.name));
+            }
+            (count + 1, names)
+        });
+        match (count, contradicted.is_empty()) {
+            (0, _) => None,
+            (_, true) => Some(format!("All {count} that are stated lie within the intervals of what was identified.")),
+            (_, false) => Some(format!(
+                "Of {count} that are stated {} lie outside of the interval of what was identified: {}.",
+                contradicted.len(),
+                contradicted.join(", ")
+            )),
+        }
     }
 
     /// The parameters of one term.

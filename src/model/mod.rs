@@ -17,6 +17,7 @@ pub mod learned;
 pub mod least_squares;
 pub(crate) mod line_search;
 pub mod preparation;
+pub(crate) mod property;
 mod rest;
 pub(crate) mod reversal;
 pub(crate) mod sweep;
@@ -26,13 +27,14 @@ mod working;
 
 use serde::{Deserialize, Serialize};
 
-use crate::arm::Arm;
+use crate::arm::stated::{Resistance, StatedArm};
 use crate::effect::{self, Effect};
 use crate::recording::Recording;
 
 pub use evaluate::{Evaluation, JointError, Prediction};
 pub use fit::{Fitted, Parameter, fit, fit_plain};
 use learned::{Layers, LearnedPreset, LearnedTerm, Positive};
+use terms::Setting;
 
 /// A list of torque terms; their order is the order in which they are shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,8 +47,10 @@ pub struct Model {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Term {
-    /// The planar rigid body.
+    /// The rigid body.
     RigidBody(RigidBody),
+    /// What resists each joint by itself, as stated by the arm's maker, held fixed.
+    Resistance(Vec<Resistance>),
     /// A physical effect.
     Effect(EffectTerm),
     /// A network.
@@ -60,7 +64,7 @@ pub enum RigidBody {
     /// Base parameters, identified together with everything else.
     Identified,
     /// As stated by the arm's maker, held fixed.
-    Stated(Arm),
+    Stated(StatedArm),
 }
 
 /// One effect on one joint, or on the whole arm.
@@ -104,7 +108,9 @@ pub enum ModelError {
         recording: usize,
     },
     /// The preset needs an arm that the recording does not state.
-    #[error("the recording states no arm: choose the preset `rigid-body`, which identifies it, or give an arm file")]
+    #[error(
+        "the recording states no arm: choose the preset `rigid-body`, which identifies it, or give an arm file, or that of a robot with masses (--arm)"
+    )]
     NoStatedArm,
     /// Rigid bodies of several sliding joints are not known.
     #[error("a sliding joint is supported on its own only, this recording has {joints} joints: map one joint")]
@@ -197,8 +203,11 @@ impl Preset {
         let terms = match self {
             Preset::RigidBody => vec![Term::RigidBody(RigidBody::Identified)],
             Preset::StatedArm => {
-                let arm = recording.arm_in_torque().ok_or(ModelError::NoStatedArm)?;
-                vec![Term::RigidBody(RigidBody::Stated(arm))]
+                let arm = Setting::of(recording)?.stated_arm().ok_or(ModelError::NoStatedArm)?;
+                let resistances = arm.resistances();
+                let body = Term::RigidBody(RigidBody::Stated(arm));
+                let resists = (!resistances.is_empty()).then_some(Term::Resistance(resistances));
+                [body].into_iter().chain(resists).collect()
             }
             Preset::Learned(preset) => {
                 let architecture = preset.architecture(recording.joint_count(), &Layers::default());
@@ -232,7 +241,7 @@ impl Model {
             }
             model.terms.retain(|term| match term {
                 Term::Effect(old) => old.joint != joint || !effect.contains(old.effect),
-                Term::RigidBody(_) | Term::Learned(_) => true,
+                Term::RigidBody(_) | Term::Resistance(_) | Term::Learned(_) => true,
             });
             model.terms.push(Term::Effect(EffectTerm { effect, joint }));
         }
@@ -263,7 +272,7 @@ impl Model {
     }
 
     /// This model with the rigid body held at the stated arm.
-    pub fn pinned_to(&self, arm: &Arm) -> Model {
+    pub fn pinned_to(&self, arm: &StatedArm) -> Model {
         let mut model = self.clone();
         for term in &mut model.terms {
             if let Term::RigidBody(body) = term {
@@ -277,7 +286,7 @@ impl Model {
     pub fn effects(&self) -> impl Iterator<Item = &EffectTerm> {
         self.terms.iter().filter_map(|term| match term {
             Term::Effect(effect) => Some(effect),
-            Term::RigidBody(_) | Term::Learned(_) => None,
+            Term::RigidBody(_) | Term::Resistance(_) | Term::Learned(_) => None,
         })
     }
 
@@ -298,6 +307,7 @@ impl Term {
         match self {
             Term::RigidBody(RigidBody::Identified) => "rigid body".to_owned(),
             Term::RigidBody(RigidBody::Stated(_)) => "stated rigid body".to_owned(),
+            Term::Resistance(_) => "stated resistance of joints".to_owned(),
             Term::Learned(term) => term.kind().to_owned(),
             Term::Effect(EffectTerm { effect, joint: Some(joint) }) => format!("{}, joint {}", effect.name, joint + 1),
             Term::Effect(EffectTerm { effect, joint: None }) => effect.name.to_owned(),

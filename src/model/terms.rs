@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::least_squares::dot;
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::arm::chain::{Chain, PER_LINK};
+use crate::arm::stated::StatedArm;
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
 use crate::effect::{Column, Load, Motion, ParameterSpec};
 use crate::recording::{JointKind, Recording, Trajectory};
@@ -141,6 +142,14 @@ impl Setting {
         })
     }
 
+    /// The arm of which it is stated what its links weigh: about its axes where these are stated, else planar.
+    pub fn stated_arm(&self) -> Option<StatedArm> {
+        match &self.chain {
+            Some(chain) => chain.states_links().then(|| StatedArm::Spatial(chain.clone())),
+            None => self.arm.clone().map(StatedArm::Planar),
+        }
+    }
+
     /// Gravity in the torque \[m/s²\]: of the stated arm, or the standard, unless it was taken out.
     pub fn gravity(&self) -> f64 {
         let standard = if self.weightless { 0.0 } else { GRAVITY };
@@ -253,10 +262,31 @@ impl RigidBody {
     pub(super) fn known_torque(&self, setting: &Setting, trajectory: &Trajectory) -> Option<Signals> {
         match self {
             RigidBody::Identified => None,
-            RigidBody::Stated(arm) => {
+            RigidBody::Stated(StatedArm::Planar(arm)) => {
                 let arm = Arm { posture: setting.posture, ..arm.clone() };
                 Some(arm.inverse_dynamics_along(&trajectory.q, &trajectory.qd, &trajectory.qdd))
             }
+            RigidBody::Stated(StatedArm::Spatial(chain)) => {
+                let stated = Setting { chain: Some(chain.clone()), ..setting.clone() };
+                Some(identified_torque(&stated, trajectory, &chain.stated_parameters()))
+            }
+        }
+    }
+}
+
+impl Term {
+    /// Torque that is known beforehand, of terms that have such.
+    pub(super) fn known_torque(&self, setting: &Setting, trajectory: &Trajectory) -> Option<Signals> {
+        match self {
+            Term::RigidBody(body) => body.known_torque(setting, trajectory),
+            Term::Resistance(joints) => {
+                let motion = setting.motion(trajectory);
+                Some(Signals::from_fn(joints.len(), trajectory.len(), |joint, sample| {
+                    let [qd, qdd] = [trajectory.qd[joint][sample], trajectory.qdd[joint][sample]];
+                    joints[joint].torque(qd, qdd, motion.direction(joint, qd))
+                }))
+            }
+            Term::Effect(_) | Term::Learned(_) => None,
         }
     }
 }
@@ -454,7 +484,7 @@ impl Model {
         for (index, term) in self.terms.iter().enumerate() {
             match term {
                 Term::RigidBody(body) => factors.extend(body.factors(index, setting)),
-                Term::Learned(_) => {}
+                Term::Resistance(_) | Term::Learned(_) => {}
                 Term::Effect(effect) => {
                     let joints = setting.kinds.len();
                     if let Some(joint) = effect.joint.filter(|&joint| joint >= joints) {

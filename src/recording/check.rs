@@ -14,6 +14,7 @@ use super::correction::Correction;
 use super::differentiate::{central_difference, default_cutoff, low_pass_together};
 use super::fault::{self, Fault, FaultKind};
 use super::glitch;
+use super::limits;
 use super::segment::Segment;
 use super::{JointKind, Origin, Provenance, Recording, Trajectory};
 use crate::signals::Signals;
@@ -121,6 +122,8 @@ pub enum FindingKind {
     SetUp,
     /// Something was set right, as asked.
     SetRight,
+    /// A joint goes further, faster or stronger than its robot's file says that it can.
+    BeyondLimit,
     /// The arm is hardly the planar one that it is taken for.
     NotPlanar,
 }
@@ -178,6 +181,9 @@ const SHORTEST_STEP: f64 = 1e-5;
 /// Largest lag that is looked for \[samples\].
 const LONGEST_LAG: usize = 20;
 
+/// A torque that is cut off this near to the effort that is stated is cut off there.
+const SAME_LIMIT: f64 = 0.02;
+
 /// What [`check`] found.
 #[derive(Debug)]
 pub struct Checked {
@@ -189,7 +195,7 @@ pub struct Checked {
 
 /// All that is odd about a recording that keeps its promises ([`Recording::verify`]); worst first. It looks at gaps,
 /// uneven or unbelievable time steps, constant channels, stuck or cut off torque, derivatives that disagree, degrees, readings that
-/// no motion makes, and too little data.
+/// no motion makes, limits of the robot that are exceeded, and too little data.
 pub fn check(recording: &Recording) -> Checked {
     let mut findings = Vec::new();
     few_samples(recording, &mut findings);
@@ -204,6 +210,7 @@ pub fn check(recording: &Recording) -> Checked {
         glitches.extend(places);
     }
     findings.extend(faults.iter().map(|fault| faulty(recording, fault)));
+    findings.extend(limits::find(recording));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     let unusable = faults.into_iter().flat_map(|fault| fault.stretches).chain(glitches).collect();
     Checked { findings, unusable }
@@ -358,7 +365,10 @@ fn faulty(recording: &Recording, fault: &Fault) -> Finding {
         }
         FaultKind::Saturated => {
             let limit = fault.parameters(recording)[0];
-            (FindingKind::Saturated, format!("τ of {name} is cut off at {limit:.4}"))
+            let stated = recording.chain.as_ref().and_then(|chain| chain.limits(fault.joint).effort);
+            let is_it = stated.is_some_and(|stated| (limit.abs() / stated - 1.0).abs() < SAME_LIMIT);
+            let why = if is_it { ", the most that the robot's file allows" } else { "" };
+            (FindingKind::Saturated, format!("τ of {name} is cut off at {limit:.4}{why}"))
         }
     };
     let first = fault.stretches.first();

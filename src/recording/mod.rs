@@ -16,6 +16,7 @@ pub mod fault;
 pub mod gallery;
 mod glitch;
 mod layout;
+mod limits;
 pub mod mapping;
 pub mod npy;
 pub mod read;
@@ -263,6 +264,11 @@ impl Recording {
     pub fn arm_in_torque(&self) -> Option<Arm> {
         let arm = self.stated_arm.clone()?;
         Some(if self.is_weightless() { Arm { gravity: 0.0, ..arm } } else { arm })
+    }
+
+    /// Whether it is stated what the links weigh.
+    pub fn states_arm(&self) -> bool {
+        self.chain.as_ref().map_or(self.stated_arm.is_some(), Chain::states_links)
     }
 
     /// The stated axes as the torque shows them: without weight where gravity was taken out.

@@ -446,7 +446,7 @@ impl Command {
 /// Fits the preset right after loading. A recording that no preset fits (eight joints, say) is still worth looking at, so
 /// the session then has no ladder; choosing a preset tells why.
 fn fitted_if_possible(mut session: Session, monitor: &Monitor) -> Result<Session, SessionError> {
-    let states_arm = session.recording.as_ref().is_some_and(|recording| recording.stated_arm.is_some());
+    let states_arm = session.recording.as_ref().is_some_and(|recording| recording.states_arm());
     if session.preset != Preset::StatedArm || !states_arm {
         // Networks are trained on order only: that takes longer than opening a file may.
         session.preset = Preset::RigidBody;

@@ -412,7 +412,7 @@ fn own_effects(sessions: &[&Session], parts: &Parts) -> Vec<String> {
     let in_models = parts.steps.0.iter().flat_map(|step| step.fitted.model.effects());
     let set_aside = sessions.iter().flat_map(|session| &session.set_aside).filter_map(|term| match term {
         Term::Effect(term) => Some(term),
-        Term::RigidBody(_) | Term::Learned(_) => None,
+        Term::RigidBody(_) | Term::Resistance(_) | Term::Learned(_) => None,
     });
     let known = sessions.iter().flat_map(|session| session.own_effects.iter().copied());
     own::texts(known.chain(in_models.chain(set_aside).map(|term| term.effect)))

@@ -56,7 +56,7 @@ impl Session {
 
     /// What could be made of this recording beside the models that are there.
     pub fn presets_without_model(&self) -> impl Iterator<Item = Preset> {
-        let states_arm = self.recording.as_ref().is_some_and(|recording| recording.stated_arm.is_some());
+        let states_arm = self.recording.as_ref().is_some_and(|recording| recording.states_arm());
         let is_possible = move |preset: &Preset| *preset != Preset::StatedArm || states_arm;
         let is_missing = |preset: &Preset| self.models.iter().all(|kept| kept.preset != *preset);
         Preset::ALL.into_iter().filter(is_possible).filter(is_missing)

@@ -54,7 +54,9 @@ fn base(model: &Model) -> String {
     let labels = || terms.iter().map(|term| term.label());
     match terms.as_slice() {
         [Term::RigidBody(RigidBody::Identified)] => Preset::RigidBody.title().to_owned(),
-        [Term::RigidBody(RigidBody::Stated(_))] => Preset::StatedArm.title().to_owned(),
+        [Term::RigidBody(RigidBody::Stated(_))] | [Term::RigidBody(RigidBody::Stated(_)), Term::Resistance(_)] => {
+            Preset::StatedArm.title().to_owned()
+        }
         _ => {
             let is_of = |preset: &LearnedPreset| {
                 let architecture = preset.architecture(1, &Layers::default());

@@ -139,7 +139,6 @@ pub(super) fn adopt(session: &Session, number: usize, monitor: &Monitor) -> Resu
 
 /// Adds an effect and identifies all parameters anew.
 pub(super) fn add(session: &Session, id: &str, joints: &[usize], monitor: &Monitor) -> Result<Session, SessionError> {
-    let recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?;
     let current = session.current().ok_or(SessionError::NoModel)?;
     let effect = registry::find(id)?;
     if effect.scope != Scope::Arm && joints.is_empty() {
@@ -163,7 +162,7 @@ pub(super) fn add(session: &Session, id: &str, joints: &[usize], monitor: &Monit
     }
     // Beside free base parameters the effect can't be seen, so the rigid body is held at the stated arm first, as a step of
     // its own: what the effect gains is then the difference between the last two steps.
-    let stated = recording.arm_in_torque();
+    let stated = current.fitted.setting().stated_arm();
     let arm = match &stated {
         Some(arm) if !old.is_pinned() => arm,
         _ => return Err(SessionError::Absorbed(effect_text(effect, joints))),

@@ -2,6 +2,7 @@
 
 use super::{TrainError, fit};
 use crate::arm::Arm;
+use crate::arm::stated::StatedArm;
 use crate::model::{Fitted, RigidBody, Term};
 use crate::recording::{Channels, Trajectory};
 use crate::signals::Signals;
@@ -53,7 +54,7 @@ pub fn components(fitted: &Fitted, trajectory: &Trajectory) -> Result<Vec<(&'sta
     let mut named = vec![("inertial", inertial), ("coriolis", coriolis), ("gravity", gravity)];
     let total = fitted.predict(trajectory).map_err(|error| TrainError::Model(error.to_string()))?.total;
     named.push(("power", power(&total, trajectory)));
-    if let Some(Term::RigidBody(RigidBody::Stated(arm))) = fitted.model.terms.first() {
+    if let Some(Term::RigidBody(RigidBody::Stated(StatedArm::Planar(arm)))) = fitted.model.terms.first() {
         named.extend(energies(arm, trajectory));
     }
     Ok(named)

@@ -382,7 +382,7 @@ fn architecture<E: Element>(
         match term {
             Term::Learned(term) => terms.push(term.clone()),
             Term::Effect(_) => {}
-            Term::RigidBody(_) => {
+            Term::RigidBody(_) | Term::Resistance(_) => {
                 return Err(TrainError::Model(
                     "a rigid body and a network can't be trained together: start from one of them".to_owned(),
                 ));
@@ -427,6 +427,7 @@ fn fitted(
         unit: factor.unit.to_owned(),
         identified: true,
         physical: (factor.bounds[0]..=factor.bounds[1]).contains(&value),
+        stated: None,
     };
     let kinds = setting.kinds.clone();
     let friction = model.terms.iter().position(|term| matches!(term, Term::Learned(LearnedTerm::Friction)));
@@ -443,6 +444,7 @@ fn fitted(
             unit: coefficient.dimension.unit(kinds[coefficient.joint]).to_owned(),
             identified: true,
             physical: coefficient.value >= 0.0,
+            stated: None,
         });
     }
     parameters.sort_by_key(|parameter| parameter.term);

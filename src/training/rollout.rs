@@ -100,7 +100,7 @@ impl Rollout {
 /// Whether the torque of a term follows from q, q̇ and q̈ at one time. What the rigid body would absorb is one.
 fn follows_from_state(term: &Term) -> bool {
     match term {
-        Term::RigidBody(_) | Term::Learned(_) => true,
+        Term::RigidBody(_) | Term::Resistance(_) | Term::Learned(_) => true,
         Term::Effect(term) => term.effect.facts.absorbed_by_body || term.effect.closed_form().is_some(),
     }
 }
@@ -316,7 +316,8 @@ mod tests {
         let largest = |rate: f64| {
             let scenario = scenario(rate);
             let recording = simulate(&scenario, &Monitor::new()).unwrap();
-            let truth = Model { terms: vec![Term::RigidBody(RigidBody::Stated(scenario.arm))] };
+            use crate::arm::stated::StatedArm;
+            let truth = Model { terms: vec![Term::RigidBody(RigidBody::Stated(StatedArm::Planar(scenario.arm)))] };
             let Rollout { error, starts, ran_away } = rollout(&identified(&recording, &truth), &recording);
             assert_eq!((starts, ran_away), (MOST_STARTS, 0));
             error.into_iter().fold(0.0, f64::max)

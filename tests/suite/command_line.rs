@@ -190,6 +190,74 @@ fn of_a_robot_with_a_hand_the_joints_of_the_arm_are_named() {
     succeeds(&[&inspect[..], &["--arm-joints", "one,two"]].concat(), at);
 }
 
+/// What a command prints as tables it also writes, as the ending of the file says.
+#[test]
+fn tables_are_written_as_their_ending_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(&["simulate", "--joints", "2", "-o", "arm.npz"], at);
+    let written = |file: &str| {
+        let told = succeeds(&["train", "arm.npz", "--add", "coulomb-friction", "--table", file], at);
+        assert!(told.contains("held-out data:\njoint"), "it is printed as well: {told}");
+        std::fs::read_to_string(at.join(file)).unwrap()
+    };
+    let tex = written("t.tex");
+    assert!(tex.contains("\\usepackage{booktabs}") && tex.contains("\\caption{held-out data}"), "{tex}");
+    assert_eq!((tex.matches("\\toprule").count(), tex.matches("\\end{table}").count()), (3, 3), "{tex}");
+    let markdown = written("t.md");
+    assert!(markdown.contains("**training data**\n\n| joint | MSE [(N m)²] | nMSE | R² |"), "{markdown}");
+    assert!(written("t.csv").starts_with("term,parameter,joint,value,95 % interval,"));
+    let refused = |arguments: &[&str], told: &str| {
+        let message = fails(arguments, at, 2);
+        assert!(message.contains(told), "{message}");
+    };
+    refused(&["inspect", "arm.npz", "--table", "t.docx"], ".md, .tex, .csv");
+    let output = torquescope(&["inspect", "arm.npz", "--json", "--table", "none.md"], at).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.code() == Some(2) && told.contains("no tables are printed"), "{told}");
+    assert!(!at.join("none.md").exists());
+    std::fs::write(at.join("log.csv"), "time,q,tau\n0,1,2\n").unwrap();
+    refused(&["inspect", "./log.csv", "--table", "log.csv"], "name another one");
+    refused(&["convert", "arm.npz", "-o", "x.csv", "--table", "x.csv"], "name another one");
+    assert!(std::fs::read_to_string(at.join("log.csv")).unwrap().starts_with("time,"));
+}
+
+/// A robot's file that states masses and limits: its arm is a model, and what exceeds its limits is found.
+#[test]
+fn a_robot_file_states_a_model_and_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(&["simulate", "--joints", "2", "-o", "arm.npz"], at);
+    let urdf = |effort: f64| {
+        let joint = |name: &str, link: &str, place: f64, parent: &str| {
+            format!(
+                "<joint name=\"{name}\" type=\"revolute\"><origin xyz=\"{place} 0 0\"/><axis xyz=\"0 -1 0\"/><parent \
+                 link=\"{parent}\"/><child link=\"{link}\"/><limit lower=\"-20\" upper=\"20\" effort=\"{effort}\" \
+                 velocity=\"100\"/></joint><link name=\"{link}\"><inertial><mass value=\"1\"/><origin xyz=\"0.5 0 0\"/><inertia \
+                 ixx=\"0\" iyy=\"0.08333333333333333\" izz=\"0\"/></inertial></link>"
+            )
+        };
+        format!("<robot name=\"r\">{}{}</robot>", joint("a", "one", 0.0, "base"), joint("b", "two", 1.0, "one"))
+    };
+    std::fs::write(at.join("r.urdf"), urdf(1e3)).unwrap();
+    let errors = |of: &[&str]| json(&[&["evaluate", "arm.npz", "--json"], of].concat(), at)["joints"].clone();
+    let close = |one: &Value, other: &Value| {
+        let of = |value: &Value| [0, 1].map(|joint| value[joint]["nmse"].as_f64().unwrap());
+        of(one).into_iter().zip(of(other)).all(|(one, other)| (one - other).abs() < 1e-9 + 1e-6 * other)
+    };
+    let stated = errors(&["--arm", "r.urdf", "--model", "stated-arm"]);
+    assert!(close(&stated, &errors(&["--model", "stated-arm"])), "the simulated arm is that of the file: {stated}");
+    let told = succeeds(&["train", "arm.npz", "--arm", "r.urdf"], at);
+    assert!(told.contains("as stated") && told.contains("that are stated"), "{told}");
+    let told = succeeds(&["inspect", "arm.npz", "--arm", "r.urdf", "--table", "limits.md"], at);
+    assert!(told.contains("as the robot's file states:\njoint") && told.contains("`stated-arm`"), "{told}");
+    assert!(!told.contains("beyond the limit"), "{told}");
+    assert!(std::fs::read_to_string(at.join("limits.md")).unwrap().contains("| mass [kg] |"));
+    std::fs::write(at.join("weak.urdf"), urdf(1.0)).unwrap();
+    let told = succeeds(&["inspect", "arm.npz", "--arm", "weak.urdf"], at);
+    assert!(told.contains("warning: τ of joint 1 is") && told.contains("beyond the limit of 1.0000 N m"), "{told}");
+}
+
 /// The numbers of a series of a figure.
 fn values<'t>(table: &'t str, series: &str) -> Vec<&'t str> {
     table.lines().filter_map(|line| line.split_once(&format!(",{series},"))).map(|(_, numbers)| numbers).collect()

@@ -22,5 +22,6 @@ mod recordings;
 mod runner;
 mod selftest;
 mod set_up;
+mod stated_arm;
 mod torque;
 mod training;

@@ -1,5 +1,6 @@
 //! The import assistant: a log whose columns nobody can guess is opened all the same, and its template is what the command line takes.
 
+use torquescope::model::Preset;
 use torquescope::recording::mapping::MappingSpec;
 use torquescope::recording::torque::TorqueFact;
 
@@ -203,8 +204,8 @@ fn a_mapping_file_is_dropped() {
 
 /// A robot of one turning joint, whose hand has two fingers.
 pub const WITH_A_HAND: &str = r#"<robot name="r">
-  <link name="base"/><link name="arm"/><link name="left"/><link name="right"/>
-  <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 -1 0"/></joint>
+  <link name="base"/><link name="arm"><inertial><mass value="1.5"/><origin xyz="0.25 0 0"/><inertia ixx="0" iyy="0.03" izz="0.03"/></inertial></link><link name="left"/><link name="right"/>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 -1 0"/><limit lower="-2.5" upper="2.5" velocity="12" effort="40"/></joint>
   <joint name="finger_left" type="prismatic"><parent link="arm"/><child link="left"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/></joint>
   <joint name="finger_right" type="prismatic"><parent link="arm"/><child link="right"/><origin xyz="0.5 0 0"/><axis xyz="0 -1 0"/></joint>
 </robot>"#;
@@ -242,6 +243,9 @@ fn the_axes_of_a_robot_file_are_taken() {
     settle(&mut window);
     let recording = window.state().session().recording.clone().unwrap();
     assert_eq!(recording.chain.as_ref().map(|chain| chain.axes.len()), Some(1));
+    // What its links weigh is stated, so the stated arm is a model of this log.
+    let stated = window.state().session().presets_without_model().any(|preset| preset == Preset::StatedArm);
+    assert!(recording.states_arm() && stated);
     // Both at once; the fingers stood still.
     open(&mut window, &[&log, &robot]);
     click(&mut window, "Take these axes");

@@ -286,3 +286,31 @@ fn a_training_that_got_stuck_is_told_of() {
     click(&mut window, "Models (2)");
     assert!(window.query_by_label_contains("best of 2 starts").is_some());
 }
+
+/// A right click on a table offers to copy it, wherever in the table it is.
+#[test]
+fn tables_are_copied_for_papers() {
+    let mut window = window(support::repaired(), &ladder::ABOUT, Theme::Light);
+    let copied = |window: &mut Window, at: &str, format: &str| {
+        window.get_all_by_label(at).next().unwrap().click_secondary();
+        settle(window);
+        window.get_by_label(&format!("Copy as {format}")).click();
+        let text = (0..5).find_map(|_| {
+            window.step();
+            window.output().platform_output.commands.iter().find_map(|command| match command {
+                egui::OutputCommand::CopyText(text) => Some(text.clone()),
+                _ => None,
+            })
+        });
+        settle(window);
+        text.unwrap_or_else(|| panic!("{at} was not copied as {format}"))
+    };
+    let markdown = copied(&mut window, "95 % interval", "Markdown");
+    assert!(markdown.starts_with("| parameter | joint | value | 95 % interval |"), "{markdown}");
+    let steps = copied(&mut window, "step", "LaTeX");
+    assert!(steps.contains("\\caption{held-out error, step by step}") && steps.contains("\\toprule"), "{steps}");
+    click(&mut window, "Models (2)");
+    let models = copied(&mut window, "parameters", "CSV");
+    assert!(models.starts_with("model,nMSE of joint 1,") && models.lines().count() == 3, "{models}");
+    assert!(window.query_by_label("Copy as CSV").is_none(), "the menu is closed");
+}

@@ -1,5 +1,7 @@
 //! What a report is made of, whatever it is written as.
 
+pub(super) use crate::figure::table::Table;
+
 /// A report.
 pub(super) struct Document {
     pub(super) title: String,
@@ -21,11 +23,4 @@ pub(super) enum Block {
     Code(String),
     /// Two parts side by side, or one below the other where there is no room, each under its name.
     Beside([(String, Vec<Block>); 2]),
-}
-
-/// A table with its title.
-pub(super) struct Table {
-    pub(super) title: String,
-    pub(super) head: Vec<String>,
-    pub(super) rows: Vec<Vec<String>>,
 }

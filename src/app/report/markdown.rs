@@ -1,6 +1,7 @@
 //! A report as Markdown: text and tables, without pictures.
 
-use super::document::{Block, Document, Table};
+use super::document::{Block, Document};
+use crate::figure::table::TableFormat;
 
 /// The text.
 pub(super) fn text(document: &Document) -> String {
@@ -15,7 +16,7 @@ fn block(part: &Block) -> String {
         Block::Text(line) => format!("\n{line}\n"),
         Block::List(lines) => format!("\n{}", lines.iter().map(|line| format!("- {line}\n")).collect::<String>()),
         Block::Code(code) => format!("\n{}", code.lines().map(|line| format!("    {line}\n")).collect::<String>()),
-        Block::Table(table) => format!("\n{}", table_of(table)),
+        Block::Table(table) => format!("\n{}", table.to_text(TableFormat::Markdown)),
         Block::Beside(parts) => {
             let below = |(name, blocks): &(String, Vec<Block>)| {
                 format!("\n### {name}\n{}", blocks.iter().map(block).collect::<String>())
@@ -24,14 +25,4 @@ fn block(part: &Block) -> String {
         }
         Block::Figure { .. } => String::new(),
     }
-}
-
-fn table_of(table: &Table) -> String {
-    let row = |cells: &[String]| {
-        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
-        format!("| {} |\n", cells.join(" | "))
-    };
-    let rows: String = table.rows.iter().map(|cells| row(cells)).collect();
-    let line = "| --- ".repeat(table.head.len());
-    format!("**{}**\n\n{}{line}|\n{rows}", table.title, row(&table.head))
 }

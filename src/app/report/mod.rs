@@ -194,14 +194,20 @@ fn models(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
             joint(parameter.joint),
             number(parameter.value),
             interval,
+            parameter.stated.map_or(String::new(), number),
             parameter.unit.clone(),
         ]
     };
-    let head = row(["term", "parameter", "joint", "value", "95 % interval", "unit"]);
-    let rows: Vec<Vec<String>> = step.fitted.parameters.iter().map(line).collect();
+    let mut head = row(["term", "parameter", "joint", "value", "95 % interval", "as stated", "unit"]);
+    let mut rows: Vec<Vec<String>> = step.fitted.parameters.iter().map(line).collect();
+    if step.fitted.parameters.iter().all(|parameter| parameter.stated.is_none()) {
+        let stated = head.len() - 2;
+        rows.iter_mut().chain([&mut head]).for_each(|cells| drop(cells.remove(stated)));
+    }
     if !rows.is_empty() {
         blocks.push(Block::Table(Table { title: format!("parameters of {}", step.name), head, rows }));
     }
+    blocks.extend(step.fitted.beside_stated().map(Block::Text));
     let line = |(joint, (train, held_out)): (usize, (&JointError, &JointError))| {
         let cells = [train.nmse, held_out.nmse, held_out.mse].map(number);
         [vec![(joint + 1).to_string()], cells.to_vec(), vec![format!("{:.5}", held_out.r2)]].concat()
@@ -393,6 +399,8 @@ mod tests {
 
         let pdf = report(&session, ReportFormat::Pdf, &monitor).unwrap();
         assert!(pdf.starts_with(b"%PDF") && pdf.len() > 50_000, "its figures are in it");
+        assert!(!figure::embedded::fonts(&pdf).is_empty(), "its fonts are in it, too");
+        figure::embedded::pdffonts_agrees(&pdf);
 
         let effect = &session.report.as_ref().unwrap().effects[0];
         let add = Command::AddEffect { effect: effect.effect.id.to_owned(), joints: effect.joints.clone() };

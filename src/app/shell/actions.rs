@@ -65,7 +65,7 @@ pub fn all(shell: &Shell) -> Vec<Action> {
     add("Lessons…".into(), "", Order::Lessons(true));
     if let Some(recording) = &desk.session.recording {
         add("Start from the rigid body".into(), "", Order::run(Command::ChoosePreset(Preset::RigidBody)));
-        if recording.stated_arm.is_some() {
+        if recording.states_arm() {
             add("Start from the stated arm".into(), "", Order::run(Command::ChoosePreset(Preset::StatedArm)));
         }
         let plan = || Box::new(desk.session.plan.clone());

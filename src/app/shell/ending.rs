@@ -5,9 +5,7 @@ use std::path::Path;
 use egui::{RichText, TextEdit, Ui};
 
 use crate::app::theme::{Palette, SMALL};
-
-/// What a file can be written as: the choice, its name, and how its files end.
-pub type Choices<T> = [(T, &'static str, &'static str)];
+use crate::file::ending::{Choices, listed, named};
 
 /// What it is written as; another choice changes the ending of the path.
 pub fn choose<T: Copy + PartialEq>(ui: &mut Ui, choices: &Choices<T>, format: &mut T, path: &mut String) {
@@ -27,23 +25,17 @@ pub fn ask<T: Copy>(ui: &mut Ui, choices: &Choices<T>, format: &mut T, path: &mu
         follow(choices, format, path);
     }
     if !is_folder && !path.trim().is_empty() && !is_named(choices, path) {
-        let endings: Vec<String> = choices.iter().map(|(_, _, ending)| format!(".{ending}")).collect();
-        let text = format!("Its ending names no format: end it with {}.", endings.join(", "));
+        let text = format!("Its ending names no format: end it with {}.", listed(choices));
         ui.label(RichText::new(text).size(SMALL).color(Palette::in_ui(ui).warning));
     }
 }
 
 /// The choice that the ending of the path names, if it names one.
 pub fn follow<T: Copy>(choices: &Choices<T>, format: &mut T, path: &str) {
-    *format = named(choices, path).unwrap_or(*format);
+    *format = named(choices, Path::new(path.trim())).unwrap_or(*format);
 }
 
 /// Whether the path says what is written.
 pub fn is_named<T: Copy>(choices: &Choices<T>, path: &str) -> bool {
-    named(choices, path).is_some()
-}
-
-fn named<T: Copy>(choices: &Choices<T>, path: &str) -> Option<T> {
-    let ending = Path::new(path.trim()).extension()?.to_string_lossy().to_lowercase();
-    choices.iter().find(|(_, _, own)| *own == ending).map(|(choice, ..)| *choice)
+    named(choices, Path::new(path.trim())).is_some()
 }

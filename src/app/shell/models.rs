@@ -1,6 +1,8 @@
 //! All models of the session in one table, on every screen: what is shown over the current one, under which name, and what they
 //! are worth.
 
+use std::sync::Arc;
+
 use egui::{Button, Checkbox, Color32, Grid, RichText, ScrollArea, TextEdit, TextStyle, Ui, WidgetInfo};
 
 use super::frame::Shell;
@@ -12,6 +14,7 @@ use crate::app::widgets::is_narrow;
 use crate::app::{tables, widgets};
 use crate::experiment::run::duration_text;
 use crate::figure::Ink;
+use crate::figure::table::Table;
 use crate::model::{JointError, Preset, Term};
 use crate::session::{Command, Generation, Session, Step};
 use crate::training::rollout::{HORIZON, Rollout};
@@ -49,14 +52,27 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, open: &mut Models) {
     let height = ui.ctx().content_rect().height() * HEIGHT;
     let width = width_of_names(ui, desk.session);
     ScrollArea::both().id_salt("models").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
-        Grid::new("models").striped(true).spacing([GAP, 4.0]).show(ui, |ui| {
+        let shown = Grid::new("models").striped(true).spacing([GAP, 4.0]).show(ui, |ui| {
             header(ui, desk);
             for step in desk.session.all_models() {
                 row(ui, desk, open, step, width);
             }
         });
+        widgets::copied(ui, &shown.response, "models", || as_table(desk.session));
     });
     wanted(ui, desk);
+}
+
+/// The models with their errors by joint, to be copied.
+fn as_table(session: &Session) -> Table {
+    let joints = session.recording.iter().flat_map(|recording| &recording.joints);
+    let errors = joints.map(|joint| format!("nMSE of {}", joint.name));
+    let head = ["model".to_owned()].into_iter().chain(errors).chain(["parameters".to_owned()]).collect();
+    let row = |step: &Arc<Step>| {
+        let errors = step.evaluation.held_out.iter().map(|joint| ticks::number(joint.nmse));
+        [step.name.clone()].into_iter().chain(errors).chain([step.parameter_count().to_string()]).collect()
+    };
+    Table { title: "models, errors on held-out data".to_owned(), head, rows: session.all_models().map(row).collect() }
 }
 
 /// As much as the longest name needs, if there is room for it in one line.

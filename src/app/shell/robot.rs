@@ -3,17 +3,18 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use egui::{ComboBox, Label, RichText, ScrollArea, Ui, WidgetInfo};
+use egui::{ComboBox, Label, RichText, ScrollArea, Ui, WidgetInfo, WidgetText};
 
 use super::frame::Shell;
 use super::hanging::hanging;
 use super::primary::primary;
-use crate::app::plot::PanelView;
 use crate::app::plot::spatial::{self, Sight, SpatialPose};
+use crate::app::plot::{PanelView, ticks};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::widgets;
-use crate::arm::robot::{MovingJoint, RobotError, SerialArm};
+use crate::arm::robot::{MovingJoint, RobotError, SerialArm, SerialJoint};
 use crate::file;
+use crate::recording::JointKind;
 use crate::recording::read::ReadOptions;
 use crate::session::{Command, Session};
 use crate::work::{Job, Outcome};
@@ -21,8 +22,9 @@ use crate::work::{Job, Outcome};
 /// Width of the dialog, and height of the drawing \[points\].
 const WIDTH: f32 = 560.0;
 const DRAWING: f32 = 240.0;
-/// Most height of the list of joints \[points\].
+/// Most height of the list of joints, and of what is stated of them \[points\].
 const LIST: f32 = 190.0;
+const STATED: f32 = 150.0;
 
 /// The question, while it is open.
 pub struct RobotFile {
@@ -155,6 +157,7 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut RobotFile, read: &Read) -> 
     let moving = open.moving(read, end);
     let arm = open.arm(read, &moving);
     if let Ok(arm) = &arm {
+        stated(ui, arm);
         drawing(ui, shell, open, arm);
     }
     let fits = match recorded {
@@ -165,8 +168,13 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut RobotFile, read: &Read) -> 
         )),
         _ => Ok(()),
     };
+    let weighs = arm.as_ref().is_ok_and(|arm| arm.mass() > 0.0);
     let command = arm.and_then(|arm| fits.and_then(|()| reading(&arm, shell.desk.session)));
     match &command {
+        Ok(_) if weighs => drop(widgets::weak(
+            ui,
+            "Its axes are taken; what its links weigh is identified from the log, and as it is stated the model “stated arm”.",
+        )),
         Ok(_) => drop(widgets::weak(ui, "Its axes are taken; what its links weigh is identified from the log.")),
         Err(problem) => drop(ui.label(RichText::new(problem).color(Palette::in_ui(ui).warning))),
     }
@@ -221,6 +229,27 @@ fn joints(ui: &mut Ui, open: &mut RobotFile, read: &Read, recorded: Option<usize
         });
     });
     end
+}
+
+/// What the file states of the joints that move, if it states anything.
+fn stated(ui: &mut Ui, arm: &SerialArm) {
+    if arm.joints.iter().all(|joint| joint.limits.is_none()) && arm.mass() == 0.0 {
+        return;
+    }
+    let row = |joint: &SerialJoint| -> Vec<WidgetText> {
+        let kind = if joint.slides { JointKind::Prismatic } else { JointKind::Revolute };
+        let [position, velocity, _, effort] = kind.units();
+        let most = |value: Option<f64>, unit: &str| value.map(|value| format!("{} {unit}", ticks::number(value)));
+        let range = joint.limits.position.map(|ends| format!("{} {position}", ends.map(ticks::number).join(" … ")));
+        let cells =
+            [range, most(joint.limits.velocity, velocity), most(joint.limits.effort, effort), most(joint.mass(), "kg")];
+        let cells = cells.into_iter().map(|cell| cell.unwrap_or_else(|| "—".to_owned()).into());
+        [joint.name.clone().into()].into_iter().chain(cells).collect()
+    };
+    let rows: Vec<Vec<WidgetText>> = arm.joints.iter().map(row).collect();
+    ScrollArea::both().id_salt("stated").max_height(STATED).show(ui, |ui| {
+        widgets::table(ui, "stated of joints", &["joint", "range", "speed", "effort", "mass"], &rows);
+    });
 }
 
 /// The arm at q = 0, which can be turned.

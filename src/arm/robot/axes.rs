@@ -3,7 +3,7 @@
 //! The frame of the base of the chain is that of its first axis; gravity is turned into it.
 //! Source: Craig, Introduction to Robotics (2005), ch. 3 (how frames are attached to axes).
 
-use nalgebra::{Isometry3, Rotation3, Vector3};
+use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::arm::chain::{Axis, Chain, Convention};
 
@@ -29,8 +29,17 @@ struct Frame {
     x: Vector3<f64>,
 }
 
-/// The axes in modified rows; each is the z axis of one of these frames, of which there is at least one.
-pub(super) fn chain(frames: &[Isometry3<f64>], gravity: Vector3<f64>) -> Chain {
+impl Frame {
+    fn on(&self, line: &Line) -> Isometry3<f64> {
+        let z = &line.direction;
+        let turn = Rotation3::from_basis_unchecked(&[self.x, z.cross(&self.x), *z]);
+        Isometry3::from_parts(self.origin.into(), UnitQuaternion::from_rotation_matrix(&turn))
+    }
+}
+
+/// The axes in modified rows; each is the z axis of one of these frames, of which there is at least one. Beside it the frame of each
+/// row at q = 0, in the base of the file.
+pub(super) fn chain(frames: &[Isometry3<f64>], gravity: Vector3<f64>) -> (Chain, Vec<Isometry3<f64>>) {
     let lines: Vec<Line> = frames.iter().map(Line::of).collect();
     let mut frames: Vec<Frame> = Vec::new();
     // Where the common normal of an axis and the one before meets it.
@@ -49,9 +58,7 @@ pub(super) fn chain(frames: &[Isometry3<f64>], gravity: Vector3<f64>) -> Chain {
             }
         }
     }
-    let z = &lines[0].direction;
-    let base = Rotation3::from_basis_unchecked(&[frames[0].x, z.cross(&frames[0].x), *z]);
-    let gravity = base.transpose() * gravity;
+    let gravity = frames[0].on(&lines[0]).rotation.inverse() * gravity;
     let mut axes = vec![Axis::default()];
     for index in 1..lines.len() {
         let (before, own, x) = (&lines[index - 1].direction, &lines[index].direction, &frames[index - 1].x);
@@ -60,9 +67,11 @@ pub(super) fn chain(frames: &[Isometry3<f64>], gravity: Vector3<f64>) -> Chain {
             alpha: angle(before, own, x),
             d: (frames[index].origin - feet[index]).dot(own),
             theta: angle(x, &frames[index].x, own),
+            stated: None,
         });
     }
-    Chain { convention: Convention::Modified, axes, gravity: gravity.into() }
+    let placed = lines.iter().zip(&frames).map(|(line, frame)| frame.on(line)).collect();
+    (Chain { convention: Convention::Modified, axes, gravity: gravity.into() }, placed)
 }
 
 /// The angle from one vector to another about an axis.

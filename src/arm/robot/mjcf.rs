@@ -1,6 +1,6 @@
 //! The frames of an MJCF: bodies stand in each other, and each may have joints, which are passed one after the other.
 //!
-//! Classes of defaults are followed for joints, angles are those of the compiler. What would change the arm and is not understood
+//! Classes of defaults are followed for joints, angles are those of the compiler. Springs of joints are passed over. What would change the arm and is not understood
 //! (other files, frames that are repeated or attached, joints that are no hinge and no slide) is refused with its place.
 //! Source: MuJoCo, XML reference (`compiler`, `default`, `body`, `joint`, `inertial`, `equality`, `option`).
 
@@ -10,6 +10,7 @@ use roxmltree::{Document, Node as Element};
 use super::{Motion, Node, Part, RobotError, line_of, nameless, numbers};
 use crate::arm::GRAVITY;
 use crate::arm::body::Body;
+use crate::arm::stated::{Limits, Resistance};
 
 /// What may stand in a body without changing how it moves or where it is.
 const HARMLESS: [&str; 5] = ["geom", "site", "camera", "light", "plugin"];
@@ -26,6 +27,8 @@ struct Setting<'a, 'input> {
     following: Vec<String>,
     /// Whether masses come from shapes, whatever `inertial` says.
     by_shape: bool,
+    /// Whether a range limits where nothing says that it does.
+    limits_by_range: bool,
 }
 
 /// The frames, and gravity.
@@ -117,6 +120,7 @@ impl<'a, 'input> Setting<'a, 'input> {
                 order,
                 following,
                 by_shape: said("inertiafromgeom") == Some("true"),
+                limits_by_range: said("autolimits") != Some("false"),
             }),
         }
     }
@@ -179,8 +183,40 @@ impl<'a, 'input> Setting<'a, 'input> {
         }
         let axis = Vector3::from(numbers(own("axis"), "axis", &name, Some([0.0, 0.0, 1.0]))?);
         let origin = Vector3::from(numbers(own("pos"), "pos", &name, Some([0.0; 3]))?);
-        let motion = Motion { slides: kind == "slide", axis, name };
+        let slides = kind == "slide";
+        let stated = |key: &str| numbers(own(key), key, &name, Some([0.0])).map(|[value]| value);
+        let resistance = Resistance {
+            rotor_inertia: stated("armature")?,
+            damping: stated("damping")?,
+            friction: stated("frictionloss")?,
+        };
+        let limits = self.limits(own, &name, slides)?;
+        let motion = Motion { slides, axis, name, resistance, limits };
         Ok((Some(motion).filter(|motion| !self.following.contains(&motion.name)), origin))
+    }
+
+    /// How far a joint moves, and how strongly its actuators may act; `own` is the element that says an attribute of it.
+    fn limits(
+        &self,
+        own: impl Fn(&str) -> Element<'a, 'input>,
+        name: &str,
+        slides: bool,
+    ) -> Result<Limits, RobotError> {
+        // What nobody says is limited, is where its range is said.
+        let within = |range: &'static str, switch: &str| {
+            let element = own(range);
+            let is_said = match own(switch).attribute(switch) {
+                Some("true") => true,
+                Some("false") => false,
+                _ => self.limits_by_range,
+            };
+            let is_there = element.has_attribute(range) && is_said;
+            is_there.then(|| numbers::<2>(element, range, name, None)).transpose()
+        };
+        let angle = |value: f64| if self.in_degrees && !slides { value.to_radians() } else { value };
+        let position = within("range", "limited")?.map(|range| range.map(angle));
+        let effort = within("actuatorfrcrange", "actuatorfrclimited")?;
+        Ok(Limits { position, velocity: None, effort: effort.map(|[least, most]| least.abs().max(most.abs())) })
     }
 
     /// The element that says an attribute of a joint: itself, or the nearest default of its class that does.

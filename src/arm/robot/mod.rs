@@ -16,9 +16,12 @@ use roxmltree::{Document, ParsingOptions};
 use super::MOST_JOINTS;
 use super::body::Body;
 use super::chain::{Chain, PER_LINK, Regressor};
+use super::stated::{Limits, Resistance, Stated};
 
 /// An axis that is shorter has no direction.
 const SHORTEST_AXIS: f64 = 1e-9;
+/// Parameters of bodies that are smaller are only rounding.
+const ROUNDING: f64 = 1e-15;
 /// No robot has more elements.
 pub(crate) const MOST_NODES: u32 = 1_000_000;
 
@@ -40,6 +43,10 @@ pub struct SerialJoint {
     pub slides: bool,
     /// How its frame stands in that of the joint before at q = 0. Its axis is z.
     pub frame: Isometry3<f64>,
+    /// What resists it, as the file states.
+    pub resistance: Resistance,
+    /// How far, how fast and how strongly it moves, as the file states.
+    pub limits: Limits,
     /// The links (or bodies) of the file that move with it and with no joint behind it, nearest first.
     pub parts: Vec<Part>,
 }
@@ -83,6 +90,8 @@ struct Motion {
     name: String,
     axis: Vector3<f64>,
     slides: bool,
+    resistance: Resistance,
+    limits: Limits,
 }
 
 /// The text gives no arm.
@@ -203,7 +212,7 @@ impl SerialArm {
         self.joints.iter().map(|joint| joint.slides).collect()
     }
 
-    /// Where its axes are, in the words of a mapping file.
+    /// Where its axes are and what it states of each, in the words of a mapping file.
     pub fn chain(&self) -> Chain {
         let mut whole = Isometry3::identity();
         let in_base = |joint: &SerialJoint| {
@@ -211,7 +220,25 @@ impl SerialArm {
             whole
         };
         let frames: Vec<_> = self.joints.iter().map(in_base).collect();
-        axes::chain(&frames, self.gravity)
+        let (mut chain, placed) = axes::chain(&frames, self.gravity);
+        for (number, joint) in self.joints.iter().enumerate() {
+            // The frame of the row, in that of the joint of the file: both are fixed to the link.
+            let link = joint.parameters_in(&(frames[number].inverse() * placed[number]));
+            let SerialJoint { resistance, limits, .. } = *joint;
+            chain.axes[number].stated = Stated { link, resistance, limits }.if_any();
+        }
+        chain
+    }
+
+    /// Links that move of which the file does not say what they weigh.
+    pub fn unweighed(&self) -> impl Iterator<Item = &str> {
+        let parts = self.joints.iter().flat_map(|joint| &joint.parts);
+        parts.filter(|part| part.body.is_none()).map(|part| part.name.as_str())
+    }
+
+    /// What all that moves weighs \[kg\], as far as the file says it.
+    pub fn mass(&self) -> f64 {
+        self.joints.iter().filter_map(SerialJoint::mass).sum()
     }
 
     /// What computes its torque from the parameters of its bodies, each in the frame of its joint. Gravity is that of the file, or none.
@@ -224,14 +251,23 @@ impl SerialArm {
     /// The parameters of the regressor as the file states them: ten for each joint, of all that moves with it. What it says nothing of
     /// weighs nothing.
     pub fn stated_parameters(&self) -> Vec<f64> {
-        let of_joint = |joint: &SerialJoint| {
-            let mut sum = [0.0; PER_LINK];
-            for own in joint.parts.iter().filter_map(Part::parameters) {
-                sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
-            }
-            sum
-        };
+        let of_joint = |joint: &SerialJoint| joint.parameters_in(&Isometry3::identity()).unwrap_or_default();
         self.joints.iter().flat_map(of_joint).collect()
+    }
+}
+
+impl SerialJoint {
+    /// What moves with it and with no joint behind it weighs \[kg\], if the file says it of anything.
+    pub fn mass(&self) -> Option<f64> {
+        self.parts.iter().filter_map(|part| part.body).map(|body| body.mass).reduce(|sum, own| sum + own)
+    }
+
+    /// The parameters of all that moves with it, in a frame that stands so in its own; `None` if nothing is said to weigh anything.
+    fn parameters_in(&self, frame: &Isometry3<f64>) -> Option<[f64; PER_LINK]> {
+        let of_part = |part: &Part| Some(part.body?.seen_from(&(part.frame.inverse() * frame)).parameters());
+        let sum = |sum: [f64; PER_LINK], own: [f64; PER_LINK]| std::array::from_fn(|place| sum[place] + own[place]);
+        let clean = |value: f64| if value.abs() < ROUNDING { 0.0 } else { value };
+        self.parts.iter().filter_map(of_part).reduce(sum).map(|all| all.map(clean))
     }
 }
 
@@ -306,6 +342,8 @@ fn serial(nodes: Vec<Node>) -> Result<Vec<SerialJoint>, RobotError> {
             name: motion.name.clone(),
             slides: motion.slides,
             frame: whole.inverse() * frame,
+            resistance: motion.resistance,
+            limits: motion.limits,
             parts: Vec::new(),
         });
         (whole, _) = (frame, frames.push(frame));

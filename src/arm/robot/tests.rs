@@ -1,3 +1,5 @@
+use std::f64::consts::FRAC_PI_2;
+
 use super::*;
 use crate::arm::GRAVITY;
 
@@ -119,6 +121,62 @@ fn the_chain_moves_as_the_file_does() {
     let wanted = &own * nalgebra::DVector::from_vec(arm.stated_parameters());
     let found = chain.clone().svd(true, true).solve(&wanted, 1e-10).unwrap();
     assert!((&chain * found - &wanted).norm() < 1e-9 * wanted.norm());
+}
+
+/// What the file states of its bodies makes the same torque in the frames of the chain, exactly.
+#[test]
+fn the_chain_states_the_bodies_of_the_file() {
+    for text in [ARM, SAME] {
+        let arm = SerialArm::parse(text).unwrap();
+        let chain = arm.chain();
+        assert!(chain.states_links() && chain.check().is_ok());
+        let own = torque(&arm.regressor(false), &arm.stated_parameters(), STATE);
+        let found = torque(&chain.regressor(&arm.sliding()), &chain.stated_parameters(), STATE);
+        for (own, found) in own.iter().zip(found) {
+            assert!((own - found).abs() < 1e-9 && own.abs() > 0.1, "{own} {found}");
+        }
+        assert!((arm.mass() - 3.9).abs() < 1e-12);
+    }
+    let arm = SerialArm::parse(ARM).unwrap();
+    assert_eq!(arm.unweighed().collect::<Vec<_>>(), ["l1", "l3", "l4", "f"]);
+    let bare = ARM.split("<inertial>").map(|part| part.split("</inertial>").last().unwrap()).collect::<String>();
+    assert!(!SerialArm::parse(&bare).unwrap().chain().states_links());
+}
+
+/// Joints of either format with the same limits and the same resistance, in the units of each.
+#[test]
+fn limits_and_resistance_are_those_of_the_file() {
+    let urdf = ARM
+        .replace(
+            "<axis xyz=\"0 0 1\"/>",
+            "<axis xyz=\"0 0 1\"/><limit lower=\"-2\" upper=\"1.5\" velocity=\"3\" effort=\"40\"/><dynamics damping=\"0.5\" friction=\"2\"/>",
+        )
+        .replace("<axis xyz=\"1 0 0\"/>", "<axis xyz=\"1 0 0\"/><limit lower=\"-1\" upper=\"1\" velocity=\"0\" effort=\"7\"/>");
+    let stated = |arm: &SerialArm, joint: usize| (arm.joints[joint].limits, arm.joints[joint].resistance);
+    let first = Limits { position: Some([-2.0, 1.5]), velocity: Some(3.0), effort: Some(40.0) };
+    let resists = Resistance { rotor_inertia: 0.0, damping: 0.5, friction: 2.0 };
+    let arm = SerialArm::parse(&urdf).unwrap();
+    assert_eq!(stated(&arm, 0), (first, resists));
+    assert_eq!(stated(&arm, 1).0, Limits { effort: Some(7.0), ..Limits::default() }, "an endless joint has no ends");
+    assert_eq!(stated(&arm, 2), (Limits::default(), Resistance::default()));
+    assert_eq!(arm.chain().limits(0), first);
+    assert_eq!(arm.chain().resistances()[0], resists);
+
+    let joint = |said: &str| SAME.replace("<joint name=\"j1\"/>", &format!("<joint name=\"j1\" {said}/>"));
+    let mjcf =
+        joint("range=\"-2 1.5\" actuatorfrcrange=\"-40 30\" damping=\"0.5\" frictionloss=\"2\" armature=\"0.1\"");
+    let arm = SerialArm::parse(&mjcf).unwrap();
+    let with_rotor = Resistance { rotor_inertia: 0.1, ..resists };
+    assert_eq!(stated(&arm, 0), (Limits { velocity: None, ..first }, with_rotor));
+    let unlimited = SerialArm::parse(&joint("range=\"-2 1.5\" limited=\"false\"")).unwrap();
+    assert_eq!(stated(&unlimited, 0).0.position, None);
+    let by_word = joint("range=\"-2 1.5\"").replace("<compiler ", "<compiler autolimits=\"false\" ");
+    assert_eq!(stated(&SerialArm::parse(&by_word).unwrap(), 0).0.position, None);
+    let degrees = joint("range=\"-90 45\"").replace("angle=\"radian\" ", "");
+    let [low, high] = stated(&SerialArm::parse(&degrees).unwrap(), 0).0.position.unwrap();
+    assert!((low + FRAC_PI_2).abs() < 1e-15 && (high - FRAC_PI_2 / 2.0).abs() < 1e-15);
+    let wrong = SerialArm::parse(&joint("damping=\"some\"")).unwrap_err().to_string();
+    assert!(wrong.contains("`damping` of <joint> of `j1` is `some`"), "{wrong}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The frames of a URDF: each joint places the link behind it.
 //!
-//! Source: ROS, URDF XML `joint` and `link/inertial` (angles roll, pitch, yaw about fixed axes; the inertia is about the centre of
+//! Source: ROS, URDF XML `joint` (`limit`, `dynamics`) and `link/inertial` (angles roll, pitch, yaw about fixed axes; the inertia is about the centre of
 //! mass, in a frame that `origin` turns).
 
 use std::collections::HashMap;
@@ -11,6 +11,7 @@ use roxmltree::{Document, Node as Element};
 use super::{Motion, Node, Part, RobotError, numbers};
 use crate::arm::GRAVITY;
 use crate::arm::body::Body;
+use crate::arm::stated::{Limits, Resistance};
 
 /// The frames, and gravity along −z.
 pub(super) fn nodes(document: &Document) -> Result<(Vec<Node>, Vector3<f64>), RobotError> {
@@ -25,7 +26,13 @@ pub(super) fn nodes(document: &Document) -> Result<(Vec<Node>, Vector3<f64>), Ro
         let kind = joint.attribute("type").unwrap_or_default();
         let moves = ["revolute", "continuous", "prismatic"].contains(&kind) && child(*joint, "mimic").is_none();
         let axis = child(*joint, "axis").map_or(Ok([1.0, 0.0, 0.0]), |axis| numbers(axis, "xyz", name, None))?;
-        let motion = Motion { name: name.to_owned(), axis: axis.into(), slides: kind == "prismatic" };
+        let motion = Motion {
+            name: name.to_owned(),
+            axis: axis.into(),
+            slides: kind == "prismatic",
+            resistance: resistance(*joint, name)?,
+            limits: limits(*joint, name, kind == "continuous")?,
+        };
         let part = link(*joint, "child").map(|own| part(own, links.get(own).copied())).transpose()?;
         let parent = link(*joint, "parent").and_then(|parent| by_child.get(parent).copied());
         Ok(Node { parent, frame: origin(*joint, name)?, motion: moves.then_some(motion), part })
@@ -49,6 +56,34 @@ fn origin(of: Element, name: &str) -> Result<Isometry3<f64>, RobotError> {
     let place = Vector3::from(numbers(origin, "xyz", name, Some([0.0; 3]))?);
     let [roll, pitch, yaw] = numbers(origin, "rpy", name, Some([0.0; 3]))?;
     Ok(Isometry3::from_parts(Translation3::from(place), UnitQuaternion::from_euler_angles(roll, pitch, yaw)))
+}
+
+/// A number of an element that may be absent.
+fn optional(of: Option<Element>, key: &str, name: &str) -> Result<Option<f64>, RobotError> {
+    let Some(element) = of.filter(|element| element.has_attribute(key)) else { return Ok(None) };
+    numbers(element, key, name, None).map(|[value]| Some(value))
+}
+
+/// What `dynamics` says.
+fn resistance(joint: Element, name: &str) -> Result<Resistance, RobotError> {
+    let said = |key: &str| optional(child(joint, "dynamics"), key, name).map(Option::unwrap_or_default);
+    Ok(Resistance { damping: said("damping")?, friction: said("friction")?, rotor_inertia: 0.0 })
+}
+
+/// What `limit` says; a speed or an effort of 0 stands for none that is known. Ends that are absent are 0 there.
+fn limits(joint: Element, name: &str, is_endless: bool) -> Result<Limits, RobotError> {
+    let limit = child(joint, "limit");
+    let said = |key: &str| optional(limit, key, name);
+    let position = match [said("lower")?, said("upper")?] {
+        [None, None] => None,
+        [lower, upper] => Some([lower.unwrap_or(0.0), upper.unwrap_or(0.0)]),
+    };
+    let above_zero = |value: Option<f64>| value.filter(|value| *value > 0.0);
+    Ok(Limits {
+        position: position.filter(|[lower, upper]| !is_endless && lower < upper),
+        velocity: above_zero(said("velocity")?),
+        effort: above_zero(said("effort")?),
+    })
 }
 
 fn part(name: &str, link: Option<Element>) -> Result<Part, RobotError> {

@@ -43,7 +43,7 @@ impl Body {
     /// The rigid body of a model; of nothing if it has none.
     pub(super) fn of(fitted: &Fitted) -> Body {
         let mut bodies = fitted.model.terms.iter().filter_map(|term| match term {
-            Term::RigidBody(RigidBody::Stated(arm)) => Some(arm.lumped_parameters()),
+            Term::RigidBody(RigidBody::Stated(arm)) => Some(arm.parameters()),
             Term::RigidBody(RigidBody::Identified) => fitted.body(),
             _ => None,
         });

@@ -12,6 +12,7 @@ mod tape;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::arm::stated::Resistance;
 use crate::effect::own::{Quantity, Writer};
 use crate::effect::{NotApplicable, Stage};
 use crate::model::{EffectTerm, Fitted, ModelError, Term};
@@ -181,11 +182,15 @@ fn taken_down(fitted: &Fitted, wish: &Wish) -> Result<(Tape, Fitted, Vec<LeftOut
     let joints = smooth.setting().kinds.len();
     let mut tape = Tape::default();
     let mut total = body.write(&smooth, &mut tape);
+    total.resize(joints, Value::Number(0.0));
+    for term in &smooth.model.terms {
+        let Term::Resistance(joints) = term else { continue };
+        add_resistance(&smooth, joints, &mut tape, &mut total);
+    }
     for &number in &formulas {
         let Term::Effect(placed) = &smooth.model.terms[number] else { continue };
         add_effect(&smooth, number, placed, &body, &mut tape, &mut total);
     }
-    total.resize(joints, Value::Number(0.0));
     tape.end(total);
     Ok((tape, kept, left_out))
 }
@@ -238,6 +243,21 @@ fn add_effect(fitted: &Fitted, number: usize, placed: &EffectTerm, body: &Body, 
         let factor = parameter(tape, spec.name, value, spec.dimension.unit(kind));
         for (joint, column) in parts {
             let torque = tape.mul(factor, column);
+            total[joint] = tape.add(total[joint], torque);
+        }
+    }
+}
+
+/// Adds what is stated to resist each joint.
+fn add_resistance(fitted: &Fitted, joints: &[Resistance], tape: &mut Tape, total: &mut [Value]) {
+    tape.heading("stated resistance of joints: I_r * qdd + d * qd + tau_c * direction");
+    for (joint, Resistance { rotor_inertia, damping, friction }) in joints.iter().enumerate() {
+        let (qd, qdd) = (tape.channel(Quantity::Velocity, joint), tape.channel(Quantity::Acceleration, joint));
+        let turns = direction(tape, qd, joint, fitted.setting().reversal_widths[joint]);
+        let parts = [("rotor_inertia", rotor_inertia, qdd), ("damping", damping, qd), ("friction", friction, turns)];
+        for (name, value, channel) in parts {
+            let factor = tape.constant(&format!("stated_{name}_{}", joint + 1), *value, "SI");
+            let torque = tape.mul(factor, channel);
             total[joint] = tape.add(total[joint], torque);
         }
     }

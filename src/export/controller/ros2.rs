@@ -2,6 +2,8 @@
 
 use super::Sheet;
 use super::language::number;
+use crate::arm::regressor::parameter_names;
+use crate::arm::stated::{Resistance, StatedArm};
 use crate::model::{RigidBody, Term};
 
 /// The parameter file (YAML), for a node of any name.
@@ -29,6 +31,14 @@ pub(super) fn parameters(sheet: &Sheet, remarks: &[String]) -> String {
             entry(1, "values", &list(&values));
         }
     }
+    for term in &sheet.kept.model.terms {
+        let Term::Resistance(joints) = term else { continue };
+        let values = |of: fn(&Resistance) -> f64| list(&joints.iter().map(of).collect::<Vec<_>>());
+        entry(0, "stated_resistance", "");
+        entry(1, "rotor_inertia", &values(|joint| joint.rotor_inertia));
+        entry(1, "damping", &values(|joint| joint.damping));
+        entry(1, "friction", &values(|joint| joint.friction));
+    }
     entry(0, "effects", "");
     for (number_of_term, term) in sheet.kept.model.terms.iter().enumerate() {
         let Term::Effect(placed) = term else { continue };
@@ -54,8 +64,11 @@ fn body_parameters(sheet: &Sheet, body: &RigidBody, term: usize) -> (Vec<String>
             (names, sheet.kept.linear_of(term))
         }
         RigidBody::Stated(arm) => {
-            let names = crate::arm::regressor::parameter_names(arm.joint_count());
-            (names.iter().map(|name| format!("\"{name}\"")).collect(), arm.lumped_parameters())
+            let names = match arm {
+                StatedArm::Planar(arm) => parameter_names(arm.joint_count()),
+                StatedArm::Spatial(chain) => chain.parameter_names(),
+            };
+            (names.iter().map(|name| format!("\"{name}\"")).collect(), arm.parameters())
         }
     }
 }

@@ -14,11 +14,11 @@ mod splice;
 use std::collections::BTreeMap;
 
 pub use bodies::{Weighed, WeighedLink};
-use property::{Property, plain_columns};
 use splice::{Splice, SpliceError};
 
 use super::share;
 use crate::arm::robot::{RobotError, SerialArm};
+use crate::model::property::{Property, plain_columns};
 use crate::model::{Fitted, ModelError, Term};
 use crate::recording::{JointKind, Recording};
 
@@ -214,6 +214,18 @@ fn sorted(fitted: &Fitted, format: Format, recording: Option<&Recording>) -> Res
         recording.map(|recording| share::of_torque(fitted, recording, term, parameter)).transpose()
     };
     for (number, term) in fitted.model.terms.iter().enumerate() {
+        if let Term::Resistance(joints) = term {
+            for (joint, stated) in joints.iter().enumerate() {
+                let own = [
+                    (Property::Damping, stated.damping),
+                    (Property::Friction, stated.friction),
+                    (Property::Armature, stated.rotor_inertia),
+                ];
+                let held = own.into_iter().filter(|(property, value)| property.is_held(format, false) && *value != 0.0);
+                held.for_each(|(property, value)| *found.entry((joint, property)).or_default() += value);
+            }
+            continue;
+        }
         let Term::Effect(placed) = term else {
             let why = if matches!(term, Term::RigidBody(_)) { MASSES_STAY } else { "it is a network" };
             not_held.push(NotHeld { what: term.label(), value: None, why, share: share(number, None)? });

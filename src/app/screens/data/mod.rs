@@ -399,7 +399,7 @@ impl Data {
                 // Learned models take a training, which is not a choice of a moment.
                 let at_once = |preset: &Preset| !matches!(preset, Preset::Learned(_));
                 for preset in Preset::ALL.into_iter().filter(at_once) {
-                    let possible = preset == Preset::RigidBody || recording.stated_arm.is_some();
+                    let possible = preset == Preset::RigidBody || recording.states_arm();
                     let chosen = desk.session.preset == preset && desk.session.current().is_some();
                     let radio = ui.add_enabled(possible, egui::RadioButton::new(chosen, preset.title()));
                     if glossary::radio(radio, preset).on_disabled_hover_text("The recording states no arm.").clicked()

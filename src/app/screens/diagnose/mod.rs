@@ -18,9 +18,8 @@ use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen, Switch};
 use crate::app::screens::{ladder, residuals};
-use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
-use crate::app::{glossary, math, widgets};
+use crate::app::{glossary, math, tables, widgets};
 use crate::diagnosis::presence::LIKELY;
 use crate::diagnosis::{Alternative, Candidate, MissingEffect, NotKnown, Report, Verdict};
 use crate::effect::Scope;
@@ -397,8 +396,7 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
         ui.label(RichText::new(text).size(SMALL).color(palette.weak));
     });
     widgets::card(ui, "Parameters, with 95 % intervals", |ui| {
-        let rows: Vec<Vec<WidgetText>> = effect.parameters.iter().map(parameter_row).collect();
-        widgets::table(ui, "parameters", &["parameter", "joint", "value", "interval", "unit"], &rows);
+        tables::parameters(ui, "parameters", "interval", effect.parameters.iter());
     });
     widgets::card(ui, "Held-out error before and after", |ui| {
         let rows: Vec<Vec<WidgetText>> = (0..effect.nmse_before.len())

@@ -3,23 +3,25 @@
 mod figures;
 mod seal;
 
-use egui::{Rect, RichText, Sense, Ui, WidgetInfo, WidgetText};
+use std::sync::Arc;
+
+use egui::{Rect, RichText, Sense, Ui, WidgetInfo};
 
 use super::diagnose;
 use crate::app::desk::{About, Desk, Focus, Needs, Order, Question};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Next, NextStep, Screen};
-use crate::app::tables::parameter_row;
 use crate::app::theme::{Palette, SMALL};
-use crate::app::widgets;
+use crate::app::{tables, widgets};
 use crate::diagnosis::Verdict;
 use crate::effect::registry;
 use crate::figure::Panel;
+use crate::figure::table::Table;
 use crate::model::Term;
 use crate::recording::Recording;
 use crate::recording::seal::HiddenEffect;
-use crate::session::{Command, Session};
+use crate::session::{Command, Session, Step};
 
 /// How much of the colour is seen over the bars that lead back.
 const LIT: f32 = 0.15;
@@ -181,7 +183,7 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "", |ui| {
         let count = desk.session.ladder.len();
-        egui::Grid::new("steps").striped(true).spacing([18.0, 6.0]).show(ui, |ui| {
+        let shown = egui::Grid::new("steps").striped(true).spacing([18.0, 6.0]).show(ui, |ui| {
             ui.label(RichText::new("step").size(SMALL).color(palette.weak));
             for joint in &recording.joints {
                 ui.label(RichText::new(format!("{}: nMSE", joint.name)).size(SMALL).color(palette.weak));
@@ -211,6 +213,7 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 ui.end_row();
             }
         });
+        widgets::copied(ui, &shown.response, "steps", || as_table(&desk.session.ladder, recording));
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             let ready = desk.busy.is_none();
@@ -225,20 +228,33 @@ fn steps(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     });
 }
 
+/// The steps with their errors by joint, to be copied.
+fn as_table(ladder: &[Arc<Step>], recording: &Recording) -> Table {
+    let errors = recording.joints.iter().flat_map(|joint| [format!("{}: nMSE", joint.name), "R²".to_owned()]);
+    let row = |step: &Arc<Step>| {
+        let errors = step.evaluation.held_out.iter().flat_map(|error| [error.nmse, error.r2].map(ticks::number));
+        [step.name.clone()].into_iter().chain(errors).collect()
+    };
+    Table {
+        title: "held-out error, step by step".to_owned(),
+        head: ["step".to_owned()].into_iter().chain(errors).collect(),
+        rows: ladder.iter().map(row).collect(),
+    }
+}
+
 /// The parameters of the effects in the current model.
 fn found(ui: &mut Ui, desk: &mut Desk) {
     let Some(step) = desk.session.current() else { return };
     widgets::card(ui, "", |ui| {
         let of_effects = |term: usize| matches!(step.fitted.model.terms.get(term), Some(Term::Effect(_)));
-        let rows: Vec<Vec<WidgetText>> =
-            step.fitted.parameters.iter().filter(|parameter| of_effects(parameter.term)).map(parameter_row).collect();
-        if rows.is_empty() {
+        let parameters = step.fitted.parameters.iter().filter(|parameter| of_effects(parameter.term));
+        if parameters.clone().next().is_none() {
             widgets::weak(ui, "No effect was added to the model yet.");
             if ui.button(format!("Go to: {}", diagnose::ABOUT.title)).clicked() {
                 desk.orders.push(Order::Show(&diagnose::ABOUT));
             }
             return;
         }
-        widgets::table(ui, "found", &["parameter", "joint", "value", "95 % interval", "unit"], &rows);
+        tables::parameters(ui, "found", "95 % interval", parameters);
     });
 }

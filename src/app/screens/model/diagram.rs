@@ -205,7 +205,9 @@ fn lanes(term: &Term, place: usize, joints: usize) -> Vec<Lane> {
     };
     let lagrange = || named("d/dt ∂ℒ/∂q̇ − ∂ℒ/∂q", joints.to_string());
     match term {
-        Term::RigidBody(_) | Term::Effect(_) => vec![lane(vec![named(&term.label(), String::new())])],
+        Term::RigidBody(_) | Term::Resistance(_) | Term::Effect(_) => {
+            vec![lane(vec![named(&term.label(), String::new())])]
+        }
         Term::Learned(LearnedTerm::StructuredLagrangian { layers, positive }) => {
             let triangle = (joints * (joints + 1) / 2).to_string();
             let matrix = if positive.is_some() { "H = C Cᵀ" } else { "H = C + Cᵀ" };

@@ -5,7 +5,7 @@ mod figures;
 mod inside;
 mod share;
 
-use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichText, Ui, WidgetInfo, WidgetText};
+use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichText, Ui, WidgetInfo};
 
 use serde_json::Value;
 
@@ -16,9 +16,9 @@ use crate::app::desk::{About, Desk, Needs, Order};
 use crate::app::dock::{self, Part};
 use crate::app::plot::{PanelView, ticks};
 use crate::app::screen::{Screen, Switch};
-use crate::app::tables::parameter_row;
 use crate::app::theme::{GAP, Palette, SMALL};
-use crate::app::{glossary, math, widgets};
+use crate::app::{glossary, math, tables, widgets};
+use crate::arm::stated::StatedArm;
 use crate::effect::{Effect, Scope, registry};
 use crate::figure::Panel;
 use crate::model::learned::LearnedTerm;
@@ -182,21 +182,21 @@ fn card(ui: &mut Ui, desk: &mut Desk, recording: &Recording, step: &Step, place:
             });
         }
         let own: Vec<&Parameter> = step.fitted.parameters.iter().filter(|parameter| parameter.term == place).collect();
+        let parameters = |ui: &mut Ui| {
+            tables::parameters(ui, &format!("parameters of term {place}"), "95 % interval", own.iter().copied());
+            if let (Term::RigidBody(_), Some(text)) = (term, step.fitted.beside_stated()) {
+                widgets::weak(ui, text);
+            }
+        };
         match own.len() {
             0 => (),
-            1..=MOST_PARAMETERS => parameters(ui, place, &own),
+            1..=MOST_PARAMETERS => parameters(ui),
             many => {
                 let header = CollapsingHeader::new(format!("{many} parameters")).id_salt(("parameters", place));
-                header.show(ui, |ui| parameters(ui, place, &own));
+                header.show(ui, parameters);
             }
         }
     });
-}
-
-fn parameters(ui: &mut Ui, place: usize, own: &[&Parameter]) {
-    let rows: Vec<Vec<WidgetText>> = own.iter().map(|parameter| parameter_row(parameter)).collect();
-    let header = ["parameter", "joint", "value", "95 % interval", "unit"];
-    widgets::table(ui, &format!("parameters of term {place}"), &header, &rows);
 }
 
 /// What is told of a term.
@@ -228,9 +228,16 @@ fn told(term: &Term, recording: &Recording) -> Told {
                 ),
             }
         }
-        Term::RigidBody(RigidBody::Stated(_)) => {
+        Term::RigidBody(RigidBody::Stated(StatedArm::Planar(_))) => {
             of(BODY, "Planar links with the masses and lengths that the maker states.")
         }
+        Term::RigidBody(RigidBody::Stated(StatedArm::Spatial(_))) => {
+            of(BODY, "Links about the axes that are stated, with the masses that the maker states.")
+        }
+        Term::Resistance(_) => of(
+            [r"\tau = I_r\,\ddot q + d\,\dot q + \tau_c\,\mathrm{sign}(\dot q)", "τ = I_r q̈ + d q̇ + τ_c sign(q̇)"],
+            "Rotor inertia, damping and dry friction of each joint as the maker states them.",
+        ),
         Term::Effect(term) => {
             of([term.effect.typeset, &widgets::formula(term.effect.formula)], term.effect.description)
         }
@@ -346,7 +353,7 @@ impl Terms {
 fn presets(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     widgets::card(ui, "Start from another model", |ui| {
         for preset in Preset::ALL {
-            let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
+            let possible = preset != Preset::StatedArm || recording.states_arm();
             let chosen = desk.session.preset == preset;
             let radio = ui.add_enabled(possible && desk.busy.is_none(), RadioButton::new(chosen, preset.title()));
             let radio = glossary::radio(radio, preset).on_disabled_hover_text("The recording states no arm.");

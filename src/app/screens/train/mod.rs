@@ -266,7 +266,7 @@ impl Train {
         widgets::card(ui, "Model", |ui| {
             ui.spacing_mut().item_spacing.y = 1.0;
             for preset in Preset::ALL {
-                let possible = preset != Preset::StatedArm || recording.stated_arm.is_some();
+                let possible = preset != Preset::StatedArm || recording.states_arm();
                 let chosen = self.preset == preset;
                 let radio = ui.add_enabled(possible, RadioButton::new(chosen, preset.title()));
                 let radio = glossary::radio(radio, preset);
