@@ -282,7 +282,8 @@ impl PreparedColumn {
     }
 }
 
-fn joint_equations(columns: &[&[f64]], torque: &[f64]) -> NormalEquations {
+/// The normal equations of one joint: of columns, those that are zero by construction empty, against its torque.
+pub fn joint_equations(columns: &[&[f64]], torque: &[f64]) -> NormalEquations {
     let columns = side_by_side(columns.iter().copied(), torque.len());
     let rows = columns.transpose();
     let torque = DVector::from_column_slice(torque);
