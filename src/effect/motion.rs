@@ -43,15 +43,7 @@ pub struct Load {
     /// Its torque \[N m\] along any other trajectory.
     pub body: Arc<dyn Fn(&Trajectory) -> Signals + Send + Sync>,
     /// What the state of each joint does to it, once somebody asked.
-    asked: Arc<Asked>,
-}
-
-/// Answers to what somebody asked of a load.
-struct Asked {
-    /// The body's torque along the motion that the slopes are asked for.
-    here: OnceLock<Signals>,
-    /// By joint.
-    slopes: Vec<OnceLock<Slopes>>,
+    slopes: Arc<[OnceLock<Slopes>]>,
 }
 
 /// Derivatives of the body's torque on all joints by the state of one.
@@ -92,23 +84,22 @@ impl Load {
         trajectory: &Trajectory,
     ) -> Load {
         let torque = body(trajectory);
-        let slopes = vec![OnceLock::new(); torque.joint_count()];
-        let asked = Arc::new(Asked { here: OnceLock::new(), slopes });
-        Load { torque, turned_gravity, lumped, body: Arc::new(body), asked }
+        let slopes = vec![OnceLock::new(); torque.joint_count()].into();
+        Load { torque, turned_gravity, lumped, body: Arc::new(body), slopes }
     }
 
     /// What the state of a joint does to the body's torque along the trajectory that this load is of.
     pub(super) fn slopes(&self, trajectory: &Trajectory, joint: usize) -> &Slopes {
-        // Not the load's own torque: what is read late may be set right here and not there.
-        let here = self.asked.here.get_or_init(|| (self.body)(trajectory));
-        self.asked.slopes[joint].get_or_init(|| {
+        self.slopes[joint].get_or_init(|| {
+            // Not the load's own torque, nor that of another joint: what is read late may be set right here and not there.
+            let here = (self.body)(trajectory);
             let slope = |part: usize, step: f64| {
                 let mut moved = trajectory.clone();
                 let channels = moved.channels_mut();
                 let mut signals = [channels.q, channels.qd, channels.qdd];
                 signals[part].iter_mut().nth(joint).into_iter().flatten().for_each(|value| *value += step);
                 let mut change = (self.body)(&moved);
-                change.add(here, -1.0);
+                change.add(&here, -1.0);
                 change.map(|value| value / step)
             };
             // Torque is linear in accelerations.

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// XᵀX, Xᵀy and yᵀy of a linear model y ≈ Xβ.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +47,32 @@ impl NormalEquations {
     /// No data: `factors` columns, all zero.
     pub fn empty(factors: usize) -> Self {
         NormalEquations { gram: DMatrix::zeros(factors, factors), moment: DVector::zeros(factors), energy: 0.0 }
+    }
+
+    /// No data any more, in so many columns; its memory is kept where that is possible.
+    pub fn clear(&mut self, factors: usize) {
+        if self.moment.len() == factors {
+            self.gram.fill(0.0);
+            self.moment.fill(0.0);
+            self.energy = 0.0;
+        } else {
+            *self = NormalEquations::empty(factors);
+        }
+    }
+
+    /// The sum of all of these, in `factors` columns.
+    pub fn sum(all: &[NormalEquations], factors: usize) -> NormalEquations {
+        let mut sum = NormalEquations::empty(factors);
+        let column = |(number, column): (usize, &mut [f64])| {
+            let parts = all.iter().map(|part| &part.gram.as_slice()[number * factors..(number + 1) * factors]);
+            parts.for_each(|part| column.iter_mut().zip(part).for_each(|(sum, value)| *sum += value));
+        };
+        sum.gram.as_mut_slice().par_chunks_exact_mut(factors.max(1)).enumerate().for_each(column);
+        for part in all {
+            sum.moment += &part.moment;
+            sum.energy += part.energy;
+        }
+        sum
     }
 
     /// Adds `weight` times other data.

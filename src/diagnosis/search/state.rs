@@ -61,14 +61,8 @@ impl<'a> Search<'a> {
     /// Recomputes the weighted sums after the weights changed.
     fn update(&mut self) {
         self.left_out.forget();
-        let equations = &self.library.equations;
-        self.blocks = (0..equations.block_count())
-            .into_par_iter()
-            .map(|block| equations.total(&self.weights, |other| other == block))
-            .collect();
-        let mut whole = NormalEquations::empty(self.blocks.first().map_or(0, |block| block.moment.len()));
-        self.blocks.iter().for_each(|block| whole.add(block, 1.0));
-        self.whole = whole;
+        self.blocks = self.library.equations.by_block(&self.weights, std::mem::take(&mut self.blocks));
+        self.whole = NormalEquations::sum(&self.blocks, self.library.columns.len());
         self.own = self.whole_of(&self.columns(&[])).eliminate();
     }
 
