@@ -76,6 +76,10 @@ fn down() -> [f64; 3] {
     [0.0, 0.0, -super::GRAVITY]
 }
 
+/// An element of the regressor that is so small beside the largest one of the same state is what rounding left of terms that cancel.
+/// A column of such elements must be none: scaled to the length of the others it would be noise that a fit can use.
+const ROUNDING: f64 = 1e-13;
+
 /// Parameters of one link.
 pub const PER_LINK: usize = 10;
 const NAMES: [&str; PER_LINK] = ["m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
@@ -109,6 +113,25 @@ impl Step {
     fn about_z(theta: f64, d: f64) -> Step {
         let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), theta).into_inner();
         Step { rotation, offset: Vector3::z() * d }
+    }
+
+    /// What is only rounding in it is 0: the cosine of a right angle is not 6e-17.
+    fn cleaned(self) -> Step {
+        let clean = |value: f64| if value.abs() < 1e-15 { 0.0 } else { value };
+        Step { rotation: self.rotation.map(clean), offset: self.offset.map(clean) }
+    }
+
+    /// This step, then a turn about z.
+    fn turned(&self, angle: f64) -> Step {
+        let (sin, cos) = angle.sin_cos();
+        let [x, y, z] = [0, 1, 2].map(|column| self.rotation.column(column));
+        let rotation = Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, z.into()]);
+        Step { rotation, offset: self.offset }
+    }
+
+    /// This step, then one along z.
+    fn slid(&self, by: f64) -> Step {
+        Step { offset: self.offset + self.rotation.column(2) * by, ..*self }
     }
 }
 
@@ -201,15 +224,14 @@ impl Chain {
                 }
             }
         };
-        self.axes.iter().map(step).collect()
+        self.axes.iter().map(step).map(Step::cleaned).collect()
     }
 
     /// How the frame of each link stands in the one before, at q = 0; what is only rounding in it is 0. The joint's axis is z.
     pub fn frames(&self) -> Vec<Frame> {
-        let clean = |value: f64| if value.abs() < 1e-15 { 0.0 } else { value };
         let frame = |step: Step| Frame {
-            rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| clean(step.rotation[(row, column)]))),
-            offset: [0, 1, 2].map(|row| clean(step.offset[row])),
+            rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| step.rotation[(row, column)])),
+            offset: [0, 1, 2].map(|row| step.offset[row]),
         };
         self.steps().into_iter().map(frame).collect()
     }
@@ -234,10 +256,12 @@ impl Regressor {
             rotation: frame.rotation.to_rotation_matrix().into_inner(),
             offset: frame.translation.vector,
         };
-        Regressor { steps: frames.iter().map(step).collect(), sliding: sliding.to_vec(), gravity }
+        Regressor { steps: frames.iter().map(step).map(Step::cleaned).collect(), sliding: sliding.to_vec(), gravity }
     }
 
     /// Fills the regressor of one state: `rows[joint][parameter]`, n × 10 n, row after row.
+    ///
+    /// What a parameter asks of a joint is the power of its force and moment while the joint alone moves at unit speed.
     ///
     /// # Panics
     /// If `rows` does not have n · 10 n elements.
@@ -246,19 +270,30 @@ impl Regressor {
         let width = n * PER_LINK;
         assert_eq!(rows.len(), n * width, "the regressor of {n} joints has {n} × {width} elements");
         rows.fill(0.0);
-        let moved = self.moved(q, qd, qdd);
-        for (link, LinkMotion { omega, alpha, acceleration, .. }) in moved.iter().enumerate() {
-            for (parameter, (force, moment)) in wrenches(omega, alpha, acceleration).into_iter().enumerate() {
-                let column = link * PER_LINK + parameter;
-                let (mut force, mut moment) = (force, moment);
-                for joint in (0..=link).rev() {
-                    rows[joint * width + column] = if self.sliding[joint] { force.z } else { moment.z };
-                    let step = &moved[joint].step;
-                    force = step.rotation * force;
-                    moment = step.rotation * moment + step.offset.cross(&force);
+        let moved = &self.moved(q, qd, qdd)[..n];
+        let mut asked = [[(Vector3::zeros(), Vector3::zeros()); PER_LINK]; MOST_JOINTS];
+        for (asked, LinkMotion { omega, alpha, acceleration, .. }) in asked.iter_mut().zip(moved) {
+            *asked = wrenches(omega, alpha, acceleration);
+        }
+        for (joint, row) in rows.chunks_exact_mut(width).enumerate() {
+            // How fast the link and its origin move while the joint does.
+            let axis = Vector3::z();
+            let (mut turning, mut moving) =
+                if self.sliding[joint] { (Vector3::zeros(), axis) } else { (axis, Vector3::zeros()) };
+            for link in joint..n {
+                if link > joint {
+                    let step = &moved[link].step;
+                    moving = step.rotation.tr_mul(&(moving + turning.cross(&step.offset)));
+                    turning = step.rotation.tr_mul(&turning);
+                }
+                let places = row[link * PER_LINK..(link + 1) * PER_LINK].iter_mut();
+                for (place, (force, moment)) in places.zip(&asked[link]) {
+                    *place = moving.dot(force) + turning.dot(moment);
                 }
             }
         }
+        let rounding = ROUNDING * rows.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        rows.iter_mut().filter(|value| value.abs() <= rounding).for_each(|value| *value = 0.0);
     }
 
     /// The torque of one state with these parameters (ten for each link, in the order of the regressor's columns): what the regressor
@@ -268,7 +303,7 @@ impl Regressor {
     /// # Panics
     /// If there are fewer than 10 n parameters, or fewer than n places for the torque.
     pub fn torque(&self, q: &[f64], qd: &[f64], qdd: &[f64], parameters: &[f64], torque: &mut [f64]) {
-        let moved = self.moved(q, qd, qdd);
+        let moved = &self.moved(q, qd, qdd)[..self.steps.len()];
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
         for (link, LinkMotion { step, omega, alpha, acceleration }) in moved.iter().enumerate().rev() {
             let own = &parameters[link * PER_LINK..(link + 1) * PER_LINK];
@@ -282,32 +317,34 @@ impl Regressor {
         }
     }
 
-    /// How each link moves, in its own frame.
-    fn moved(&self, q: &[f64], qd: &[f64], qdd: &[f64]) -> Vec<LinkMotion> {
+    /// How each link moves, in its own frame; what is beyond the last link is at rest.
+    fn moved(&self, q: &[f64], qd: &[f64], qdd: &[f64]) -> [LinkMotion; MOST_JOINTS] {
         let z = Vector3::z();
         let (mut omega, mut alpha, mut acceleration) = (Vector3::zeros(), Vector3::zeros(), -self.gravity);
-        let mut moved = Vec::with_capacity(self.steps.len());
-        for (link, from) in self.steps.iter().enumerate() {
+        let mut moved = [LinkMotion::REST; MOST_JOINTS];
+        for (link, (from, moved)) in self.steps.iter().zip(&mut moved).enumerate() {
             let slides = self.sliding[link];
-            let step = from.then(if slides { Step::about_z(0.0, q[link]) } else { Step::about_z(q[link], 0.0) });
-            let into = step.rotation.transpose();
+            let step = if slides { from.slid(q[link]) } else { from.turned(q[link]) };
             let carried = acceleration + alpha.cross(&step.offset) + omega.cross(&omega.cross(&step.offset));
-            let (before, turned) = (into * omega, into * alpha);
-            acceleration = into * carried;
+            let (before, turned) = (step.rotation.tr_mul(&omega), step.rotation.tr_mul(&alpha));
+            // Its product with z.
+            let across = Vector3::new(before.y, -before.x, 0.0);
+            acceleration = step.rotation.tr_mul(&carried);
             if slides {
-                acceleration += 2.0 * before.cross(&z) * qd[link] + z * qdd[link];
+                acceleration += 2.0 * across * qd[link] + z * qdd[link];
                 (omega, alpha) = (before, turned);
             } else {
                 omega = before + z * qd[link];
-                alpha = turned + before.cross(&z) * qd[link] + z * qdd[link];
+                alpha = turned + across * qd[link] + z * qdd[link];
             }
-            moved.push(LinkMotion { step, omega, alpha, acceleration });
+            *moved = LinkMotion { step, omega, alpha, acceleration };
         }
         moved
     }
 }
 
 /// How a link moves, in its own frame.
+#[derive(Clone, Copy)]
 struct LinkMotion {
     /// From the frame before it.
     step: Step,
@@ -315,6 +352,14 @@ struct LinkMotion {
     alpha: Vector3<f64>,
     /// Of its origin, gravity taken off.
     acceleration: Vector3<f64>,
+}
+
+impl LinkMotion {
+    const REST: LinkMotion = {
+        let zero = Vector3::new(0.0, 0.0, 0.0);
+        let step = Step { rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), offset: zero };
+        LinkMotion { step, omega: zero, alpha: zero, acceleration: zero }
+    };
 }
 
 /// Force and moment about the origin of the link's frame that one unit of each parameter needs.
@@ -333,10 +378,13 @@ fn wrenches(
     let mut parameter = 4;
     for row in 0..3 {
         for column in row..3 {
-            let mut inertia = Matrix3::zeros();
-            inertia[(row, column)] = 1.0;
-            inertia[(column, row)] = 1.0;
-            wrenches[parameter] = (none, inertia * alpha + omega.cross(&(inertia * omega)));
+            let times = |vector: &Vector3<f64>| {
+                let mut product = none;
+                product[row] = vector[column];
+                product[column] = vector[row];
+                product
+            };
+            wrenches[parameter] = (none, times(alpha) + omega.cross(&times(omega)));
             parameter += 1;
         }
     }
@@ -368,6 +416,28 @@ mod tests {
                 assert!((torque - expected).abs() < 1e-12 * expected.abs().max(1.0), "{torque} is not {expected}");
             }
         }
+    }
+
+    /// The axes of an arm stand at right angles and its first one is vertical, so many parameters do nothing on a joint. Rounding
+    /// must not let them.
+    #[test]
+    fn what_a_parameter_does_not_do_is_zero() {
+        let half = std::f64::consts::FRAC_PI_2;
+        let axis = |a: f64, alpha: f64, d: f64| Axis { a, alpha, d, theta: 0.1, ..Axis::default() };
+        let axes = vec![axis(0.0, half, 0.13), axis(-0.61, 0.0, 0.0), axis(-0.57, 0.0, 0.0), axis(0.0, half, 0.16)];
+        let chain = Chain { convention: Convention::Standard, axes, gravity: down() };
+        let regressor = chain.regressor(&[false; 4]);
+        let mut most = [0.0f64; 160];
+        for state in 0..200 {
+            let signal = |phase: f64| [0, 1, 2, 3].map(|joint| (f64::from(state * (joint + 3)) * 0.37 + phase).sin());
+            let mut rows = [0.0; 160];
+            regressor.fill(&signal(0.0), &signal(1.0), &signal(2.0), &mut rows);
+            most.iter_mut().zip(rows).for_each(|(most, value)| *most = most.max(value.abs()));
+        }
+        assert!(most.iter().all(|&most| most == 0.0 || most > 1e-3), "{most:?}");
+        // Of the first link only the inertia about its axis counts.
+        let first: Vec<usize> = (0..PER_LINK).filter(|&parameter| most[parameter] > 0.0).collect();
+        assert_eq!(first, [9]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::candidates::Group;
@@ -15,19 +16,22 @@ use crate::progress::Monitor;
 /// only the one that fits best is measured; the others get what it gets.
 pub fn error_drops(search: &Search, monitor: &Monitor) -> Result<Vec<f64>, ModelError> {
     let groups = &search.library.groups;
-    let blocks = search.library.equations.block_count();
-    let error = |set: &[usize], joint: Option<usize>| -> f64 {
+    let errors = |set: &[usize], joints: &[Option<usize>]| -> Vec<f64> {
         let columns = search.columns(set);
-        let of_block = |block: usize| {
-            let (factors, weighted) = search.error_when(set, block);
-            let on_joint = |joint| search.library.equations.select(block, joint, &columns).residual_energy(&factors);
-            joint.map_or(weighted, on_joint)
+        let fits = search.left_out_fits(set);
+        let on_joint = |block: usize, joint: usize, factors: &DVector<f64>| {
+            search.library.equations.select(block, joint, &columns).residual_energy(factors)
         };
-        (0..blocks).map(of_block).sum()
+        let error = |joint: &Option<usize>| {
+            let of_block = |(block, (factors, weighted)): (usize, &(DVector<f64>, f64))| {
+                joint.map_or(*weighted, |joint| on_joint(block, joint, factors))
+            };
+            fits.iter().enumerate().map(of_block).sum()
+        };
+        joints.iter().map(error).collect()
     };
-    let joints = search.weights.len();
-    let alone: BTreeMap<Option<usize>, f64> =
-        (0..joints).map(Some).chain([None]).map(|joint| (joint, error(&[], joint))).collect();
+    let places: Vec<Option<usize>> = (0..search.weights.len()).map(Some).chain([None]).collect();
+    let alone: BTreeMap<Option<usize>, f64> = places.iter().copied().zip(errors(&[], &places)).collect();
     let is_first = |&group: &usize| groups[..group].iter().all(|other| !other.same_place_and_effect(&groups[group]));
     let firsts: Vec<usize> = (0..groups.len()).filter(is_first).collect();
     let drop_of = |&first: &usize| {
@@ -36,7 +40,7 @@ pub fn error_drops(search: &Search, monitor: &Monitor) -> Result<Vec<f64>, Model
         let costs = same.map(|other| (other, search.cost(&[other])));
         let best = costs.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(first, |(best, _)| best);
         let alone = alone.get(&groups[first].joint).copied().unwrap_or(0.0);
-        Ok(if alone > 0.0 { 1.0 - error(&[best], groups[first].joint) / alone } else { 0.0 })
+        Ok(if alone > 0.0 { 1.0 - errors(&[best], &[groups[first].joint])[0] / alone } else { 0.0 })
     };
     let drops = firsts.par_iter().map(drop_of).collect::<Result<Vec<f64>, ModelError>>()?;
     let of_group = |group: &Group| {

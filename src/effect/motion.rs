@@ -91,7 +91,7 @@ impl Load {
     /// What the state of a joint does to the body's torque along the trajectory that this load is of.
     pub(super) fn slopes(&self, trajectory: &Trajectory, joint: usize) -> &Slopes {
         self.slopes[joint].get_or_init(|| {
-            // Not the load's own torque: what is read late may be set right here and not there.
+            // Not the load's own torque, nor that of another joint: what is read late may be set right here and not there.
             let here = (self.body)(trajectory);
             let slope = |part: usize, step: f64| {
                 let mut moved = trajectory.clone();

@@ -19,9 +19,13 @@ impl Behind {
             (&slopes.velocity, &self.velocity),
             (&slopes.acceleration, &self.acceleration),
         ];
-        let change = |joint: usize, sample: usize| {
-            -pairs.iter().map(|(slope, behind)| slope[joint][sample] * behind[sample]).sum::<f64>()
-        };
-        Ok(Column::on_all(Signals::from_fn(motion.trajectory.joint_count(), motion.trajectory.len(), change)))
+        let mut change = Signals::zeros(motion.trajectory.joint_count(), motion.trajectory.len());
+        for (slope, behind) in pairs {
+            for (change, slope) in change.iter_mut().zip(slope.iter()) {
+                let parts = change.iter_mut().zip(slope.iter().zip(behind));
+                parts.for_each(|(change, (slope, behind))| *change -= slope * behind);
+            }
+        }
+        Ok(Column::on_all(change))
     }
 }

@@ -179,21 +179,37 @@ impl Equations {
     pub fn total(&self, weights: &[f64], included: impl Fn(usize) -> bool) -> NormalEquations {
         let mut sum = NormalEquations::empty(self.count);
         for block in (0..self.parts.len()).filter(|&block| included(block)) {
-            for (joint, &weight) in weights.iter().enumerate() {
-                self.add_part(block, joint, weight, &mut sum);
-            }
+            self.add_block(block, weights, &mut sum);
         }
         sum
+    }
+
+    /// The weighted sum over all joints of each block, in the place of those of other weights or columns.
+    pub fn by_block(&self, weights: &[f64], mut blocks: Vec<NormalEquations>) -> Vec<NormalEquations> {
+        // Memory that is there is quicker than memory that is asked for anew.
+        blocks.resize_with(self.parts.len(), || NormalEquations::empty(self.count));
+        blocks.par_iter_mut().enumerate().for_each(|(block, sum)| {
+            sum.clear(self.count);
+            self.add_block(block, weights, sum);
+        });
+        blocks
+    }
+
+    fn add_block(&self, block: usize, weights: &[f64], sum: &mut NormalEquations) {
+        for (joint, &weight) in weights.iter().enumerate() {
+            self.add_part(block, joint, weight, sum);
+        }
     }
 
     /// Adds `weight` times the equations of one block and joint to `sum`, which is in all columns.
     pub fn add_part(&self, block: usize, joint: usize, weight: f64, sum: &mut NormalEquations) {
         let (part, acting) = (&self.parts[block][joint], &self.on_joint[joint]);
-        for (j, &to) in acting.iter().enumerate() {
-            for (i, &from) in acting.iter().enumerate() {
-                sum.gram[(from, to)] += weight * part.gram[(i, j)];
-            }
-            sum.moment[to] += weight * part.moment[j];
+        let columns = part.gram.as_slice().chunks_exact(acting.len().max(1));
+        for (&to, (own, moment)) in acting.iter().zip(columns.zip(&part.moment)) {
+            let mut column = sum.gram.column_mut(to);
+            let column = column.as_mut_slice();
+            acting.iter().zip(own).for_each(|(&from, value)| column[from] += weight * value);
+            sum.moment[to] += weight * moment;
         }
         sum.energy += weight * part.energy;
     }
@@ -282,7 +298,8 @@ impl PreparedColumn {
     }
 }
 
-fn joint_equations(columns: &[&[f64]], torque: &[f64]) -> NormalEquations {
+/// The normal equations of one joint: of columns, those that are zero by construction empty, against its torque.
+pub fn joint_equations(columns: &[&[f64]], torque: &[f64]) -> NormalEquations {
     let columns = side_by_side(columns.iter().copied(), torque.len());
     let rows = columns.transpose();
     let torque = DVector::from_column_slice(torque);

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// XᵀX, Xᵀy and yᵀy of a linear model y ≈ Xβ.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,10 +40,39 @@ impl Solution {
 /// Least share of a column's squared length that must be left after the columns before it, for it to count as independent.
 const INDEPENDENT: f64 = 1e-10;
 
+/// So many columns are eliminated one by one before the others hear of them.
+const PANEL: usize = 16;
+
 impl NormalEquations {
     /// No data: `factors` columns, all zero.
     pub fn empty(factors: usize) -> Self {
         NormalEquations { gram: DMatrix::zeros(factors, factors), moment: DVector::zeros(factors), energy: 0.0 }
+    }
+
+    /// No data any more, in so many columns; its memory is kept where that is possible.
+    pub fn clear(&mut self, factors: usize) {
+        if self.moment.len() == factors {
+            self.gram.fill(0.0);
+            self.moment.fill(0.0);
+            self.energy = 0.0;
+        } else {
+            *self = NormalEquations::empty(factors);
+        }
+    }
+
+    /// The sum of all of these, in `factors` columns.
+    pub fn sum(all: &[NormalEquations], factors: usize) -> NormalEquations {
+        let mut sum = NormalEquations::empty(factors);
+        let column = |(number, column): (usize, &mut [f64])| {
+            let parts = all.iter().map(|part| &part.gram.as_slice()[number * factors..(number + 1) * factors]);
+            parts.for_each(|part| column.iter_mut().zip(part).for_each(|(sum, value)| *sum += value));
+        };
+        sum.gram.as_mut_slice().par_chunks_exact_mut(factors.max(1)).enumerate().for_each(column);
+        for part in all {
+            sum.moment += &part.moment;
+            sum.energy += part.energy;
+        }
+        sum
     }
 
     /// Adds `weight` times other data.
@@ -61,9 +91,15 @@ impl NormalEquations {
 
     /// The equations of a selection of columns.
     pub fn select(&self, columns: &[usize]) -> NormalEquations {
+        let (rows, count) = (self.moment.len(), columns.len());
+        let mut gram = Vec::with_capacity(count * count);
+        for &column in columns {
+            let whole = &self.gram.as_slice()[column * rows..(column + 1) * rows];
+            gram.extend(columns.iter().map(|&row| whole[row]));
+        }
         NormalEquations {
-            gram: DMatrix::from_fn(columns.len(), columns.len(), |i, j| self.gram[(columns[i], columns[j])]),
-            moment: DVector::from_fn(columns.len(), |i, _| self.moment[columns[i]]),
+            gram: DMatrix::from_vec(count, count, gram),
+            moment: DVector::from_fn(count, |i, _| self.moment[columns[i]]),
             energy: self.energy,
         }
     }
@@ -86,12 +122,7 @@ impl NormalEquations {
     /// Least squares by Cholesky on scaled columns. Of columns that can't be told apart the first is kept, the others get
     /// the factor 0 and are marked as not identified.
     pub fn solve(&self) -> Solution {
-        let elimination = self.eliminate();
-        Solution {
-            factors: DVector::from_vec(elimination.factors_from(0)),
-            residual_energy: elimination.residual_energy(),
-            identified: elimination.identified,
-        }
+        self.eliminate().solution()
     }
 
     /// How far each factor moves, in the mean, for noise of deviation 1 in y: the roots of the diagonal of (XᵀX)⁻¹; 0 for what the
@@ -112,10 +143,57 @@ impl NormalEquations {
     }
 
     /// Eliminates all columns, so that more of them can be tried beside these.
+    ///
+    /// The same as pushing one column after the other, but what a panel of columns shares with all before it is one product of
+    /// matrices.
     pub fn eliminate(&self) -> Elimination {
-        let mut elimination = Elimination { energy: self.energy, ..Elimination::default() };
-        (0..self.moment.len()).for_each(|column| elimination.push_column(self, column));
-        elimination
+        let count = self.moment.len();
+        let scale: Vec<f64> = (0..count).map(|column| self.gram[(column, column)].max(0.0).sqrt()).collect();
+        let inverse = |column: usize| if scale[column] > 0.0 { 1.0 / scale[column] } else { 0.0 };
+        let inverse: Vec<f64> = (0..count).map(inverse).collect();
+        // Cholesky's factor of the scaled equations takes their place from the left; the last row is that of y.
+        let mut left = DMatrix::from_fn(count + 1, count, |row, column| {
+            let value = if row < count { self.gram[(row, column)] * inverse[row] } else { self.moment[column] };
+            value * inverse[column]
+        });
+        let mut identified = vec![false; count];
+        for start in (0..count).step_by(PANEL) {
+            let end = (start + PANEL).min(count);
+            let (done, mut panel) = left.columns_range_pair_mut(..start, start..end);
+            if start > 0 {
+                let shared = done.view((start, 0), (end - start, start)).transpose();
+                panel.rows_mut(start, count + 1 - start).gemm(-1.0, &done.rows(start, count + 1 - start), &shared, 1.0);
+            }
+            for column in start..end {
+                let pivot = if scale[column] > 0.0 { panel[(column, column - start)] } else { 0.0 };
+                identified[column] = pivot > INDEPENDENT;
+                let (mut own, mut later) = panel.columns_range_pair_mut(column - start, column + 1 - start..);
+                if !identified[column] {
+                    own.fill(0.0);
+                    continue;
+                }
+                own.rows_mut(column, count + 1 - column).unscale_mut(pivot.sqrt());
+                for (number, mut later) in later.column_iter_mut().enumerate() {
+                    let next = column + 1 + number;
+                    let rest = count + 1 - next;
+                    later.rows_mut(next, rest).axpy(-own[next], &own.rows(next, rest), 1.0);
+                }
+            }
+        }
+        let row = |row: usize| -> Arc<[f64]> {
+            if identified[row] {
+                left.row(row).iter().take(row + 1).copied().collect()
+            } else {
+                vec![0.0; row + 1].into()
+            }
+        };
+        Elimination {
+            rows: (0..count).map(row).collect(),
+            half: left.row(count).iter().copied().collect(),
+            scale,
+            identified,
+            energy: self.energy,
+        }
     }
 }
 
@@ -163,6 +241,15 @@ impl Elimination {
         self.push(&products, equations.gram[(column, column)], equations.moment[column]);
     }
 
+    /// Least squares with all columns.
+    pub fn solution(self) -> Solution {
+        Solution {
+            factors: DVector::from_vec(self.factors_from(0)),
+            residual_energy: self.residual_energy(),
+            identified: self.identified,
+        }
+    }
+
     /// What is left of yᵀy.
     pub fn residual_energy(&self) -> f64 {
         (self.energy - dot(&self.half, &self.half)).max(0.0)
@@ -175,10 +262,12 @@ impl Elimination {
 
     /// The factors of the columns from `first` on.
     pub fn factors_from(&self, first: usize) -> Vec<f64> {
-        let mut factors = vec![0.0; self.rows.len()];
-        for i in (first..self.rows.len()).rev().filter(|&i| self.identified[i]) {
-            let rest: f64 = (i + 1..self.rows.len()).map(|k| self.rows[k][i] * factors[k]).sum();
-            factors[i] = (self.half[i] - rest) / self.rows[i][i];
+        let mut factors = self.half.clone();
+        for i in (first..self.rows.len()).rev() {
+            let row = &self.rows[i];
+            factors[i] = if self.identified[i] { factors[i] / row[i] } else { 0.0 };
+            let factor = factors[i];
+            factors[first..i].iter_mut().zip(&row[first..i]).for_each(|(rest, value)| *rest -= factor * value);
         }
         let unscaled = |(factor, scale): (&f64, &f64)| if *scale > 0.0 { factor / scale } else { 0.0 };
         factors.iter().zip(&self.scale).skip(first).map(unscaled).collect()
@@ -226,6 +315,35 @@ mod tests {
         let solution = equations(&x, &y).solve();
         assert!((&solution.factors - &expected).component_div(&expected).amax() < 1e-9);
         assert!((solution.residual_energy - (&y - &x * &expected).norm_squared()).abs() < 1e-9);
+    }
+
+    /// More columns than a panel has, some of them sums of others and one of zeros.
+    #[test]
+    fn all_at_once_is_one_after_the_other() {
+        let independent =
+            DMatrix::from_fn(120, 40, |i, j| ((i * (j + 3)) as f64 * 0.61).sin() * 10f64.powi(j as i32 % 5));
+        let mut x = independent.clone().resize_horizontally(45, 0.0);
+        for (sum, of) in [(40, [0, 7]), (41, [20, 21]), (43, [3, 39]), (44, [16, 31])] {
+            let column = independent.column(of[0]) + independent.column(of[1]);
+            x.set_column(sum, &column);
+        }
+        x.swap_columns(5, 42);
+        x.swap_columns(19, 40);
+        let y = DVector::from_fn(120, |i, _| (i as f64 * 0.1).cos());
+        let equations = equations(&x, &y);
+        let at_once = equations.eliminate();
+        let mut one_by_one = Elimination { energy: equations.energy, ..Elimination::default() };
+        (0..45).for_each(|column| one_by_one.push_column(&equations, column));
+        assert_eq!(at_once.identified, one_by_one.identified);
+        assert_eq!(at_once.identified.iter().filter(|&&identified| identified).count(), 40);
+        assert!((at_once.residual_energy() - one_by_one.residual_energy()).abs() < 1e-9 * equations.energy);
+        for (one, other) in at_once.rows.iter().zip(&one_by_one.rows) {
+            assert_eq!(one.len(), other.len());
+            assert!(one.iter().zip(other.iter()).all(|(one, other)| (one - other).abs() < 1e-9));
+        }
+        let (factors, others) = (at_once.factors_from(0), one_by_one.factors_from(0));
+        assert!(factors.iter().zip(&others).all(|(one, other)| (one - other).abs() < 1e-7 * (1.0 + other.abs())));
+        assert_eq!(at_once.factors_from(30), factors[30..]);
     }
 
     #[test]

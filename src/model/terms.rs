@@ -18,6 +18,11 @@ use crate::signals::Signals;
 /// So many samples of a trajectory are one core's work.
 const STRETCH: usize = 1 << 14;
 
+/// What a parameter of the rigid body does to a joint counts from this share of the largest element of the regressor on. Less than that
+/// is left of axes at nearly right angles (1.5708 in a robot's file), and would need masses of tons to be felt; a fit would give
+/// them.
+const LEAST_SEEN: f64 = 1e-7;
+
 /// What terms need to know of the recording beside the motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
@@ -365,7 +370,8 @@ fn chain_columns(chain: &Chain, setting: &Setting, trajectory: &Trajectory) -> V
     columns_along(trajectory, width, |q, qd, qdd, rows| regressor.fill(q, qd, qdd, rows))
 }
 
-/// A regressor of `width` parameters along a trajectory, one column each, without the rows that are zero by construction.
+/// A regressor of `width` parameters along a trajectory, one column each, without the rows that are zero by construction, or as good
+/// as that.
 fn columns_along(
     trajectory: &Trajectory,
     width: usize,
@@ -387,8 +393,11 @@ fn columns_along(
         });
     });
     let mut columns: Vec<Column> = (0..width).map(|_| Column { parts: Vec::new() }).collect();
-    for (index, element) in values.into_iter().enumerate() {
-        if element.iter().any(|&value| value != 0.0) {
+    let largest = |element: &Vec<f64>| element.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let sizes: Vec<f64> = values.par_iter().map(largest).collect();
+    let least = LEAST_SEEN * sizes.iter().copied().fold(0.0, f64::max);
+    for (index, (element, size)) in values.into_iter().zip(sizes).enumerate() {
+        if size > least {
             columns[index % width].parts.push((index / width, element));
         }
     }

@@ -3,6 +3,7 @@
 use torquescope::arm::{Arm, Link, Posture, Sense};
 
 use crate::oracle::Oracle;
+use crate::outside;
 
 const TOLERANCE: f64 = 1e-9;
 
@@ -17,8 +18,9 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64]) {
 
 #[test]
 fn equals_the_reference_for_one_to_seven_joints() {
-    for n in [1, 2, 3, 5, 7] {
-        let mut reference = Oracle::open(&format!("arm/oracle_planar_n{n}.npz"));
+    let of = |n: usize| outside::references().into_iter().map(move |folder| (n, folder));
+    for (n, folder) in [1, 2, 3, 5, 7].into_iter().flat_map(of) {
+        let mut reference = Oracle::open(&folder.join(format!("arm/oracle_planar_n{n}.npz")));
         let [m, l, r, inertia, gravity, phi0, set] =
             ["m", "l", "r", "I", "gravity", "phi0", "set"].map(|name| reference.array(name));
         let [q, qd, qdd] = ["q", "qd", "qdd"].map(|name| reference.array(name));

@@ -18,8 +18,8 @@ const TOLERANCE: f64 = 1e-9;
 type Arrays = HashMap<String, (Vec<usize>, Vec<f64>)>;
 
 fn oracle_files() -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> =
-        outside::reference("networks").read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
+    let in_folder = |folder: PathBuf| folder.join("networks").read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> = outside::references().into_iter().flat_map(in_folder).collect();
     files.retain(|path| path.extension().is_some_and(|ending| ending == "npz"));
     files.sort();
     assert!(files.len() >= 5, "the reference vectors were not found");

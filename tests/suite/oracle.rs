@@ -2,18 +2,17 @@
 
 use std::fs::File;
 use std::io::Read;
+use std::path::Path;
 
 use zip::ZipArchive;
-
-use crate::outside;
 
 /// One NPZ file of reference vectors.
 pub struct Oracle(ZipArchive<File>);
 
 impl Oracle {
-    /// Opens a file by its path below the folder of the reference vectors.
-    pub fn open(path: &str) -> Self {
-        let file = File::open(outside::reference(path)).unwrap();
+    /// Opens the file.
+    pub fn open(path: &Path) -> Self {
+        let file = File::open(path).unwrap();
         Oracle(ZipArchive::new(file).unwrap())
     }
 

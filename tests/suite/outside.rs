@@ -10,10 +10,12 @@ pub fn real_logs(folder: &str) -> Option<PathBuf> {
     find("TORQUESCOPE_REAL_DATA", "../shared/real", folder)
 }
 
-/// A file or folder of reference vectors: of all of them, or of the small part that comes with the repository.
-pub fn reference(path: &str) -> PathBuf {
-    let whole = place("TORQUESCOPE_ORACLE", "../shared/oracle").join(path);
-    if whole.exists() { whole } else { Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(path) }
+/// The folders of reference vectors that are there: the small part that comes with the repository, which must hold by itself on a
+/// clean clone, and all of them.
+pub fn references() -> Vec<PathBuf> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference");
+    let all = place("TORQUESCOPE_ORACLE", "../shared/oracle");
+    [own, all].into_iter().filter(|folder| folder.exists()).collect()
 }
 
 fn place(variable: &str, beside: &str) -> PathBuf {

@@ -10,6 +10,7 @@ use torquescope::signals::Signals;
 use torquescope::training::components;
 
 use crate::oracle::Oracle;
+use crate::outside;
 
 /// A planar arm as an MJCF, the last link behind a body that is fixed to the one before; `said` is said of every joint.
 fn mjcf(arm: &Arm, said: &str) -> String {
@@ -56,8 +57,9 @@ fn urdf(arm: &Arm) -> String {
 /// Pinocchio's torque (by the closed form that equals it) for ten arms each, read from their files.
 #[test]
 fn a_file_states_the_torque_that_pinocchio_needs() {
-    for n in [1, 2, 3, 5, 7] {
-        let mut reference = Oracle::open(&format!("arm/oracle_planar_n{n}.npz"));
+    let of = |n: usize| outside::references().into_iter().map(move |folder| (n, folder));
+    for (n, folder) in [1, 2, 3, 5, 7].into_iter().flat_map(of) {
+        let mut reference = Oracle::open(&folder.join(format!("arm/oracle_planar_n{n}.npz")));
         let [m, l, r, inertia, gravity, phi0, set] =
             ["m", "l", "r", "I", "gravity", "phi0", "set"].map(|name| reference.array(name));
         let [q, qd, qdd, expected] = ["q", "qd", "qdd", "tau"].map(|name| reference.array(name));

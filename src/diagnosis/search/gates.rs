@@ -207,7 +207,7 @@ fn extrapolates(search: &Search, before: &[usize], after: &[usize], gain: f64) -
     if slow.len() < 2 || fast.is_empty() {
         return true;
     }
-    let slow_gain = search.transfer_error(before, slow, slow) - search.transfer_error(after, slow, slow);
-    slow_gain < LEAST_SLOW_SHARE * gain
-        || search.transfer_error(after, slow, fast) < search.transfer_error(before, slow, fast)
+    let errors = |groups: &[usize]| search.transfer_errors(groups, slow, [slow, fast]);
+    let ([slow_before, fast_before], [slow_after, fast_after]) = rayon::join(|| errors(before), || errors(after));
+    slow_before - slow_after < LEAST_SLOW_SHARE * gain || fast_after < fast_before
 }

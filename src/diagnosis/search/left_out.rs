@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::state::Search;
 use crate::model::least_squares::Elimination;
 
-/// So many sets are kept.
+/// So many sets are kept; that of the model alone always is.
 const MOST_KEPT: usize = 64;
 
 /// Sets that were eliminated with each block left out.
@@ -46,14 +46,21 @@ impl LeftOut {
         if let Some(known) = lock().get(groups) {
             return Arc::clone(known);
         }
+        let blocks = 0..search.library.equations.block_count();
         let columns = search.columns(groups);
-        let whole = search.equations_of(groups);
-        let eliminate = |block: usize| whole.without(&search.block_equations(block, &columns)).eliminate();
-        let by_block = (0..search.library.equations.block_count()).into_par_iter().map(eliminate).collect();
+        let by_block = if groups.is_empty() {
+            let whole = search.equations_of(groups);
+            let eliminate = |block: usize| whole.without(&search.block_equations(block, &columns)).eliminate();
+            blocks.into_par_iter().map(eliminate).collect()
+        } else {
+            let own = self.of(search, &[]);
+            let eliminate = |block: usize| search.behind(&own, block, groups).0;
+            blocks.into_par_iter().map(eliminate).collect()
+        };
         let new = Arc::new(Eliminated { columns, by_block });
         let mut kept = lock();
         if kept.len() >= MOST_KEPT {
-            kept.clear();
+            kept.retain(|groups, _| groups.is_empty());
         }
         kept.insert(groups.to_vec(), Arc::clone(&new));
         new
@@ -63,26 +70,34 @@ impl LeftOut {
 impl Search<'_> {
     /// The error of each block with these groups, fitted on the other blocks; of a single block, fitted on itself.
     pub(super) fn left_out_errors(&self, groups: &[usize]) -> Vec<f64> {
-        let blocks = self.library.equations.block_count();
-        if blocks < 2 {
+        if self.library.equations.block_count() < 2 {
             return vec![self.cost(groups)];
         }
+        self.left_out_fits(groups).into_iter().map(|(_, error)| error).collect()
+    }
+
+    /// Of each block: the factors of the model and these groups, fitted on the other blocks, and its error with them.
+    pub fn left_out_fits(&self, groups: &[usize]) -> Vec<(DVector<f64>, f64)> {
         let (before, last) = groups.split_at(groups.len().saturating_sub(1));
         let set = self.left_out.of(self, before);
-        let added: Vec<usize> = last.iter().flat_map(|&group| self.library.groups[group].columns.clone()).collect();
-        let error = |block: usize| {
-            let mut elimination = set.by_block[block].clone();
-            let mut columns = set.columns.clone();
-            for &column in &added {
-                let products: Vec<f64> =
-                    columns.iter().map(|&other| self.product_without(block, other, column)).collect();
-                let moment = self.moment_without(block, column);
-                elimination.push(&products, self.product_without(block, column, column), moment);
-                columns.push(column);
-            }
+        let fit = |block: usize| {
+            let (elimination, columns) = self.behind(&set, block, last);
             let factors = DVector::from_vec(elimination.factors_from(0));
-            self.block_equations(block, &columns).residual_energy(&factors)
+            let error = self.block_equations(block, &columns).residual_energy(&factors);
+            (factors, error)
         };
-        (0..blocks).into_par_iter().map(error).collect()
+        (0..self.library.equations.block_count()).into_par_iter().map(fit).collect()
+    }
+
+    /// With this block left out: the columns of these groups, eliminated behind a set; and all columns then.
+    fn behind(&self, set: &Eliminated, block: usize, groups: &[usize]) -> (Elimination, Vec<usize>) {
+        let (mut elimination, mut columns) = (set.by_block[block].clone(), set.columns.clone());
+        for column in groups.iter().flat_map(|&group| self.library.groups[group].columns.clone()) {
+            let products: Vec<f64> = columns.iter().map(|&other| self.product_without(block, other, column)).collect();
+            let moment = self.moment_without(block, column);
+            elimination.push(&products, self.product_without(block, column, column), moment);
+            columns.push(column);
+        }
+        (elimination, columns)
     }
 }

@@ -33,6 +33,8 @@ pub struct Search<'a> {
     pub(super) left_out: LeftOut,
     blocks: Vec<NormalEquations>,
     whole: NormalEquations,
+    /// The model's own columns on all blocks, which come first in every set.
+    own: Elimination,
 }
 
 impl<'a> Search<'a> {
@@ -48,6 +50,7 @@ impl<'a> Search<'a> {
             left_out: LeftOut::default(),
             blocks: Vec::new(),
             whole: empty,
+            own: Elimination::default(),
             library,
         };
         search.weights = (0..joints).map(|joint| search.library.certainty(joint)).collect();
@@ -58,17 +61,12 @@ impl<'a> Search<'a> {
     /// Recomputes the weighted sums after the weights changed.
     fn update(&mut self) {
         self.left_out.forget();
-        let equations = &self.library.equations;
-        self.blocks = (0..equations.block_count())
-            .into_par_iter()
-            .map(|block| equations.total(&self.weights, |other| other == block))
-            .collect();
-        let mut whole = NormalEquations::empty(self.blocks.first().map_or(0, |block| block.moment.len()));
-        self.blocks.iter().for_each(|block| whole.add(block, 1.0));
-        self.whole = whole;
+        self.blocks = self.library.equations.by_block(&self.weights, std::mem::take(&mut self.blocks));
+        self.whole = NormalEquations::sum(&self.blocks, self.library.columns.len());
+        self.own = self.whole_of(&self.columns(&[])).eliminate();
     }
 
-    /// Recomputes the rows and columns of the weighted sums that belong to replaced columns.
+    /// Recomputes the rows and columns of the weighted sums that belong to replaced columns of candidates.
     fn update_columns(&mut self, changed: Range<usize>) {
         self.left_out.forget_those_with(&changed);
         let all: Vec<usize> = (0..self.whole.moment.len()).collect();
@@ -102,7 +100,23 @@ impl<'a> Search<'a> {
 
     /// Least squares with these groups on all blocks.
     pub fn solve(&self, groups: &[usize]) -> Solution {
-        self.equations_of(groups).solve()
+        self.eliminated(groups).solution()
+    }
+
+    /// The columns of the model and of these groups on all blocks, eliminated.
+    fn eliminated(&self, groups: &[usize]) -> Elimination {
+        let mut elimination = self.own.clone();
+        self.push(&mut elimination, &mut self.columns(&[]), groups);
+        elimination
+    }
+
+    /// Eliminates the columns of these groups on all blocks behind those that are eliminated already.
+    fn push(&self, elimination: &mut Elimination, columns: &mut Vec<usize>, groups: &[usize]) {
+        for column in groups.iter().flat_map(|&group| self.library.groups[group].columns.clone()) {
+            let products: Vec<f64> = columns.iter().map(|&other| self.whole.gram[(other, column)]).collect();
+            elimination.push(&products, self.whole.gram[(column, column)], self.whole.moment[column]);
+            columns.push(column);
+        }
     }
 
     /// Factors of all columns of the library with these groups on all blocks; 0 for those that are not in.
@@ -140,7 +154,7 @@ impl<'a> Search<'a> {
 
     /// Weighted squared error that is left with these groups.
     pub fn cost(&self, groups: &[usize]) -> f64 {
-        self.equations_of(groups).eliminate().residual_energy()
+        self.eliminated(groups).residual_energy()
     }
 
     /// [`Search::cost`] plus the price of the parameters.
@@ -163,24 +177,16 @@ impl<'a> Search<'a> {
         self.whole.moment[column] - self.blocks[block].moment[column]
     }
 
-    /// Factors of these groups, fitted on all blocks but this one, and its error with them.
-    pub fn error_when(&self, groups: &[usize], left_out: usize) -> (DVector<f64>, f64) {
-        let columns = self.columns(groups);
-        let block = self.blocks[left_out].select(&columns);
-        let factors = self.whole.select(&columns).without(&block).solve().factors;
-        let error = block.residual_energy(&factors);
-        (factors, error)
-    }
-
-    /// Error on the blocks of `test` with these groups, fitted on the blocks of `train`.
-    pub fn transfer_error(&self, groups: &[usize], train: &[usize], test: &[usize]) -> f64 {
+    /// Error on each of these lists of blocks with these groups, fitted on the blocks of `train`.
+    pub fn transfer_errors<const N: usize>(&self, groups: &[usize], train: &[usize], tests: [&[usize]; N]) -> [f64; N] {
         let columns = self.columns(groups);
         let of = |blocks: &[usize]| {
             let mut sum = NormalEquations::empty(columns.len());
             blocks.iter().for_each(|&block| sum.add(&self.block_equations(block, &columns), 1.0));
             sum
         };
-        of(test).residual_energy(&of(train).solve().factors)
+        let factors = of(train).solve().factors;
+        tests.map(|test| of(test).residual_energy(&factors))
     }
 
     /// The groups of which the model's own columns leave nothing to see.
@@ -311,19 +317,14 @@ impl Base {
     /// The model and these groups.
     pub fn new(search: &Search, groups: Vec<usize>) -> Self {
         let columns = search.columns(&groups);
-        let elimination = search.whole_of(&columns).eliminate();
+        let elimination = search.eliminated(&groups);
         Base { groups, columns, cost: elimination.residual_energy(), elimination }
     }
 
     /// One more group.
     pub fn with(&self, search: &Search, group: usize) -> Beside {
         let mut elimination = self.elimination.clone();
-        let mut columns = self.columns.clone();
-        for column in search.library.groups[group].columns.clone() {
-            let products: Vec<f64> = columns.iter().map(|&other| search.whole.gram[(other, column)]).collect();
-            elimination.push(&products, search.whole.gram[(column, column)], search.whole.moment[column]);
-            columns.push(column);
-        }
+        search.push(&mut elimination, &mut self.columns.clone(), &[group]);
         let first = self.columns.len();
         Beside {
             cost: elimination.residual_energy(),

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use crate::arm::chain::{PER_LINK, Regressor};
 use crate::arm::{GRAVITY, MOST_JOINTS, Posture, regressor};
-use crate::model::least_squares::{NormalEquations, dot};
+use crate::model::equations::joint_equations;
+use crate::model::least_squares::NormalEquations;
 use crate::recording::correction::{Correction, CorrectionError};
 use crate::recording::differentiate::{central_difference, default_cutoff, low_pass_joints};
 use crate::recording::{Channels, JointKind, Recording, Trajectory};
@@ -267,7 +268,12 @@ impl Parts {
             torque().map(|tau| (tau - mean).powi(2)).sum::<f64>() / places.len() as f64
         };
         let variances = (0..joints).map(variance).collect();
-        let equations = columns.iter().map(|fold| fold.iter().map(|joint| normal_equations(joint)).collect()).collect();
+        // The last column of a joint is its torque.
+        let of_columns = |columns: &[Vec<f64>]| {
+            let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            joint_equations(&columns[..count], columns[count])
+        };
+        let equations = columns.iter().map(|fold| fold.iter().map(|joint| of_columns(joint)).collect()).collect();
         Parts { width, joints, equations, counts, variances, fastest }
     }
 
@@ -303,22 +309,6 @@ impl Parts {
         let part = &self.equations[fold][joint];
         part.residual_energy(&DVector::from_fn(part.moment.len(), |column, _| factors[self.place(joint, column)]))
     }
-}
-
-/// Of columns, the last of which is the torque.
-fn normal_equations(columns: &[Vec<f64>]) -> NormalEquations {
-    let count = columns.len() - 1;
-    let mut equations = NormalEquations::empty(count);
-    for i in 0..count {
-        equations.moment[i] = dot(&columns[i], &columns[count]);
-        for j in 0..=i {
-            let product = dot(&columns[i], &columns[j]);
-            equations.gram[(i, j)] = product;
-            equations.gram[(j, i)] = product;
-        }
-    }
-    equations.energy = dot(&columns[count], &columns[count]);
-    equations
 }
 
 /// q, q̇, q̈ and τ of one sample.
