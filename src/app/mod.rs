@@ -828,7 +828,7 @@ impl TorquescopeApp {
         let by_it = |options: &ReadOptions| options.clone().by(spec.clone());
         let looked_into = self.overlays.importing.take().map(|open| open.opening(spec.clone()));
         let source = self.history.current().source.clone();
-        let again = || source.as_ref().and_then(|source| source.reading(by_it(&source.options)));
+        let again = || source.as_ref().and_then(|source| Command::read_again(source, by_it(&source.options)));
         let command = match logs.is_empty() {
             true => looked_into.or_else(again),
             false => Some(Command::open(logs, by_it(&ReadOptions::default()), Vec::new())),

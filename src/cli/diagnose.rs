@@ -5,7 +5,7 @@ use super::data::Data;
 use super::progress;
 use super::table::{number, numbers, table};
 use crate::diagnosis::{Alternative, Completeness, Report};
-use crate::recording::check::{Finding, Severity};
+use crate::recording::finding::{Finding, Severity};
 use crate::recording::joints_text;
 use crate::session::Command;
 

@@ -3,7 +3,7 @@
 //! Angles in degrees, joints in another order, a wrong sign or zero, the file of another robot: all of them break limits that a
 //! controller keeps. Only what lies well beyond is told, as readings are noisy and limits are rounded.
 
-use super::check::{Finding, FindingKind, Place, Severity};
+use super::finding::{Finding, FindingKind, Place, Severity};
 use super::{JointKind, Recording, Trajectory};
 use crate::arm::chain::Chain;
 use crate::arm::stated::Limits;

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::check::{Finding, FindingKind, Place, Severity};
+use super::finding::{Finding, FindingKind, Place, Severity};
 use super::segment::filter_memory;
 use super::{Recording, Trajectory, fault, glitch};
 

@@ -2,9 +2,13 @@
 
 use std::ops::{Deref, Range};
 
-use super::{RecordingError, differentiate};
+use super::differentiate;
+use super::error::RecordingError;
 use crate::signals::{ShapeError, Signals, SignalsMut};
 use crate::statistics::ends;
+
+/// Takes a channel out of a trajectory.
+pub(crate) type Pick = fn(&Trajectory) -> &Signals;
 
 /// One run without interruption of its clock. All channels have as many joints as each other and a sample for each time stamp,
 /// because nothing else can be built; they are read as fields: `trajectory.q[joint][sample]`.

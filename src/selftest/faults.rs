@@ -11,7 +11,7 @@ use super::{Bench, Measure, Score, SelftestError};
 use crate::arm::{Arm, Posture};
 use crate::file;
 use crate::recording::Recording;
-use crate::recording::check::{Finding, FindingKind, Severity};
+use crate::recording::finding::{Finding, FindingKind, Severity};
 use crate::recording::read::ReadOptions;
 use crate::recording::write::to_csv_bytes;
 use crate::session::{Command, Session};

@@ -1,8 +1,7 @@
-//! Why a command could not be carried out.
+//! Why a command could not be carried out, or a session not be saved or opened.
 
 use std::path::PathBuf;
 
-use super::file::SessionFileError;
 use super::runs::RunFileError;
 use crate::effect::own::OwnEffectError;
 use crate::effect::registry::UnknownEffect;
@@ -12,6 +11,7 @@ use crate::recording::correction::CorrectionError;
 use crate::recording::read::ReadError;
 use crate::recording::seal::SealError;
 use crate::recording::split::SplitError;
+use crate::recording::write::WriteError;
 use crate::simulation::SimulationError;
 use crate::simulation::extrapolation::ExtrapolationError;
 use crate::training::TrainError;
@@ -162,6 +162,64 @@ pub enum SessionError {
     /// The seal is damaged.
     #[error(transparent)]
     Seal(#[from] SealError),
+    /// Stopped by the user.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+/// A session can't be saved or opened.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionFileError {
+    /// There is nothing to save.
+    #[error("there is no recording yet, so there is nothing to save")]
+    Empty,
+    /// The file system refuses.
+    #[error("{path}: {problem}. Check the folder, its permissions and the free space", path = path.display())]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// What the system says.
+        problem: std::io::Error,
+    },
+    /// Not a session.
+    #[error("this is not a session ({0}): choose a file that was saved by this program")]
+    Damaged(String),
+    /// It can't be opened, but what it was before can.
+    #[error("{problem}. What it was before can be opened: {left}", left = left.display())]
+    Left {
+        /// What is wrong with it.
+        problem: Box<SessionFileError>,
+        /// What is whole beside it.
+        left: PathBuf,
+    },
+    /// Another version.
+    #[error(
+        "the session has version {version}, this program reads up to version {newest}: use the program that saved it"
+    )]
+    Version {
+        /// Of the file.
+        version: u64,
+        /// The newest that can be read.
+        newest: u32,
+    },
+    /// The recording can't be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The recording can't be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// A model can't be read or written.
+    #[error(transparent)]
+    Train(#[from] TrainError),
+    /// A model does not fit the recording.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The seal is damaged.
+    #[error(transparent)]
+    Seal(#[from] SealError),
+    /// An effect of one's own that it brings along.
+    #[error("an effect of one's own in the session: {0}")]
+    OwnEffect(#[from] OwnEffectError),
     /// Stopped by the user.
     #[error(transparent)]
     Stopped(#[from] Stopped),

@@ -13,26 +13,26 @@ use serde::{Deserialize, Serialize};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
+use super::error::SessionFileError;
 use super::history::Entry;
 use super::name::unique;
 use super::{Bets, Document, Generation, History, Kept, Session, Source, Step, Study, View, default_name};
 use crate::diagnosis::proposal::Proposals;
 use crate::diagnosis::{Evidence, Report};
-use crate::effect::own::{self, OwnEffectError};
+use crate::effect::own;
 use crate::file::{self, Unpacking};
 use crate::model::file::load_own_effects;
-use crate::model::{Evaluation, ModelError, Preset, Term};
-use crate::progress::{Epoch, Event, Monitor, Stopped};
-use crate::recording::check::Finding;
+use crate::model::{Evaluation, Preset, Term};
+use crate::progress::{Epoch, Event, Monitor};
+use crate::recording::finding::Finding;
 use crate::recording::mapping::Mapping;
-use crate::recording::read::{ReadError, own_recording};
-use crate::recording::seal::SealError;
+use crate::recording::read::own_recording;
 use crate::recording::split::Split;
-use crate::recording::write::{WriteError, to_npz_bytes};
+use crate::recording::write::to_npz_bytes;
 use crate::simulation::extrapolation::Sweep;
+use crate::training::Ending;
 use crate::training::fit::{self, Plan, SavedRun};
 use crate::training::rollout::Rollout;
-use crate::training::{Ending, TrainError};
 
 /// Ending of session files.
 pub const ENDING: &str = "torquescope";
@@ -46,57 +46,6 @@ const NAMES_SINCE: u32 = 4;
 const REPORTS_SINCE: u32 = 3;
 const CONTENTS: &str = "session.json";
 const RECORDING: &str = "recording.npz";
-
-/// A session can't be saved or opened.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionFileError {
-    /// There is nothing to save.
-    #[error("there is no recording yet, so there is nothing to save")]
-    Empty,
-    /// The file system refuses.
-    #[error("{path}: {problem}. Check the folder, its permissions and the free space", path = path.display())]
-    File {
-        /// Which file.
-        path: PathBuf,
-        /// What the system says.
-        problem: std::io::Error,
-    },
-    /// Not a session.
-    #[error("this is not a session ({0}): choose a file that was saved by this program")]
-    Damaged(String),
-    /// It can't be opened, but what it was before can.
-    #[error("{problem}. What it was before can be opened: {left}", left = left.display())]
-    Left {
-        /// What is wrong with it.
-        problem: Box<SessionFileError>,
-        /// What is whole beside it.
-        left: PathBuf,
-    },
-    /// Another version.
-    #[error("the session has version {0}, this program reads up to version {VERSION}: use the program that saved it")]
-    Version(u64),
-    /// The recording can't be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// The recording can't be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// A model can't be read or written.
-    #[error(transparent)]
-    Train(#[from] TrainError),
-    /// A model does not fit the recording.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The seal is damaged.
-    #[error(transparent)]
-    Seal(#[from] SealError),
-    /// An effect of one's own that it brings along.
-    #[error("an effect of one's own in the session: {0}")]
-    OwnEffect(#[from] OwnEffectError),
-    /// Stopped by the user.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
-}
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -456,7 +405,9 @@ impl<'a> Entries<'a> {
         let value: serde_json::Value = serde_json::from_slice(&json).map_err(damaged)?;
         match value.get("torquescope_session").and_then(serde_json::Value::as_u64) {
             None => Err(damaged("it says no version")),
-            Some(version) if !(1..=u64::from(VERSION)).contains(&version) => Err(SessionFileError::Version(version)),
+            Some(version) if !(1..=u64::from(VERSION)).contains(&version) => {
+                Err(SessionFileError::Version { version, newest: VERSION })
+            }
             Some(1 | 2) => {
                 load_own_effects(&value)?;
                 let old: OldContents = serde_json::from_slice(&json).map_err(damaged)?;

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::Command;
 use crate::recording::correction::Correction;
 use crate::recording::read::ReadOptions;
 use crate::simulation::{Level, Scenario, world};
@@ -41,34 +40,12 @@ pub enum Origin {
 }
 
 impl Source {
-    /// Where a command takes its recording from; `None` if it brings none, or one of several.
-    pub(super) fn of(command: &Command) -> Option<Self> {
-        let made = |origin| Source { origin, options: ReadOptions::default(), held_out: Vec::new() };
-        match command {
-            Command::Open { paths, options, held_out } => Some(Source {
-                origin: Origin::Files(paths.clone()),
-                options: options.clone(),
-                held_out: held_out.clone(),
-            }),
-            Command::Simulate(scenario) => Some(made(Origin::Simulated(scenario.clone()))),
-            Command::SimulateWorld(scenario) => Some(made(Origin::World(scenario.clone()))),
-            Command::DrawMystery { level, seed } => Some(made(Origin::Mystery { level: *level, seed: *seed })),
-            _ => None,
-        }
-    }
-
     /// Its files; `None` if it was not read from any.
     pub fn files(&self) -> Option<&[PathBuf]> {
         match &self.origin {
             Origin::Files(paths) => Some(paths),
             _ => None,
         }
-    }
-
-    /// What reads its files in another way, with the same held out; `None` if it was not read from any.
-    pub fn reading(&self, options: ReadOptions) -> Option<Command> {
-        let paths = self.files()?.to_vec();
-        Some(Command::Open { paths, options, held_out: self.held_out.clone() })
     }
 
     /// The same with these files beside its own; `None` if it has none of its own.

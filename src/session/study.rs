@@ -10,7 +10,6 @@ use std::fmt::Write;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::Command;
 use crate::recording::Recording;
 use crate::recording::correction::Correction;
 use crate::simulation::Making;
@@ -212,9 +211,9 @@ impl Study {
         self.journal.first().map(|entry| &entry.mark) == other.journal.first().map(|entry| &entry.mark)
     }
 
-    /// What keeps a command from being carried out.
-    pub fn lock_on(&self, command: &Command) -> Option<Lock> {
-        self.journal.last()?.note.locks.iter().copied().find(|lock| lock.is_on(command))
+    /// What the lesson keeps locked now.
+    pub fn locks(&self) -> &[Lock] {
+        self.journal.last().map_or(&[], |entry| &entry.note.locks)
     }
 
     /// What the first entry's mark follows from.
@@ -231,19 +230,6 @@ impl Lock {
             Lock::Diagnosis => "the diagnosis",
             Lock::Effects => "the effects",
             Lock::Recordings => "other recordings",
-        }
-    }
-
-    fn is_on(self, command: &Command) -> bool {
-        match self {
-            Lock::Seal => matches!(command, Command::OpenSeal),
-            Lock::Diagnosis => matches!(command, Command::Diagnose | Command::Propose),
-            Lock::Effects => matches!(command, Command::AddEffect { .. } | Command::Adopt { .. }),
-            Lock::Recordings => {
-                let opens = matches!(command, Command::Open { .. } | Command::Beside { .. });
-                let makes = matches!(command, Command::Simulate(_) | Command::SimulateWorld(_));
-                opens || makes || matches!(command, Command::DrawMystery { .. })
-            }
         }
     }
 }
@@ -288,7 +274,7 @@ fn digest(parts: &[&[u8]]) -> String {
 mod tests {
     use super::*;
     use crate::progress::Monitor;
-    use crate::session::{Document, History, Session, file};
+    use crate::session::{Command, Document, History, Session, file};
     use crate::simulation::{Excitation, Scenario};
 
     fn note(step: &str, deed: Deed) -> Note {

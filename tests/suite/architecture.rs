@@ -32,12 +32,12 @@ const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/fil
 const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "simulation/world/part", "trial/kin.rs", "cli/bench"];
 
 /// A source file: its path below `src`, and its code without comments and unit tests (`tests.rs` holds nothing else).
-struct Source {
-    path: String,
-    code: String,
+pub struct Source {
+    pub path: String,
+    pub code: String,
 }
 
-fn sources() -> Vec<Source> {
+pub fn sources() -> Vec<Source> {
     fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();

@@ -5,7 +5,7 @@ use std::process::{Command as Process, Output};
 use torquescope::diagnosis::Verdict;
 use torquescope::diagnosis::presence::SURE;
 use torquescope::progress::Monitor;
-use torquescope::recording::check::{FindingKind, Severity};
+use torquescope::recording::finding::{FindingKind, Severity};
 use torquescope::recording::gallery::{self, Sample};
 use torquescope::recording::read::ReadOptions;
 use torquescope::session::{Command, Session};

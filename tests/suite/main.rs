@@ -7,6 +7,7 @@ mod again;
 mod architecture;
 mod arm_oracle;
 mod catalogue;
+mod circles;
 mod command_line;
 mod experiment;
 mod gallery;

@@ -7,7 +7,7 @@ use torquescope::diagnosis::Verdict;
 use torquescope::effect::registry::find;
 use torquescope::model::{Preset, fit_plain};
 use torquescope::progress::Monitor;
-use torquescope::recording::check::Finding;
+use torquescope::recording::finding::Finding;
 use torquescope::recording::mapping::MappingSpec;
 use torquescope::recording::read::{ReadOptions, read};
 use torquescope::session::{Command, Session};

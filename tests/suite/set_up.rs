@@ -9,8 +9,9 @@ use torquescope::diagnosis::setup;
 use torquescope::progress::Monitor;
 use torquescope::recording::Recording;
 use torquescope::recording::catalogue;
-use torquescope::recording::check::{Finding, FindingKind, check};
+use torquescope::recording::check::check;
 use torquescope::recording::correction::Correction;
+use torquescope::recording::finding::{Finding, FindingKind};
 use torquescope::recording::read::{ReadOptions, read};
 
 use crate::outside::real_logs;

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::experiment::store::Owner;
 use crate::file::{self, beside};
-use crate::session::{Document, file as document_file};
+use crate::session::{Document, SessionFileError, file as document_file};
 
 const NOTE: &str = ".json";
 const LOCK: &str = ".lock";
@@ -260,8 +260,8 @@ impl Shelf {
     ///
     /// # Errors
     /// Why it could not be written.
-    pub fn write(own: &Path, document: &Document, note: &Note) -> Result<(), document_file::SessionFileError> {
-        let problem = |problem| document_file::SessionFileError::File { path: own.to_owned(), problem };
+    pub fn write(own: &Path, document: &Document, note: &Note) -> Result<(), SessionFileError> {
+        let problem = |problem| SessionFileError::File { path: own.to_owned(), problem };
         file::write(own, &document_file::to_bytes(document)?).map_err(problem)?;
         Shelf::describe(own, note).map_err(problem)
     }

@@ -17,7 +17,7 @@ pub fn next(session: &Session, focus: &Focus, screens: &Screens, exported: bool)
         return None;
     }
     let is_locked = |order: &Order| match (order, &session.study) {
-        (Order::Run(command), Some(study)) => study.lock_on(command).is_some(),
+        (Order::Run(command), Some(study)) => command.locked_by(study).is_some(),
         _ => false,
     };
     on_the_way(session, focus, screens, exported).filter(|next| !is_locked(&next.order))

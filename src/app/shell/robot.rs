@@ -120,7 +120,7 @@ fn reading(arm: &SerialArm, session: &Session) -> Result<Command, String> {
     let spec = source.options.mapping.clone().unwrap_or_default();
     let mapping = spec.with_axes_of(arm).map_err(|error| widgets::sentence_case(&error.to_string()) + ".")?;
     let options = ReadOptions { mapping: Some(mapping), ..source.options.clone() };
-    source.reading(options).ok_or_else(|| none.to_owned())
+    Command::read_again(source, options).ok_or_else(|| none.to_owned())
 }
 
 /// The question, while it is open.

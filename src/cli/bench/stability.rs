@@ -9,7 +9,7 @@ use crate::cli::data::Files;
 use crate::cli::progress;
 use crate::cli::table::table;
 use crate::recording::read::ReadOptions;
-use crate::session::Session;
+use crate::session::{Command, Session};
 use crate::trial::stability::{CUTOFFS, Class, Said, Stability, Stays, Variant, stability, variants};
 
 /// Which names of the diagnosis stay when your recording is looked at in another way: halves of it, every second and fourth
@@ -55,7 +55,7 @@ fn filtered(session: &Session) -> anyhow::Result<Vec<Variant>> {
     let read = |factor: f64| {
         let low_pass = factor * cutoff;
         let options = ReadOptions { low_pass_hz: Some(low_pass), ..source.options.clone() };
-        let Some(open) = source.reading(options) else { return Ok(None) };
+        let Some(open) = Command::read_again(source, options) else { return Ok(None) };
         let again = progress::run(open, &Session::default())?;
         let name = format!("derived with a cut-off of {low_pass:.1} Hz");
         let variant = |recording| Variant { name, recording, split: again.split };

@@ -9,8 +9,8 @@ use super::rows::{Rows, Thinning};
 use super::{Dependence, Step};
 use crate::effect::sign;
 use crate::model::least_squares::NormalEquations;
+use crate::recording::Pick;
 use crate::recording::Trajectory;
-use crate::recording::check::Pick;
 use crate::statistics::ends;
 
 /// Parts of the data, each of which is left out once.

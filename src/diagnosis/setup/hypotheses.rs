@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::bench::{Bench, Fit};
 use crate::progress::{Monitor, Stopped};
-use crate::recording::check::{FAR, Pick};
+use crate::recording::Pick;
+use crate::recording::check::FAR;
 use crate::recording::correction::{Correction, Counted, Part};
 use crate::recording::{JointKind, Recording};
 

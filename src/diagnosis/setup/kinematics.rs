@@ -4,8 +4,10 @@
 
 use std::f64::consts::PI;
 
-use crate::recording::check::{Comparison, Finding, FindingKind, Pick};
+use crate::recording::Pick;
+use crate::recording::check::Comparison;
 use crate::recording::correction::{Correction, Part};
+use crate::recording::finding::{Finding, FindingKind};
 use crate::recording::{Origin, Recording};
 
 /// Share of a derivative's power that the other channel must explain, for a factor or a delay between them to be clean.

@@ -19,8 +19,8 @@ use bench::{Bench, Fit};
 use judgement::{Told, Trial};
 
 use crate::progress::{Monitor, Stopped};
-use crate::recording::check::{Finding, FindingKind, Place, Severity};
 use crate::recording::correction::Correction;
+use crate::recording::finding::{Finding, FindingKind, Place, Severity};
 use crate::recording::{Recording, joints_text};
 
 /// What is set up wrongly, as a finding that knows how to set it right; none if everything is right or can't be told. `found` is

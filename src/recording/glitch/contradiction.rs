@@ -6,7 +6,8 @@
 //! damaged there (a file that lost bytes, a line that was disturbed), repeated by a logger that had no newer reading, or read late.
 
 use super::{at, stretches_where, usual};
-use crate::recording::check::{Finding, FindingKind, Pick, Severity};
+use crate::recording::Pick;
+use crate::recording::finding::{Finding, FindingKind, Severity};
 use crate::recording::segment::Segment;
 use crate::recording::{Origin, Recording, Trajectory};
 use crate::statistics::{above, ends};

@@ -13,8 +13,9 @@ use rayon::prelude::*;
 
 use contradiction::Contradiction;
 
-use super::check::{Finding, FindingKind, Pick, Place, Severity};
+use super::finding::{Finding, FindingKind, Place, Severity};
 use super::segment::Segment;
+use super::trajectory::Pick;
 use super::{JointKind, Origin, Recording, Trajectory};
 use crate::statistics::{above, median};
 

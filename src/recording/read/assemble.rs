@@ -9,10 +9,11 @@ use super::clocks::Told;
 use super::table::{Table, listed};
 use super::{ReadError, ReadOptions};
 use crate::progress::Monitor;
-use crate::recording::check::{Finding, FindingKind, GAP_STEPS, Place, Severity};
+use crate::recording::check::GAP_STEPS;
 use crate::recording::differentiate::{
     Smoothing, default_cutoff, default_cutoff_of_positions, median_step, trusted_range,
 };
+use crate::recording::finding::{Finding, FindingKind, Place, Severity};
 use crate::recording::mapping::{Channel, Mapping, MappingSpec, Unit, split_unit};
 use crate::recording::transform::Factor;
 use crate::recording::{Channels, JointKind, RecordingError, Trajectory};

@@ -1,6 +1,6 @@
 //! The arm at the cursor: in the plane, or in space where its axes are stated.
 
-use super::{Facts, START};
+use super::asked::Facts;
 use crate::app::desk::time_extent;
 use crate::app::plot::arm::{self, Pose};
 use crate::app::plot::spatial::{self, Sight, SpatialPose};
@@ -11,6 +11,9 @@ use crate::figure::mark::nearest;
 use crate::recording::{JointKind, Recording};
 use crate::session::Step;
 use crate::signals::Signals;
+
+/// Where the cursor stands at first, as a part of the trajectory.
+pub const START: f64 = 0.35;
 
 /// What is known of the arm's shape.
 pub enum Body {

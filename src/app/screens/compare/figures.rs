@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Facts;
+use super::asked::{Facts, Moved};
 use super::parts::Part;
 use crate::app::desk::{Desk, time_extent};
 use crate::app::plot::{Along, series};
@@ -55,14 +55,6 @@ pub struct Beside {
     pub run: usize,
     /// What does not stand in the recording as it is.
     pub moved: Arc<Moved>,
-}
-
-/// Another trajectory as if it began with the shown one.
-pub struct Moved {
-    /// Its time \[s\].
-    pub time: Vec<f64>,
-    /// What the current model leaves of it, by joint \[N m or N\].
-    pub residual: Signals,
 }
 
 /// A model that is drawn over the current one.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use egui::{ComboBox, ScrollArea, Ui};
 
-use super::Residual;
+use super::asked::Residual;
 use super::figures::{UNDER, over_time};
 use crate::app::desk::{Desk, held_out_times, time_extent};
 use crate::app::plot::{PanelView, series};

@@ -1,6 +1,7 @@
 //! Compare: measured against predicted torque of every joint, the residual under it, and the arm at the cursor.
 
 mod arm;
+mod asked;
 mod errors;
 mod figures;
 mod grid;
@@ -13,14 +14,15 @@ use egui::{ComboBox, RichText, Slider, Ui, WidgetText};
 
 use serde_json::{Value, json};
 
+use arm::START;
+use asked::{Drawn, MovedTo, Residual, facts};
 use errors::Sorting;
-use figures::{Beside, Moved, Overlay, Torques};
+use figures::{Beside, Overlay, Torques};
 use grid::Cell;
 use parts::Decomposition;
 
 use crate::app::desk::{About, Desk, Focus, Needs, held_out_times, time_extent};
 use crate::app::dock::{self, Part};
-use crate::app::memo::Question;
 use crate::app::plot::{PanelView, spatial, ticks};
 use crate::app::screen::{Next, NextStep, Screen, Switch};
 use crate::app::theme::{GAP, Palette, SMALL};
@@ -31,12 +33,8 @@ use crate::recording::Recording;
 use crate::session::{Command, Generation, Session, Step};
 use crate::signals::Signals;
 
-/// Where the cursor stands at first, as a part of the trajectory.
-const START: f64 = 0.35;
 /// How many times as fast as it was recorded time can go on.
 const SPEEDS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
-/// Points of the way of the arm's tip.
-const TIP_POINTS: usize = 400;
 
 /// The screen's names and place.
 pub static ABOUT: About = About {
@@ -192,90 +190,6 @@ impl Screen for Compare {
         let label = widgets::sentence_case(&make.title());
         Next::Step(NextStep::run(label, "Make the models that are ticked, and draw them over the current one", make))
     }
-}
-
-/// Measured minus predicted torque of a model along a trajectory, by joint.
-#[derive(Clone, PartialEq)]
-struct Residual {
-    trajectory: usize,
-    model: Generation,
-}
-
-impl Question for Residual {
-    type Answer = Signals;
-
-    fn answer(&self, session: &Session) -> Result<Signals, String> {
-        let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.model_of(self.model).ok_or("there is no such model")?;
-        Ok(step.evaluation.residual(recording, self.trajectory))
-    }
-}
-
-/// Another trajectory, moved to begin with the shown one.
-#[derive(Clone, PartialEq)]
-struct MovedTo {
-    trajectory: usize,
-    other: usize,
-}
-
-impl Question for MovedTo {
-    type Answer = Moved;
-
-    fn answer(&self, session: &Session) -> Result<Moved, String> {
-        let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.current().ok_or("there is no model")?;
-        let run = |index: usize| recording.trajectories.get(index).ok_or("there is no such trajectory");
-        let [start, _] = time_extent(&run(self.trajectory)?.time);
-        let time = run(self.other)?.since_start().map(|since| start + since).collect();
-        Ok(Moved { time, residual: step.evaluation.residual(recording, self.other) })
-    }
-}
-
-/// What drawing asks of a trajectory in every frame.
-#[derive(Clone, PartialEq)]
-struct Drawn {
-    trajectory: usize,
-}
-
-/// See [`Drawn`].
-struct Facts {
-    /// Measured minus predicted torque by joint.
-    residual: Signals,
-    /// Largest torque of each joint.
-    largest: Vec<f64>,
-    /// Whether a term of the model acts on a joint at all: `acts[term][joint]`.
-    acts: Vec<Vec<bool>>,
-    /// Where the tip of the arm goes \[m\]; nowhere if it slides in the plane.
-    tip: Vec<[f64; 3]>,
-}
-
-impl Question for Drawn {
-    type Answer = Facts;
-
-    fn answer(&self, session: &Session) -> Result<Facts, String> {
-        let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let step = session.current().ok_or("there is no model")?;
-        let run = recording.trajectories.get(self.trajectory).ok_or("there is no such trajectory")?;
-        let prediction = step.evaluation.predictions.get(self.trajectory).ok_or("it was not predicted")?;
-        let largest = |torque: &[f64]| torque.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let acts = |torque: &[f64]| torque.iter().any(|value| *value != 0.0);
-        let body = arm::Body::of(recording);
-        let tip = |sample: usize| {
-            let q: Vec<f64> = run.q.at(sample).collect();
-            body.as_ref().map(|body| body.tip(&q))
-        };
-        Ok(Facts {
-            residual: step.evaluation.residual(recording, self.trajectory),
-            largest: run.tau.iter().map(largest).collect(),
-            acts: prediction.terms.iter().map(|term| term.iter().map(acts).collect()).collect(),
-            tip: (0..run.len()).step_by(run.len().div_ceil(TIP_POINTS).max(1)).filter_map(tip).collect(),
-        })
-    }
-}
-
-fn facts(ui: &Ui, desk: &mut Desk) -> Option<Arc<Facts>> {
-    let trajectory = desk.focus.trajectory;
-    desk.memo.later(ui.ctx(), desk.session, Drawn { trajectory })?.ok()
 }
 
 impl Compare {

@@ -28,8 +28,8 @@ use crate::app::{controls, facts, formula, glossary, widgets};
 use crate::arm::Posture;
 use crate::figure::Panel;
 use crate::model::Preset;
-use crate::recording::check::Severity;
 use crate::recording::correction::Correction;
+use crate::recording::finding::Severity;
 use crate::recording::read::{READABLE, ReadOptions};
 use crate::recording::torque::TorqueFact;
 use crate::recording::{JointKind, Origin, Recording};
@@ -245,7 +245,7 @@ fn torque(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 
 /// Reads the files of the recording once more, in another way.
 fn read_again(desk: &mut Desk, source: &Source, options: ReadOptions) {
-    if let Some(again) = source.reading(options) {
+    if let Some(again) = Command::read_again(source, options) {
         desk.run(again);
     }
 }

@@ -25,7 +25,7 @@ use crate::diagnosis::{Alternative, Candidate, MissingEffect, NotKnown, Report, 
 use crate::effect::Scope;
 use crate::figure::Panel;
 use crate::progress::Progress;
-use crate::recording::check::Severity;
+use crate::recording::finding::Severity;
 use crate::recording::{Recording, joints_text};
 use crate::session::{Command, Session};
 
