@@ -163,6 +163,15 @@ fn texts() -> Vec<Crafted> {
             ("blanks.txt", [b"1".to_vec(), vec![b' '; size], b"2\n".to_vec()].concat()),
         ];
         all.extend(logs.into_iter().map(|(name, bytes)| (name, Kind::Log, bytes)));
+        let objects: [(&str, Vec<u8>); 6] = [
+            ("nothing.jsonl", b"{}\n".repeat(size / 3)),
+            ("nothing.json", [b"[{}".to_vec(), b",{}".repeat(size / 3), b"]".to_vec()].concat()),
+            ("lists.json", [b"{\"q\":[[]".to_vec(), b",[]".repeat(size / 3), b"]}".to_vec()].concat()),
+            ("keys.jsonl", (0..size / 12).flat_map(|key| format!("{{\"k{key}\":1}}\n").into_bytes()).collect()),
+            ("same-key.json", [b"{\"q\":1".to_vec(), b",\"q\":1".repeat(size / 6), b"}".to_vec()].concat()),
+            ("name.jsonl", format!("{{\"{}\":1}}\n", "x".repeat(size / 2)).repeat(2).into_bytes()),
+        ];
+        all.extend(objects.into_iter().map(|(name, bytes)| (name, Kind::Log, bytes)));
         let nested = |open: &str, close: &str| {
             let depth = size / 2;
             [open.repeat(depth), close.repeat(depth)].concat().into_bytes()
@@ -170,6 +179,7 @@ fn texts() -> Vec<Crafted> {
         let json = nested("[", "]");
         let toml = [b"a = ".to_vec(), json.clone()].concat();
         let tables = nested("[a.", "b]\n");
+        all.push(("nested.json", Kind::Log, json.clone()));
         all.push(("nested.json", Kind::Arm, json.clone()));
         all.push(("nested.json", Kind::Model, nested("{\"a\":", "}")));
         for kind in [Kind::Experiment, Kind::Mapping] {

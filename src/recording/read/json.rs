@@ -7,10 +7,11 @@ use std::collections::btree_map::Entry;
 use std::fmt;
 
 use ndarray::{ArrayD, IxDyn};
-use serde::de::{DeserializeSeed, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
 use super::arrays::{self, ArraysError, BYTES};
 use super::budget::{Budget, TooMuch};
+use super::share::Share;
 use super::table::{Column, MOST_COLUMNS, Table};
 use crate::progress::{Monitor, Stopped};
 
@@ -18,8 +19,15 @@ use crate::progress::{Monitor, Stopped};
 #[derive(Debug, thiserror::Error)]
 pub enum JsonError {
     /// No JSON.
-    #[error("line {line}, column {column}: {problem}; JSON has no NaN and no comments: write null for what is missing", line = .0.line(), column = .0.column(), problem = without_place(.0))]
-    Syntax(serde_json::Error),
+    #[error("line {line}, column {column}: {problem}; JSON has no NaN and no comments: write null for what is missing")]
+    Syntax {
+        /// Counted from 1.
+        line: usize,
+        /// Counted from 1.
+        column: usize,
+        /// What is wrong there.
+        problem: String,
+    },
     /// Its arrays make no table.
     #[error(transparent)]
     Arrays(#[from] ArraysError),
@@ -37,53 +45,63 @@ pub enum JsonError {
     Stopped(#[from] Stopped),
 }
 
-/// The message without its place, which is told before it.
-fn without_place(error: &serde_json::Error) -> String {
-    let text = error.to_string();
-    text.split(" at line ").next().unwrap_or_default().to_owned()
+impl JsonError {
+    /// An error in a part of a text that begins behind so many bytes of it.
+    fn syntax(error: &serde_json::Error, text: &[u8], begin: usize) -> Self {
+        let before = &text[..begin];
+        let lines = before.iter().filter(|byte| **byte == b'\n').count();
+        let in_line = before.iter().rev().take_while(|byte| **byte != b'\n').count();
+        let message = error.to_string();
+        // Its place is told before it.
+        let problem = message.split(" at line ").next().unwrap_or_default().to_owned();
+        let column = error.column() + if error.line() == 1 { in_line } else { 0 };
+        JsonError::Syntax { line: lines + error.line(), column, problem }
+    }
 }
 
 /// Reads a text.
 pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, JsonError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let account = Account { budget, monitor, wrong: None };
-    let mut reader = Reader { account };
-    let mut deserializer = serde_json::Deserializer::from_slice(bytes);
+    let mut account = Account { budget, monitor, wrong: None };
+    let mut share = Share::of(bytes.len() as u64, monitor);
     let mut rows = Rows::default();
     let mut values = 0;
     let mut first = None;
-    while !is_at_end(&mut deserializer) {
-        values += 1;
-        let node = reader.seed().deserialize(&mut deserializer);
-        let node = match (reader.account.wrong.take(), node) {
+    // Where each value ends is looked for first: a reader that is asked whether another one follows counts the lines up to there.
+    let mut stream = serde_json::Deserializer::from_slice(bytes).into_iter::<IgnoredAny>();
+    let mut begin = 0;
+    while let Some(value) = stream.next() {
+        value.map_err(|error| JsonError::syntax(&error, bytes, 0))?;
+        let end = stream.byte_offset();
+        let mut deserializer = serde_json::Deserializer::from_slice(&bytes[begin..end]);
+        let node = Seed(&mut account).deserialize(&mut deserializer);
+        let node = match (account.wrong.take(), node) {
             (Some(wrong), _) => return Err(wrong),
-            (None, node) => node.map_err(JsonError::Syntax)?,
+            (None, node) => node.map_err(|error| JsonError::syntax(&error, bytes, begin))?,
         };
+        begin = end;
+        share.is(end as u64)?;
+        values += 1;
         match (node, values) {
             (node, 1) => first = Some(node),
             (Node::Object(object), _) => {
                 if let Some(Node::Object(before)) = first.take() {
-                    rows.add(before, &mut reader.account)?;
+                    rows.add(before, &mut account)?;
                 }
-                rows.add(object, &mut reader.account)?;
+                rows.add(object, &mut account)?;
             }
             _ => return Err(JsonError::Mixed(values)),
         }
     }
     match first {
-        None => rows.table(reader.account.budget),
-        Some(Node::Rows(rows)) => rows.table(reader.account.budget),
+        None => rows.table(account.budget),
+        Some(Node::Rows(rows)) => rows.table(account.budget),
         Some(Node::Object(object)) => {
             let (arrays, passed_over) = whole(object);
-            Ok(arrays::table(arrays, passed_over, reader.account.budget)?)
+            Ok(arrays::table(arrays, passed_over, account.budget)?)
         }
         Some(_) => Err(JsonError::NoSamples),
     }
-}
-
-/// Whether nothing but blanks is left.
-fn is_at_end<'de>(deserializer: &mut serde_json::Deserializer<serde_json::de::SliceRead<'de>>) -> bool {
-    deserializer.end().is_ok()
 }
 
 /// What is taken, and why it was enough.
@@ -102,16 +120,6 @@ enum Node {
     Rows(Rows),
     /// No numbers, in a word.
     Other(&'static str),
-}
-
-struct Reader<'a> {
-    account: Account<'a>,
-}
-
-impl<'a> Reader<'a> {
-    fn seed(&mut self) -> Seed<'_, 'a> {
-        Seed(&mut self.account)
-    }
 }
 
 /// Reads one value.
@@ -408,7 +416,14 @@ mod tests {
         assert!(message("{\"q\":[1,2").contains("EOF"), "{}", message("{\"q\":[1,2"));
         assert!(message("{\"t\":1}\n3").contains("value 2 is no object"));
         assert!(message("[1,2]").contains("no samples") && message("{}").contains("no array"));
-        let deep = "[".repeat(100_000);
+        let out_of_range = message("{\"t\":1}\n {\"t\":\n 1e999}");
+        assert!(out_of_range.starts_with("line 3, column 6: number out of range"), "{out_of_range}");
+        assert!(
+            message("{\"t\":1}\n{\"t\":2}x").starts_with("line 2, column 8: "),
+            "{}",
+            message("{\"t\":1}\n{\"t\":2}x")
+        );
+        let deep = "[".repeat(100_000) + &"]".repeat(100_000);
         assert!(message(&deep).contains("recursion"), "{}", message(&deep));
         // Ever new keys would fill a table with nothing.
         let keys: String = (0..20_000).map(|number| format!("{{\"k{number}\":1}}\n")).collect();
