@@ -6,12 +6,13 @@ use super::choice::{Choice, one_of};
 use super::data::OptionalData;
 use super::screenshot::prepared;
 use super::{progress, write_file};
-use crate::app::screens::{diagnose, ladder};
+use crate::app::screens::{diagnose, extrapolation, ladder};
 use crate::app::{ReportFormat, comparison, report};
 use crate::file::ending::named;
 use crate::session::{Document, Session};
 
-/// Write what is known of recordings as one page: data, findings, model, what is missing and its evidence, what is not known.
+/// Write what is known of recordings as one page: data, findings, model, what is missing and its evidence, how it does outside the
+/// data, what is not known.
 ///
 /// The page needs nothing else and no network; its pictures stand in it. What a report is about is done first: a diagnosis, and the
 /// effects that it names are added one after the other. Two saved sessions stand side by side on one page.
@@ -69,9 +70,13 @@ impl ReportCommand {
     }
 }
 
-/// The newest session of a document, diagnosed.
+/// The newest session of a document, diagnosed, repaired, and tried outside its data.
 fn reported(document: &Document) -> anyhow::Result<Session> {
     let session = prepared(&diagnose::ABOUT, document.history.current(), &[])?;
     // The ladder grows by what was found, which is told beside it.
-    Ok(Session { report: session.report.clone(), ..prepared(&ladder::ABOUT, &session, &[])? })
+    let repaired = Session { report: session.report.clone(), ..prepared(&ladder::ABOUT, &session, &[])? };
+    Ok(prepared(&extrapolation::ABOUT, &repaired, &[]).unwrap_or_else(|problem| {
+        progress::told(format_args!("left out: how it does outside the data, since {problem}"));
+        repaired
+    }))
 }

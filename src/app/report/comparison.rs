@@ -20,7 +20,7 @@ pub(super) fn document(sides: [Side; 2], has_figures: bool, monitor: &Monitor) -
         Block::Table(beside("parameters of the newest models", "parameter", &names, parameters(sides))),
     ];
     let report_of = |(_, session): Side, mark: &str, monitor: &Monitor| {
-        let pictures = has_figures.then_some(Pictures { mark, size: Size::OneColumn, monitor });
+        let pictures = has_figures.then_some(Pictures { mark, size: Size::OneColumn, monitor, share: [0.0, 1.0] });
         Ok(sections(super::document(session, pictures)?.blocks))
     };
     let first = report_of(sides[0], "left-", &monitor.part(0.0..0.5))?;

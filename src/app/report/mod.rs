@@ -9,22 +9,28 @@ mod latex;
 mod markdown;
 mod pdf;
 
+use std::sync::Arc;
+
 pub use comparison::Side;
 use document::{Block, Document, Table};
 
 use super::desk::ReportFormat;
-use super::{About, plots, screens};
+use super::screens::{compare, diagnose, extrapolation, ladder, residuals};
+use super::{About, plots};
 use crate::diagnosis::Report;
 use crate::figure::{self, Figure, FigureError, Panel, Size, Style, Theme};
 use crate::model::JointError;
 use crate::progress::{Monitor, Stopped};
 use crate::recording::{Origin, Recording, joints_text};
 use crate::session::{Session, Step, View, again};
+use crate::simulation::extrapolation::{Basis, Curve, Sweep};
 
 /// Refused candidates that are told.
 const MOST_REFUSED: usize = 25;
-/// The screens whose plots are shown, each under the section of its name.
-const SHOWN: [&str; 4] = ["compare", "residuals", "diagnose", "ladder"];
+/// The screens whose plots are shown, in the order of the report.
+const SHOWN: [&About; 4] = [&compare::ABOUT, &residuals::ABOUT, &ladder::ABOUT, &extrapolation::ABOUT];
+/// What is drawn: these, and before the last two the evidence.
+const DRAWINGS: usize = SHOWN.len() + 1;
 /// Plots of one screen that are shown.
 const MOST_PLOTS: usize = 9;
 /// The part of the work that is drawing.
@@ -47,7 +53,7 @@ pub enum ReportError {
 /// [`ReportError`] if a PDF can't be written, or somebody stopped it.
 pub fn report(session: &Session, format: ReportFormat, monitor: &Monitor) -> Result<Vec<u8>, ReportError> {
     let drawn = monitor.part(0.0..DRAWN);
-    let pictures = Pictures { mark: "", size: Size::TwoColumn, monitor: &drawn };
+    let pictures = Pictures { mark: "", size: Size::TwoColumn, monitor: &drawn, share: [0.0, 1.0] };
     let document = document(session, format.has_figures().then_some(pictures))?;
     monitor.report(DRAWN, "writing")?;
     Ok(written(&document, format)?)
@@ -79,8 +85,23 @@ struct Pictures<'a> {
     /// Begins the marks of their parts, which nothing else on the page may have.
     mark: &'a str,
     size: Size,
-    /// Of the drawing.
+    /// Of the drawing of everything.
     monitor: &'a Monitor,
+    /// The part of it that these are.
+    share: [f32; 2],
+}
+
+impl Pictures<'_> {
+    /// One of so many parts.
+    fn part(self, number: usize, of: usize) -> Self {
+        let [begin, end] = self.share;
+        let at = |number: usize| begin + (end - begin) * number as f32 / of.max(1) as f32;
+        Pictures { share: [at(number), at(number + 1)], ..self }
+    }
+
+    fn report(&self, doing: &str) -> Result<(), Stopped> {
+        self.monitor.report(self.share[0], doing)
+    }
 }
 
 fn document(session: &Session, pictures: Option<Pictures>) -> Result<Document, Stopped> {
@@ -103,21 +124,18 @@ fn document(session: &Session, pictures: Option<Pictures>) -> Result<Document, S
     data(session, recording, blocks);
     findings(session, blocks);
     models(session, recording, blocks);
-    let show = |which: std::ops::Range<usize>, blocks: &mut Vec<Block>| {
-        let Some(pictures) = pictures else { return Ok(()) };
-        for number in which {
-            let share = [number, number + 1].map(|number| number as f32 / SHOWN.len() as f32);
-            let monitor = &pictures.monitor.part(share[0]..share[1]);
-            if let Ok(screen) = screens::find(SHOWN[number]) {
-                figures(session, screen, Pictures { monitor, ..pictures }, blocks)?;
-            }
-        }
-        Ok(())
-    };
-    show(0..2, blocks)?;
+    let part = |number: usize| pictures.map(|pictures| pictures.part(number, DRAWINGS));
+    figures(session, SHOWN[0], part(0), blocks)?;
+    figures(session, SHOWN[1], part(1), blocks)?;
     if let Some(report) = &session.report {
-        missing(report, blocks);
-        show(2..SHOWN.len(), blocks)?;
+        missing(report, recording, part(2), blocks)?;
+        figures(session, SHOWN[2], part(3), blocks)?;
+    }
+    if let Some(sweep) = &session.sweep {
+        outside(sweep, blocks);
+        figures(session, SHOWN[3], part(4), blocks)?;
+    }
+    if let Some(report) = &session.report {
         ruled_out(report, blocks);
         not_known(report, blocks);
     }
@@ -168,7 +186,7 @@ fn models(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
     blocks.push(Block::Heading("The model, step by step".to_owned()));
     let joints: Vec<String> = (1..=recording.joint_count()).map(|joint| format!("joint {joint}")).collect();
     let head = [row(["model"]), joints, row(["all", "MSE of all", "R² of all"])].concat();
-    let line = |step: &std::sync::Arc<Step>| {
+    let line = |step: &Arc<Step>| {
         let all = step.evaluation.all_held_out;
         let own = step.evaluation.held_out.iter().map(|joint| number(joint.nmse));
         let mut line = vec![step.name.clone()];
@@ -221,25 +239,38 @@ fn models(session: &Session, recording: &Recording, blocks: &mut Vec<Block>) {
     }));
 }
 
+/// The plots of a screen.
 fn figures(
     session: &Session,
     screen: &'static About,
+    pictures: Option<Pictures>,
+    blocks: &mut Vec<Block>,
+) -> Result<(), Stopped> {
+    let Some(pictures) = pictures else { return Ok(()) };
+    pictures.report(&format!("asking {}", screen.title))?;
+    let mut panels = plots(session.clone(), View::default(), screen);
+    panels.truncate(MOST_PLOTS);
+    drawn(panels, screen.id, screen.title, pictures, blocks)
+}
+
+/// Panels, each as a figure with a mark and a title that begin so.
+fn drawn(
+    mut panels: Vec<Panel>,
+    mark: &str,
+    about: &str,
     pictures: Pictures,
     blocks: &mut Vec<Block>,
 ) -> Result<(), Stopped> {
-    pictures.monitor.report(0.0, &format!("asking {}", screen.title))?;
     let style = Style { size: pictures.size, theme: Theme::Print, ..Style::default() };
-    let mut panels = plots(session.clone(), View::default(), screen);
     name_axes(&mut panels);
-    panels.truncate(MOST_PLOTS);
-    let count = panels.len() as f32;
+    let count = panels.len();
     for (number, panel) in panels.into_iter().enumerate() {
         let title = panel.title.clone();
-        pictures.monitor.report(number as f32 / count, &format!("drawing {title}"))?;
+        pictures.part(number, count).report(&format!("drawing {title}"))?;
         // Every picture of the page has marks of its own.
-        let mark = format!("{}{}{number}", pictures.mark, screen.id);
+        let mark = format!("{}{mark}{number}", pictures.mark);
         if let Ok(svg) = figure::inline(&Figure::new(vec![panel]), &style, &mark) {
-            blocks.push(Block::Figure { title: format!("{}: {title}", screen.title), svg });
+            blocks.push(Block::Figure { title: format!("{about}: {title}"), svg });
         }
     }
     Ok(())
@@ -256,9 +287,15 @@ fn name_axes(panels: &mut [Panel]) {
     }
 }
 
-fn missing(report: &Report, blocks: &mut Vec<Block>) {
+/// Every effect that is named, and behind its text the plots that show it.
+fn missing(
+    report: &Arc<Report>,
+    recording: &Recording,
+    pictures: Option<Pictures>,
+    blocks: &mut Vec<Block>,
+) -> Result<(), Stopped> {
     blocks.push(Block::Heading("What is missing, and the evidence".to_owned()));
-    for effect in &report.effects {
+    for (place, effect) in report.effects.iter().enumerate() {
         let numbers = |values: &[f64]| values.iter().map(|value| number(*value)).collect::<Vec<_>>().join(", ");
         let mut text = format!(
             "{}, {} ({}): {} Its formula is {}. Held-out nMSE {} → {}.",
@@ -276,6 +313,12 @@ fn missing(report: &Report, blocks: &mut Vec<Block>) {
         }
         text.push_str(&format!(" Source of the formula: {}.", effect.effect.source));
         blocks.push(Block::Text(text));
+        if let Some(pictures) = pictures {
+            let mut panels = diagnose::evidence(report, place, false, recording);
+            panels.truncate(MOST_PLOTS);
+            let pictures = pictures.part(place, report.effects.len());
+            drawn(panels, &format!("evidence{place}-"), effect.effect.name, pictures, blocks)?;
+        }
     }
     let rows: Vec<Vec<String>> = report
         .presence
@@ -289,6 +332,27 @@ fn missing(report: &Report, blocks: &mut Vec<Block>) {
         let head = row(["what kind, where", "presence", "", "likeliest form", "share of what was measured"]);
         blocks.push(Block::Table(Table { title: "how likely each kind of physics is there".to_owned(), head, rows }));
     }
+    Ok(())
+}
+
+/// How the errors grow where nothing was recorded.
+fn outside(sweep: &Sweep, blocks: &mut Vec<Block>) {
+    blocks.push(Block::Heading("Outside the data".to_owned()));
+    let what = sweep.stretch.name();
+    let how = match sweep.basis {
+        Basis::Simulated => "the held-out runs travelled anew by the simulated arm, whose exact torque is known",
+        Basis::Measured => "held-out blocks of about a second as measured, relative to the mean of the training part",
+    };
+    blocks.push(Block::Text(format!("Errors over the {what}: {how}.")));
+    let mut head = row(["model"]);
+    let scales = sweep.curves.first().into_iter().flat_map(|curve| &curve.points);
+    head.extend(scales.map(|point| format!("{:.2} × {what}", point.scale)));
+    let line = |curve: &Curve| {
+        let errors = curve.points.iter().map(|point| number(point.overall));
+        [curve.model.clone()].into_iter().chain(errors).collect()
+    };
+    let title = format!("nMSE of all joints over the {what}");
+    blocks.push(Block::Table(Table { title, head, rows: sweep.curves.iter().map(line).collect() }));
 }
 
 fn ruled_out(report: &Report, blocks: &mut Vec<Block>) {
@@ -366,16 +430,20 @@ mod tests {
     use crate::progress::Monitor;
     use crate::session::Command;
     use crate::simulation::Scenario;
+    use crate::simulation::extrapolation::Stretch;
 
     #[test]
     fn the_report_stands_alone_and_says_what_was_found() {
         let monitor = Monitor::new();
         let session = Command::Simulate(Box::new(Scenario::embedded())).run(&Session::default(), &monitor).unwrap();
         let session = Command::Diagnose.run(&session, &monitor).unwrap();
+        let steps = session.ladder.clone();
+        let session = Command::Extrapolate { steps, stretch: Stretch::Speed }.run(&session, &monitor).unwrap();
         let text_of = |bytes: Result<Vec<u8>, ReportError>| String::from_utf8(bytes.unwrap()).unwrap();
         let page = text_of(report(&session, ReportFormat::Html, &monitor));
         for word in [
             "Coulomb friction, joint",
+            "evidence0-0",
             "What was ruled out",
             "What is not known",
             "<svg",
@@ -395,6 +463,7 @@ mod tests {
         assert_eq!(tex.matches("\\begin{table}").count(), tex.matches("\\end{table}").count());
         let text = text_of(report(&session, ReportFormat::Markdown, &monitor));
         assert!(text.starts_with("# What a model of") && text.contains("| model |"), "{text}");
+        assert!(text.contains("Outside the data") && text.contains("| 1.00 × speed |"), "{text}");
         assert_eq!([0.0, 1.5, 1.23456e-7, 123_456.0].map(number), ["0", "1.500", "1.235e-7", "123456"]);
 
         let pdf = report(&session, ReportFormat::Pdf, &monitor).unwrap();

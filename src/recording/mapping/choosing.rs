@@ -96,6 +96,12 @@ impl Choice {
         };
         labels.iter().enumerate().map(name).collect()
     }
+
+    /// Whether to take what was commanded for a derivative of what was measured: the measured one can be computed.
+    fn is_better_than_derived(&self, position: Option<&Choice>) -> bool {
+        let is_derivative = matches!(self.channel, Channel::Velocity | Channel::Acceleration);
+        !(is_derivative && self.commanded && position.is_some_and(|position| !position.commanded))
+    }
 }
 
 struct Group<'a> {
@@ -154,7 +160,7 @@ impl<'a> Guesses<'a> {
         let choice = match spec.get(channel) {
             Some([single]) if single == LEAVE_OUT => return Ok(None),
             Some(patterns) => Some(self.said(channel, patterns)?),
-            None => self.guessed(channel, position),
+            None => self.guessed(channel, position).filter(|choice| choice.is_better_than_derived(position)),
         };
         let Some(mut choice) = choice else { return Ok(None) };
         choice.check_unambiguous(self.columns)?;
@@ -308,6 +314,31 @@ mod tests {
             assert_eq!(ours, names[..9]);
             assert_eq!(found.joints, ["joint 1", "joint 2"]);
         }
+    }
+
+    /// As libfranka writes them.
+    #[test]
+    fn what_is_desired_is_not_taken_for_measured() {
+        let measured = guess(
+            "time q[0] q[1] q_d[0] q_d[1] dq[0] dq[1] dq_d[0] dq_d[1] ddq_d[0] ddq_d[1] tau_J[0] tau_J[1] \
+             tau_J_d[0] tau_J_d[1]",
+        );
+        let taken = (&measured.q[0], &measured.qd.as_ref().unwrap()[0], &measured.tau[0]);
+        assert_eq!(taken, (&"q[0]".to_owned(), &"dq[0]".to_owned(), &"tau_J[0]".to_owned()));
+        assert_eq!((measured.qdd, measured.commanded), (None, Vec::new()), "it is derived from what was measured");
+        let desired = guess("time q_d[0] q_d[1] ddq_d[0] ddq_d[1] tau_J_d[0] tau_J_d[1]");
+        assert_eq!(desired.commanded, [Channel::Position, Channel::Acceleration, Channel::Torque]);
+        assert_eq!(desired.qdd.unwrap(), ["ddq_d[0]", "ddq_d[1]"]);
+    }
+
+    #[test]
+    fn a_clock_stands_behind_a_path_with_numbers_too() {
+        for (clock, rest) in
+            [("robot1.time", "robot1.q[0] robot1.tau[0]"), ("data.demo_0.time", "data.demo_0.q1 data.demo_0.tau1")]
+        {
+            assert_eq!(guess(&format!("{clock} {rest}")).time.as_deref(), Some(clock));
+        }
+        assert_eq!(guess("time1 time q1 tau1").time.as_deref(), Some("time"));
     }
 
     #[test]

@@ -62,9 +62,11 @@ const TORQUE: &[&str] =
 /// Words for the current of a motor, which is no torque.
 const CURRENT: &[&str] = &["current", "currents", "amp", "amps", "ampere", "amperes"];
 
-/// Words about a column, and how welcome they make it. Never wanted: `None`.
-fn qualifier(word: &str) -> Option<Option<u8>> {
+/// Words about a column, and how welcome they make it. Never wanted: `None`. Some say it only behind the word for its channel.
+fn qualifier(word: &str, is_behind: bool) -> Option<Option<u8>> {
     Some(match word {
+        // What libfranka and many papers call what is desired: `q_d`, `tau_J_d`.
+        "d" if is_behind => Some(COMMANDED),
         "meas" | "measured" | "actual" | "act" | "real" | "sensor" | "msr" | "m" => Some(0),
         "filt" | "filtered" | "smooth" | "smoothed" | "lp" => Some(2),
         "raw" | "motor" | "constrained" | "applied" => Some(3),
@@ -101,7 +103,7 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
     for word in &words {
         if let (None, Some(found)) = (channel, channel_of(word)) {
             channel = Some(found);
-        } else if let Some(welcome) = qualifier(word) {
+        } else if let Some(welcome) = qualifier(word, channel.is_some()) {
             let welcome = welcome?;
             rank = if qualifiers.is_empty() { welcome } else { rank.max(welcome) };
             qualifiers.push(word.as_str());
@@ -113,7 +115,9 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
     let channel = channel.or_else(|| is_position.then_some(Channel::Position))?;
     // `t_motor` is hardly a clock, but the field `t` of a struct `log` is one.
     let is_vague = words.len() > 1 && words.iter().any(|word| word == "t") && !bare.ends_with(".t");
-    if channel == Channel::Time && (!numbers.is_empty() || is_vague) {
+    // The second clock of a log is none; that of the second robot is.
+    let is_numbered = !words_and_numbers(bare.rsplit(['.', '/']).next().unwrap_or(bare)).1.is_empty();
+    if channel == Channel::Time && (is_numbered || is_vague) {
         return None;
     }
     let label = match numbers.as_slice() {
@@ -151,8 +155,9 @@ pub(super) fn why(name: &str, is_taken: bool) -> String {
     let (bare, unit) = split_unit(name);
     let (words, _) = words_and_numbers(bare);
     let of_channel = words.iter().find_map(|word| Some((word, channel_of(word)?)));
-    let unwanted = words.iter().find(|word| qualifier(word) == Some(None));
-    let about: Vec<&str> = words.iter().filter_map(|word| welcome(word)).collect();
+    let place = words.iter().position(|word| channel_of(word).is_some()).unwrap_or(words.len());
+    let unwanted = words.iter().find(|word| qualifier(word, false) == Some(None));
+    let about: Vec<&str> = words.iter().enumerate().filter_map(|(at, word)| welcome(word, at > place)).collect();
     let mut text = match (of_channel, unwanted) {
         _ if is_current(name) => "its name is that of a motor's current, which is no torque by itself".to_owned(),
         (_, Some(word)) => format!("`{word}` in its name says that it is not what a joint measured"),
@@ -168,8 +173,8 @@ pub(super) fn why(name: &str, is_taken: bool) -> String {
 }
 
 /// What a word about a column says, in words.
-fn welcome(word: &str) -> Option<&'static str> {
-    Some(match qualifier(word)?? {
+fn welcome(word: &str, is_behind: bool) -> Option<&'static str> {
+    Some(match qualifier(word, is_behind)?? {
         0 => "measured",
         2 => "filtered",
         COMMANDED => "commanded",

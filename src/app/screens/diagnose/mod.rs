@@ -11,6 +11,7 @@ use egui::{Align, Button, CollapsingHeader, Layout, RichText, Ui, WidgetText};
 
 use serde_json::{Value, json};
 
+pub use figures::evidence;
 use sure::Sure;
 
 use crate::app::desk::{About, Busy, Desk, Focus, Needs, Order};
