@@ -56,6 +56,8 @@ def column(rows, name):
 
 
 plt.rcParams.update({"font.size": LETTER, "axes.titlesize": LETTER, "legend.fontsize": LETTER})
+# Publishers ask for fonts that are embedded whole (TrueType, not Type 3) and for 600 dots per inch.
+plt.rcParams.update({"pdf.fonttype": 42, "ps.fonttype": 42, "savefig.dpi": 600})
 figure, axes = plt.subplots(len(PANELS), squeeze=False, figsize=(WIDTH, 2.5 * len(PANELS)), constrained_layout=True)
 for ax, (title, panel) in zip(axes[:, 0], PANELS.items()):
     ax.set_title(title)

@@ -133,6 +133,7 @@ pub enum FormatError {
 
 const TO_CSV: &str = "export the log as CSV or NPZ";
 const UNPACK: &str = "unpack it and read the file inside";
+const UTF_16: &str = "text in UTF-16";
 /// First bytes, what they tell, and what to do.
 const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"#ROSBAG", "a ROS bag", TO_CSV),
@@ -144,8 +145,8 @@ const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"BZh", "compressed with bzip2", UNPACK),
     (b"\xfd7zXZ\0", "compressed with xz", UNPACK),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", UNPACK),
-    (b"\xff\xfe", "text in UTF-16", "save it as UTF-8 (in a terminal: iconv -f UTF-16 -t UTF-8 log.csv > log8.csv)"),
-    (b"\xfe\xff", "text in UTF-16", "save it as UTF-8 (in a terminal: iconv -f UTF-16 -t UTF-8 log.csv > log8.csv)"),
+    (b"\xff\xfe", UTF_16, "save it as UTF-8 (in a terminal: iconv -f UTF-16 -t UTF-8 log.csv > log8.csv)"),
+    (b"\xfe\xff", UTF_16, "save it as UTF-8 (in a terminal: iconv -f UTF-16 -t UTF-8 log.csv > log8.csv)"),
     (b"version https://git-lfs", "a Git LFS pointer, not the data", "fetch the data with `git lfs pull`"),
 ];
 
@@ -204,6 +205,9 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
     if is_pickle(bytes) {
         return Ok(Format::Pickle);
     }
+    if let Some(remedy) = unmarked_utf_16(head) {
+        return unsupported(UTF_16, remedy);
+    }
     if head.iter().any(|byte| byte.is_ascii_control() && !byte.is_ascii_whitespace()) {
         return Err(FormatError::Unknown);
     }
@@ -212,6 +216,16 @@ fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
         b'<' => unsupported("XML or a web page", "download the file itself, as CSV or NPZ"),
         _ => Ok(Format::Csv),
     }
+}
+
+/// How to read text in UTF-16 without the mark that it should begin with; `None` if it is none: in a log every other byte is zero.
+fn unmarked_utf_16(head: &[u8]) -> Option<&'static str> {
+    let (pairs, _) = head.as_chunks::<2>();
+    let are = |zero: usize| pairs.len() > 1 && pairs.iter().all(|pair| pair[zero] == 0 && pair[1 - zero] != 0);
+    if are(1) {
+        return Some("save it as UTF-8 (in a terminal: iconv -f UTF-16LE -t UTF-8 log.csv > log8.csv)");
+    }
+    are(0).then_some("save it as UTF-8 (in a terminal: iconv -f UTF-16BE -t UTF-8 log.csv > log8.csv)")
 }
 
 /// A pickle tells its protocol, or begins as dicts, lists and arrays do without one; and it ends with a point.
@@ -243,6 +257,8 @@ mod tests {
             (b"PAR1\0PAR1", "a Parquet file; rename"),
             (b"\x89PNG\r\n\x1a\n", "PNG"),
             (b"\xff\xfet\0i\0", "UTF-16"),
+            (b"t\0i\0m\0e\0,\0", "UTF-16LE"),
+            (b"\0t\0i\0m\0e\0,", "UTF-16BE"),
             (b"{\"q\": 1}", "JSON"),
             (b"<!doctype html>", "web page"),
             (b"\x93NUMPY\x01\0", "a single numpy array; rename"),

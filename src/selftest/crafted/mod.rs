@@ -1,14 +1,16 @@
 //! Files that somebody crafted: bombs, entries that overlap, views, lies about sizes, and files that are no files.
 
+mod containers;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use zip::CompressionMethod;
 
-use super::opener::{Kind, Opener, Request};
-use super::{Bench, Measure, Score, SelftestError, logs, seeds};
 use crate::file;
 use crate::recording::npy;
+use crate::selftest::opener::{Kind, Opener, Request};
+use crate::selftest::{Bench, Measure, Score, SelftestError, logs, seeds};
 
 /// See its promise.
 pub static MEASURE: Measure = Measure {
@@ -28,7 +30,8 @@ struct Craft {
 fn take(bench: &Bench) -> Result<Score, SelftestError> {
     let mut crafts = Vec::new();
     let mut left_out = Vec::new();
-    for (number, (what, kind, bytes)) in archives()?.into_iter().chain(texts()).chain(others()?).enumerate() {
+    let all = [archives()?, texts(), others()?, containers::all()?].concat();
+    for (number, (what, kind, bytes)) in all.into_iter().enumerate() {
         let path = bench.path(&format!("{number}-{what}"));
         file::write(&path, &bytes)?;
         crafts.push(Craft { what: what.to_owned(), kind, path });
