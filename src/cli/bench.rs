@@ -4,6 +4,7 @@ mod calibrate;
 mod diagnosis;
 mod planted;
 mod rates;
+mod read;
 mod recipe;
 mod recordings;
 mod speed;
@@ -21,6 +22,7 @@ pub enum Bench {
     Diagnosis(diagnosis::Diagnosis),
     Planted(planted::Planted),
     Stability(stability::StabilityBench),
+    Read(read::Read),
     Recipe(recipe::RecipeBench),
     Stuck(stuck::Stuck),
     Train(train::Train),
@@ -39,6 +41,7 @@ impl Bench {
             },
             Bench::Planted(bench) => bench.run(),
             Bench::Stability(bench) => bench.run(),
+            Bench::Read(bench) => bench.run(),
             Bench::Recipe(bench) => bench.run(),
             Bench::Stuck(bench) => bench.run(),
             Bench::Train(bench) => bench.run(),

@@ -12,7 +12,7 @@ mod faults;
 mod jobs;
 mod kills;
 mod logs;
-mod memory;
+pub mod memory;
 pub mod opener;
 mod places;
 mod sameness;

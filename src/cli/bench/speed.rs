@@ -15,6 +15,7 @@ use crate::network::team::{Team, with_team};
 use crate::network::{Activation, Buffer, Element, TILE, draw_weights};
 use crate::progress::Monitor;
 use crate::recording::Trajectory;
+use crate::selftest::memory;
 use crate::simulation::{Excitation, Scenario, simulate};
 use crate::training::learn::{Begin, TrainingData, train};
 use crate::training::loss::loss_program;
@@ -221,13 +222,6 @@ pub fn inference(
     })
 }
 
-/// The most memory that this process had at any time \[MiB\].
-fn peak_memory_mib() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    Some(line.trim().strip_suffix("kB")?.trim().parse::<f64>().ok()? / 1024.0)
-}
-
 /// Trains the structured model on the paper's arm with our recipe until its error on new trajectories is the paper's.
 ///
 /// # Errors
@@ -270,7 +264,7 @@ pub fn report(threads: usize, monitor: &Monitor) -> Result<Report, TrainError> {
     monitor.report(cases.len() as f32 / (cases.len() + 1) as f32, "training to the paper's accuracy")?;
     let paper_accuracy = Some(paper_accuracy(threads, 0)?);
     let inference = vec![inference(LearnedPreset::StructuredDelan, 3, &small, threads)?];
-    let peak_memory_mib = peak_memory_mib();
+    let peak_memory_mib = memory::most().map(|bytes| bytes as f64 / f64::from(1 << 20));
     let (peak_gflops, peak_of_all_gflops) = (peak_gflops(1), peak_gflops(threads));
     Ok(Report { models, peak_gflops, peak_of_all_gflops, paper_accuracy, inference, peak_memory_mib })
 }

@@ -10,6 +10,7 @@ use crate::cli::{progress, write_file};
 use crate::model::learned::LearnedPreset;
 use crate::recording::read::ReadOptions;
 use crate::recording::write;
+use crate::selftest::memory;
 use crate::session::{Command, Session};
 use crate::simulation::extrapolation::Stretch;
 use crate::simulation::{Excitation, Scenario};
@@ -169,14 +170,19 @@ fn print_json(answer: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// One long run with a repaired model, diagnosed and tested outside its data.
-fn loaded(samples: usize) -> anyhow::Result<Session> {
+/// One long run as it is simulated.
+pub(super) fn long_run(samples: usize) -> anyhow::Result<Session> {
     const RATE: f64 = 1000.0;
     let mut scenario = Scenario { name: "long run".to_owned(), ..Scenario::embedded() };
     if let Excitation::MultiSine { trajectories, duration, rate, .. } = &mut scenario.motion {
         (*trajectories, *duration, *rate) = (1, samples as f64 / RATE, RATE);
     }
-    let mut session = progress::run(Command::Simulate(Box::new(scenario)), &Session::default())?;
+    progress::run(Command::Simulate(Box::new(scenario)), &Session::default())
+}
+
+/// One long run with a repaired model, diagnosed and tested outside its data.
+fn loaded(samples: usize) -> anyhow::Result<Session> {
+    let mut session = long_run(samples)?;
     let add = |effect: &str, joints: Vec<usize>| Command::AddEffect { effect: effect.to_owned(), joints };
     session = progress::run(add("coulomb-friction", vec![0]), &session)?;
     let steps = session.ladder.clone();
@@ -186,10 +192,7 @@ fn loaded(samples: usize) -> anyhow::Result<Session> {
 
 const MIB: f64 = 1024.0 * 1024.0;
 
-/// Most memory that the process ever had, as the system counts it; `None` where the system does not say.
+/// Most memory that the process ever had; `None` where the system does not say.
 fn peak_mib() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib: f64 = line?.split_whitespace().next()?.parse().ok()?;
-    Some(kib / 1024.0)
+    memory::most().map(|bytes| bytes as f64 / MIB)
 }
