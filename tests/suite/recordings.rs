@@ -220,7 +220,7 @@ fn a_finger_robot_archive_of_many_runs_reads_by_its_published_layout() {
     let from_folder = read(&[arrays], &options, &Monitor::new()).unwrap();
     assert_eq!(from_folder.recording, import.recording);
     let empty = read(&[folder.path().to_owned()], &options, &Monitor::new()).unwrap_err().to_string();
-    assert!(empty.contains("a folder without NPY arrays"), "{empty}");
+    assert!(empty.contains("a folder without a log"), "{empty}");
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod budget;
 pub(crate) mod cdr;
 mod clocks;
 mod csv;
+mod folder;
 mod gzip;
 mod hdf5;
 mod join;
@@ -473,7 +474,8 @@ fn and_passed_over(parts: &[String]) -> String {
 
 /// Reads one recording; several files become trajectories of one arm, all mapped like the first. A path such as
 /// `angles.csv+currents.csv` stands for files with channels of the same samples, which are put side by side; a folder stands for
-/// the arrays of its `.npy` files, as if they were in one archive; `gallery/NAME` for a recording that comes with the program.
+/// the arrays of its `.npy` files, as if they were in one archive, or for its logs (a ROS 2 bag, LeRobot's episodes, runs of one
+/// kind); `gallery/NAME` for a recording that comes with the program.
 ///
 /// # Errors
 /// [`ReadError`] says which file, where in it, what is wrong and what to do. Nothing is returned then.
@@ -487,7 +489,19 @@ pub fn read(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Resu
             };
         }
     }
-    read_files(paths, options, monitor)
+    let mut files = Vec::new();
+    for path in paths {
+        let unreadable = |problem| ReadError::File { path: path.clone(), problem };
+        match folder::logs(path).map_err(unreadable)? {
+            Some(logs) => files.extend(logs),
+            None => files.push(path.clone()),
+        }
+    }
+    let mut import = read_files(&files, options, monitor)?;
+    if let ([path], true) = (paths, files.len() > 1) {
+        import.recording.name = stem(path);
+    }
+    Ok(import)
 }
 
 /// A sample of the gallery as if it were a file: with what is told of it where the user says nothing else, and with its seal.
@@ -568,12 +582,14 @@ impl Preview {
     }
 }
 
-/// Looks into a log without making anything of it.
+/// Looks into a log, or the first one of a folder, without making anything of it.
 ///
 /// # Errors
 /// [`ReadError`] as for [`read`], and [`ReadError::NeedsNone`] for a recording of our own, which has no columns.
 pub fn preview(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Preview, ReadError> {
-    match open(path, options, monitor)? {
+    let logs = folder::logs(path).map_err(|problem| ReadError::File { path: path.to_owned(), problem })?;
+    let first = logs.and_then(|logs| logs.into_iter().next());
+    match open(first.as_deref().unwrap_or(path), options, monitor)? {
         Content::Table(table) => {
             let seen = |column: table::Column| Seen { name: column.name, values: column.values };
             Ok(Preview { columns: table.columns.into_iter().map(seen).collect() })
@@ -605,7 +621,7 @@ fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Con
     }
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
     if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
-        return folder(path, options, monitor);
+        return arrays_of(path, options, monitor);
     }
     decode(&bytes(path, options)?, &file_name(path), &ending(path), options, monitor)
 }
@@ -627,7 +643,7 @@ fn bytes(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, ReadError> {
 }
 
 /// The arrays of a folder of NPY files, each named by its file.
-fn folder(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
+fn arrays_of(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
     let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(path).map_err(unreadable)? {
@@ -635,7 +651,7 @@ fn folder(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Conte
     }
     files.retain(|file| Format::Npy.endings().contains(&ending(file).as_str()));
     if files.is_empty() {
-        let what = "it is a folder without NPY arrays; name the files themselves";
+        let what = "it is a folder without NPY arrays; name its files themselves";
         return Err(unreadable(std::io::Error::other(what)));
     }
     files.sort();
