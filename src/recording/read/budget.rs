@@ -84,6 +84,11 @@ impl Budget {
         Ok(())
     }
 
+    /// Gives back what is not held any more.
+    pub fn give_back(&mut self, bytes: u64) {
+        self.beside = self.beside.saturating_add(bytes);
+    }
+
     /// Takes a text that is held.
     pub fn text(&mut self, text: &str) -> Result<(), TooMuch> {
         self.hold(text.len() as u64 + TEXT)

@@ -104,6 +104,9 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     }
 }
 
+/// What an entry of an object takes in memory beside the letters of its key, while its list grows.
+const ENTRY: u64 = 200;
+
 /// What is taken, and why it was enough.
 struct Account<'a> {
     budget: &'a mut Budget,
@@ -111,12 +114,20 @@ struct Account<'a> {
     wrong: Option<JsonError>,
 }
 
+/// An object on its way into columns.
+#[derive(Default)]
+struct Object {
+    entries: Vec<(String, Node)>,
+    /// What it takes beside the numbers \[bytes\], what is in it included.
+    held: u64,
+}
+
 /// A value on its way into columns.
 enum Node {
     Number(f64),
     /// Numbers of this shape, the last index fastest.
     Array(Vec<usize>, Vec<f64>),
-    Object(Vec<(String, Node)>),
+    Object(Object),
     Rows(Rows),
     /// No numbers, in a word.
     Other(&'static str),
@@ -178,9 +189,16 @@ impl<'de> Visitor<'de> for Seed<'_, '_> {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Node, A::Error> {
         let account = self.0;
-        let mut object = Vec::new();
+        let mut object = Object::default();
         while let Some(key) = map.next_key::<String>()? {
-            object.push((key, map.next_value_seed(Seed(account))?));
+            let takes = key.len() as u64 + ENTRY;
+            if let Err(wrong) = account.budget.hold(takes) {
+                account.wrong = Some(wrong.into());
+                return Err(serde::de::Error::custom("enough"));
+            }
+            let node = map.next_value_seed(Seed(account))?;
+            object.held += takes + if let Node::Object(inner) = &node { inner.held } else { 0 };
+            object.entries.push((key, node));
         }
         Ok(Node::Object(object))
     }
@@ -250,14 +268,17 @@ struct Rows {
 }
 
 impl Rows {
-    fn add(&mut self, object: Vec<(String, Node)>, account: &mut Account) -> Result<(), JsonError> {
+    fn add(&mut self, object: Object, account: &mut Account) -> Result<(), JsonError> {
         account.monitor.check()?;
         self.count += 1;
-        self.take(String::new(), object, account)
+        let held = object.held;
+        self.take(String::new(), object, account)?;
+        account.budget.give_back(held);
+        Ok(())
     }
 
-    fn take(&mut self, prefix: String, object: Vec<(String, Node)>, account: &mut Account) -> Result<(), JsonError> {
-        for (key, node) in object {
+    fn take(&mut self, prefix: String, object: Object, account: &mut Account) -> Result<(), JsonError> {
+        for (key, node) in object.entries {
             let name = if prefix.is_empty() { key } else { format!("{prefix}.{key}") };
             match node {
                 Node::Number(number) => self.put(name, number, account)?,
@@ -288,7 +309,9 @@ impl Rows {
         };
         let values = &mut self.columns[place].1;
         let missing = (self.count - 1).saturating_sub(values.len());
-        account.budget.unpack((missing as u64 + 1) * BYTES)?;
+        // What is missing stands in no file: no log has much of it.
+        account.budget.hold(missing as u64 * BYTES)?;
+        account.budget.unpack(BYTES)?;
         values.resize(self.count - 1, f64::NAN);
         values.push(value);
         Ok(())
@@ -309,7 +332,7 @@ impl Rows {
         }
         let mut columns = Vec::new();
         for (name, mut values) in self.columns {
-            budget.unpack((count - values.len()) as u64 * BYTES)?;
+            budget.hold((count - values.len()) as u64 * BYTES)?;
             values.resize(count, f64::NAN);
             columns.push(Column { name, values, text: None });
         }
@@ -323,7 +346,7 @@ impl Rows {
 type Arrays = (Vec<(String, ArrayD<f64>)>, Vec<String>);
 
 /// The arrays of an object; those that stand joint after joint are turned to sample after sample.
-fn whole(object: Vec<(String, Node)>) -> Arrays {
+fn whole(object: Object) -> Arrays {
     let (mut arrays, mut passed_over) = (Vec::new(), Vec::new());
     collect(String::new(), object, &mut arrays, &mut passed_over);
     let clock = arrays.iter().filter(|(_, array)| array.ndim() == 1).map(|(_, array)| array.len()).max();
@@ -336,13 +359,8 @@ fn whole(object: Vec<(String, Node)>) -> Arrays {
     (arrays, passed_over)
 }
 
-fn collect(
-    prefix: String,
-    object: Vec<(String, Node)>,
-    arrays: &mut Vec<(String, ArrayD<f64>)>,
-    passed_over: &mut Vec<String>,
-) {
-    for (key, node) in object {
+fn collect(prefix: String, object: Object, arrays: &mut Vec<(String, ArrayD<f64>)>, passed_over: &mut Vec<String>) {
+    for (key, node) in object.entries {
         let name = if prefix.is_empty() { key } else { format!("{prefix}.{key}") };
         let array = match node {
             Node::Number(number) => ArrayD::from_elem(IxDyn(&[1]), number),

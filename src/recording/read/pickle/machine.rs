@@ -18,6 +18,8 @@ use crate::recording::read::budget::Budget;
 const THING: u64 = 64;
 /// What it takes to keep one for later \[bytes\].
 const KEPT: u64 = 40;
+/// What a place on the stack takes while the stack grows, in which it is copied to a larger one.
+const PLACE: u64 = 24;
 /// Functions that we know take no more arguments, and states have no more parts.
 const MOST_ARGUMENTS: usize = 16;
 /// The longest name that they are given \[bytes\].
@@ -88,6 +90,8 @@ pub(super) struct Machine<'a, 'b> {
     stack: Vec<Id>,
     /// How high the stack was at each mark that is not used yet.
     marks: Vec<usize>,
+    /// How high both ever were together.
+    highest: usize,
     memo: HashMap<u64, Id>,
     budget: &'b mut Budget,
 }
@@ -95,7 +99,8 @@ pub(super) struct Machine<'a, 'b> {
 impl<'a, 'b> Machine<'a, 'b> {
     /// Before the first instruction.
     pub(super) fn new(bytes: &'a [u8], budget: &'b mut Budget) -> Self {
-        Machine { bytes, at: 0, things: Vec::new(), stack: Vec::new(), marks: Vec::new(), memo: HashMap::new(), budget }
+        let (things, stack, marks, memo) = (Vec::new(), Vec::new(), Vec::new(), HashMap::new());
+        Machine { bytes, at: 0, things, stack, marks, highest: 0, memo, budget }
     }
 
     /// Everything that it made, and what may still be taken.
@@ -114,6 +119,11 @@ impl<'a, 'b> Machine<'a, 'b> {
                 return self.pop();
             }
             self.obey(instruction)?;
+            let height = self.stack.len() + self.marks.len();
+            if height > self.highest {
+                self.budget.hold((height - self.highest) as u64 * PLACE)?;
+                self.highest = height;
+            }
         }
         Err(self.damaged("it has no end"))
     }
