@@ -5,8 +5,9 @@ use clap::Args;
 use serde_json::json;
 
 use super::choice::{Choice, one_of};
-use super::data::{OptionalLog, read_model};
+use super::data::OptionalLog;
 use super::failure::OrUsage;
+use super::saved::Of;
 use super::table::{number, titled};
 use super::{progress, write_file};
 use crate::arm::body::Body;
@@ -40,13 +41,17 @@ use crate::recording::Recording;
   torquescope export urdf model.json --into robot.urdf --log arm.npz
   torquescope export urdf model.json --into robot.urdf --log arm.npz --inertials -o identified.urdf
   torquescope export mjcf model.json --into robot.xml --joints shoulder,elbow -o identified.xml
-  torquescope export network delan.model --log arm.npz -o network")]
+  torquescope export network delan.model --log arm.npz -o network
+  torquescope export c mine.torquescope --of 'rigid body + Coulomb 1, 2' -o arm_torque.c")]
 pub struct Export {
     /// What to write.
     #[arg(value_parser = one_of(KINDS))]
     kind: Kind,
-    /// A model that `train` saved.
+    /// A model that `train` saved, or a session that the window saved (.torquescope): its current model, with its recording where
+    /// no --log is named.
     model: PathBuf,
+    #[command(flatten)]
+    of: Of,
     /// Of code: the file, whose name is that of the function; or a folder, for a function `torque_model`. The test stands beside
     /// it. Of a robot's file: where the changed one goes; without, it takes the place of --into, which is kept as .bak. Of a
     /// network: the folder.
@@ -98,12 +103,12 @@ const KINDS: [Choice<Kind>; 8] = [
 impl Export {
     /// Reads, writes, tells.
     pub fn run(&self) -> anyhow::Result<()> {
-        let fitted = read_model(&self.model)?;
-        let recording = self.log.recording_for(&fitted)?;
+        let saved = self.of.read(&self.model)?;
+        let recording = self.log.recording_for(&saved)?;
         match self.kind {
-            Kind::Code(language) => self.write_code(language, &fitted, recording.as_ref()),
-            Kind::Robot(format) => self.splice(format, &fitted, recording.as_ref()),
-            Kind::Network => self.write_network(&fitted, recording.as_ref()),
+            Kind::Code(language) => self.write_code(language, &saved.fitted, recording.as_deref()),
+            Kind::Robot(format) => self.splice(format, &saved.fitted, recording.as_deref()),
+            Kind::Network => self.write_network(&saved.fitted, recording.as_deref()),
         }
     }
 

@@ -31,6 +31,7 @@ mod progress;
 mod propose;
 mod pupil;
 mod report;
+mod saved;
 mod screenshot;
 mod seal;
 mod selftest;

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use clap::Args;
 
-use super::data::{Data, read_model};
+use super::data::Data;
 use super::failure::OrUsage;
 use super::{progress, write_file};
 use crate::model::{Fitted, Term};
@@ -34,11 +34,8 @@ impl Predict {
     pub fn run(&self) -> anyhow::Result<()> {
         self.data.check_output(&self.output)?;
         let form = Form::of(&self.output).or_usage()?.unwrap_or(Form::Npz);
-        let (session, fitted) = match self.data.model_file() {
-            Some(path) => {
-                let fitted = read_model(path)?;
-                (self.data.session()?, fitted)
-            }
+        let (session, fitted) = match self.data.saved_model()? {
+            Some(fitted) => (self.data.session()?, fitted),
             None => {
                 let session = self.data.session_with_model()?;
                 let fitted = session.current().context("no model was fitted")?.fitted.clone();
