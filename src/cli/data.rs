@@ -17,7 +17,8 @@ use super::table::number;
 use crate::arm::robot::{self, SerialArm};
 use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
-use crate::file::{self, is_same};
+use crate::export::files::check_output;
+use crate::file;
 use crate::model::learned::{Features, Layers, MOST_NEURONS};
 use crate::model::{Fitted, Model, Preset};
 use crate::network::Activation;
@@ -169,6 +170,11 @@ pub struct OptionalLog {
 }
 
 impl OptionalLog {
+    /// All files that are read for it.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        inputs(&self.log, &self.reading)
+    }
+
     /// The recording that was named, or else that which was saved with the model; it must have the joints of the model.
     pub fn recording_for(&self, saved: &Saved) -> anyhow::Result<Option<Arc<Recording>>> {
         let Saved { fitted, recording } = saved;
@@ -418,19 +424,10 @@ fn is_saved_session(files: &[PathBuf]) -> bool {
     matches!(files, [one] if session::file::is_session(one))
 }
 
-fn check_output(output: &Path, inputs: impl IntoIterator<Item = PathBuf>) -> anyhow::Result<()> {
-    match inputs.into_iter().any(|input| is_same(&input, output)) {
-        true => {
-            Err(anyhow!("{} is read here, so the result can't be written over it: name another file", output.display()))
-        }
-        false => Ok(()),
-    }
-}
-
 impl Files {
     /// Refuses to write a result over what it is made of.
     pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
-        check_output(output, inputs(&self.files, &self.reading)).or_usage()
+        check_output(output, &inputs(&self.files, &self.reading)).or_usage()
     }
 
     /// A session with the recording, fitted with the default preset where one fits.
@@ -442,7 +439,7 @@ impl Files {
 impl OptionalData {
     /// Refuses to write a result over what it is made of.
     pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
-        check_output(output, inputs(&self.files, &self.reading)).or_usage()
+        check_output(output, &inputs(&self.files, &self.reading)).or_usage()
     }
 
     /// The files that were named.
@@ -499,7 +496,8 @@ impl Data {
     pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
         let Files { files, reading } = &self.files;
         let model = self.model_file().map(Path::to_owned);
-        check_output(output, inputs(files, reading).into_iter().chain(model)).or_usage()
+        let inputs: Vec<PathBuf> = inputs(files, reading).into_iter().chain(model).collect();
+        check_output(output, &inputs).or_usage()
     }
 
     /// A session with the recording only.

@@ -167,6 +167,37 @@ fn a_recording_is_converted_and_read_back() {
     assert_eq!(first("again"), first("all"));
 }
 
+/// What is predicted of a part are rows of what is predicted of all, also where a term remembers what was before; the residual is what
+/// was measured less what was predicted.
+#[test]
+fn a_part_is_predicted_as_the_whole_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let hidden = ["--joints", "2", "--effect", "coulomb-friction@1", "--trajectories", "2"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &hidden].concat(), at);
+    succeeds(&["train", "x.npz", "--add", "dahl-hysteresis@2", "-o", "model.json"], at);
+    let table = |part: &[&str]| {
+        succeeds(&[["predict", "x.npz", "--model", "model.json", "-o", "t.csv"].as_slice(), part].concat(), at);
+        std::fs::read_to_string(at.join("t.csv")).unwrap()
+    };
+    let whole = table(&[]);
+    let rows: std::collections::BTreeSet<&str> = whole.lines().collect();
+    for part in ["training", "held-out"] {
+        let own = table(&["--part", part]);
+        assert!(own.lines().count() > 100 && own.lines().count() < rows.len(), "{part}");
+        assert!(own.lines().all(|line| rows.contains(line)), "{part}");
+    }
+    let names: Vec<&str> = whole.lines().next().unwrap().split(',').collect();
+    let columns = ["tau_measured2", "tau_predicted2", "tau_residual2"];
+    let places = columns.map(|name| names.iter().position(|other| *other == name).unwrap());
+    for line in whole.lines().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let [measured, predicted, residual] = places.map(|place| cells[place].parse::<f64>().unwrap());
+        assert_eq!(residual, measured - predicted);
+    }
+    assert!(fails(&["predict", "x.npz", "--part", "half", "-o", "t.csv"], at, 2).contains("held-out"));
+}
+
 /// Of a robot with a hand the joints that move are named; what there is not is told with what there is.
 #[test]
 fn of_a_robot_with_a_hand_the_joints_of_the_arm_are_named() {
