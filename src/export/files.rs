@@ -100,9 +100,11 @@ mod tests {
         let input = folder.path().join("log.csv");
         file::write(&input, b"measured").unwrap();
         let files = Files::within(folder.path(), [("./log.csv", b"made".to_vec())]);
-        assert!(matches!(files.check(&[input.clone()]), Err(FilesError::IsInput(_))));
+        let inputs = [input];
+        assert!(matches!(files.check(&inputs), Err(FilesError::IsInput(_))));
+        Files { keep_old: true, ..files }.check(&inputs).unwrap();
         let other = Files::within(&folder.path().join("deep/new"), [("log.csv", b"made".to_vec())]);
-        other.check(&[input]).unwrap();
+        other.check(&inputs).unwrap();
         other.write().unwrap();
         assert!(folder.path().join("deep/new/log.csv").exists());
     }

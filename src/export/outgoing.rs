@@ -78,7 +78,7 @@ pub enum OutgoingError {
         /// Which.
         path: PathBuf,
         /// Why.
-        problem: RobotFileError,
+        problem: Box<RobotFileError>,
     },
     /// It can't be written as code.
     #[error(transparent)]
@@ -133,7 +133,7 @@ fn spliced(
     let text = file::read_text(path).map_err(|problem| OutgoingError::Unread { path: path.to_owned(), problem })?;
     let spliced = robot::write(fitted, format, &text, &wish.joints, recording, wish.inertials);
     let Spliced { text, written, weighed, not_held } =
-        spliced.map_err(|problem| OutgoingError::Robot { path: path.to_owned(), problem })?;
+        spliced.map_err(|problem| OutgoingError::Robot { path: path.to_owned(), problem: Box::new(problem) })?;
     let output = wish.output.as_deref().unwrap_or(path);
     // The robot's own file is never lost.
     let keep_old = output == path || file::is_same(output, path);
