@@ -158,6 +158,14 @@ pub fn write_keeping_old(path: &Path, bytes: &[u8]) -> io::Result<()> {
     put(path, bytes, true)
 }
 
+/// Makes a folder and those that it stands in, if they are not there.
+///
+/// # Errors
+/// What the system says.
+pub fn make_folder(path: &Path) -> io::Result<()> {
+    fs::create_dir_all(path)
+}
+
 /// Makes a file that is not there yet, whole. Of several who do so at once one gets it.
 ///
 /// # Errors

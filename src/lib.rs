@@ -9,7 +9,7 @@
 //! | 9 | [`selftest`] | the program tries to break itself, and counts |
 //! | 8 | [`app`] | the window |
 //! | 7 | [`lesson`] | what is asked of a student, judged by the session alone |
-//! | 6 | [`session`], [`work`], [`experiment`], [`trial`], [`export`] | the document and its commands; background jobs; data × models × seeds, resumable; how often the diagnosis is right; models as code, in robot files, as weights |
+//! | 6 | [`session`], [`work`], [`experiment`], [`trial`], [`export`] | the document and its commands; background jobs; data × models × seeds, resumable; how often the diagnosis is right; models as code, in robot files, as weights; recordings and torques as tables |
 //! | 5 | [`simulation`], [`training`], [`diagnosis`] | recordings made from arms and effects; learning; what is missing |
 //! | 4 | [`model`] | a model is a sum of torque terms; identification by least squares |
 //! | 3 | [`effect`] | one file per physical effect |

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, bail};
 use egui::{FullOutput, Pos2, RawInput, Rect, ViewportId, vec2};
 
-use super::desk::Change;
+use super::desk::{Change, ExportPage};
 use super::raster::{Picture, Raster};
 use super::theme;
 use super::{About, Order, Shown, TorquescopeApp, screens};
@@ -81,6 +81,10 @@ pub enum Over {
     Export,
     /// How a report is written.
     Report,
+    /// How a model is exported.
+    ModelOut,
+    /// How data are exported.
+    DataOut,
     /// All models of the session.
     Models,
     /// All lessons.
@@ -95,7 +99,9 @@ impl Over {
     fn order(self, session: &Session) -> anyhow::Result<Order> {
         Ok(match self {
             Over::Export => Order::Export(None),
-            Over::Report => Order::AskReport,
+            Over::Report => Order::AskExport(ExportPage::Report),
+            Over::ModelOut => Order::AskExport(ExportPage::Model),
+            Over::DataOut => Order::AskExport(ExportPage::Data),
             Over::Models => Order::Models(true),
             Over::Lessons => Order::Lessons(true),
             Over::Commands => Order::Palette(true),

@@ -22,6 +22,7 @@ mod leaving;
 mod looking;
 mod math;
 mod memo;
+mod outgoing;
 pub mod pace;
 pub mod plot;
 pub mod raster;
@@ -41,7 +42,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use egui::ViewportCommand;
 use serde_json::json;
 
-pub use desk::{About, Order, Parting, ReportFormat, Shown};
+pub use desk::{About, ExportPage, Order, Parting, ReportFormat, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
 pub use looking::{Looking, LookingError};
 pub use report::{ReportError, Side, comparison, report};
@@ -121,6 +122,15 @@ enum Asks {
     Export,
     /// Another saved session, to stand beside this one in a report.
     Beside,
+    /// The file of a robot, into which a model goes.
+    Robot,
+}
+
+impl Asks {
+    /// Whether a field of the dialog of exports takes the answer.
+    fn is_of_export(self) -> bool {
+        matches!(self, Asks::Export | Asks::Beside | Asks::Robot)
+    }
 }
 
 /// What a command gives.
@@ -510,7 +520,10 @@ impl TorquescopeApp {
             Order::BesideDialog => self.open_dialog(ctx, Asks::Beside),
             Order::Export(only) => self.overlays.export(self.history.current(), self.screens.shown(), only),
             Order::Draw(drawing) => self.write_figure(*drawing, ctx),
-            Order::AskReport => self.overlays.report(self.history.current(), self.screens.shown()),
+            Order::AskExport(page) => self.overlays.ask_export(self.history.current(), self.screens.shown(), page),
+            Order::RobotFileDialog => self.open_dialog(ctx, Asks::Robot),
+            Order::WriteModel(out) => self.write_model(*out, ctx),
+            Order::WriteData(out) => self.write_data(*out, ctx),
             Order::Report(reporting) => self.write_report(*reporting, ctx),
             Order::Import(paths, options) => self.overlays.import(paths, *options, ctx),
             Order::OpenBy { logs, file } => self.open_by(logs, file, ctx),
@@ -993,6 +1006,10 @@ impl TorquescopeApp {
                     let dialog = dialog.set_title("Choose the other session");
                     dialog.add_filter("sessions", &[file::ENDING]).pick_file().map(|path| vec![path])
                 }
+                Asks::Robot => {
+                    let dialog = dialog.set_title("Choose the robot's file");
+                    dialog.add_filter("robots", &["urdf", "xml"]).pick_file().map(|path| vec![path])
+                }
                 Asks::Open => {
                     let endings: Vec<&str> = read::endings().chain([file::ENDING, "toml", "urdf", "xml"]).collect();
                     let dialog = dialog.set_title("Open recordings, a session, a mapping, a robot or an effect");
@@ -1019,17 +1036,18 @@ impl TorquescopeApp {
                 }
                 (Asks::Export, Some(exporting)) => exporting.set_path(&paths[0]),
                 (Asks::Beside, Some(exporting)) => exporting.set_beside(&paths[0]),
-                (Asks::Export | Asks::Beside, None) => (),
+                (Asks::Robot, Some(exporting)) => exporting.set_robot(&paths[0]),
+                (Asks::Export | Asks::Beside | Asks::Robot, None) => (),
             },
             Outcome::Done(_) if !at_once => (),
             _ => {
                 let text = "This system shows no file dialog.";
-                let remedy = match asks {
-                    Asks::Export | Asks::Beside => "Type the path into the field.",
-                    _ => "Type the path into the field on the Data screen, or drop the file onto the window.",
+                let remedy = match asks.is_of_export() {
+                    true => "Type the path into the field.",
+                    false => "Type the path into the field on the Data screen, or drop the file onto the window.",
                 };
                 self.messages.tell(Tone::Warning, text, remedy);
-                if !matches!(asks, Asks::Export | Asks::Beside) {
+                if !asks.is_of_export() {
                     self.screens.show(&screens::data::ABOUT);
                 }
             }

@@ -12,11 +12,13 @@ use clap::{Args, ValueEnum};
 use super::choice::{Choice, one_of};
 use super::failure::OrUsage;
 use super::progress;
+use super::saved::{Of, Saved};
 use super::table::number;
 use crate::arm::robot::{self, SerialArm};
 use crate::arm::{Arm, Posture};
 use crate::effect::place::Place;
-use crate::file::{self, is_same};
+use crate::export::files::check_output;
+use crate::file;
 use crate::model::learned::{Features, Layers, MOST_NEURONS};
 use crate::model::{Fitted, Model, Preset};
 use crate::network::Activation;
@@ -32,7 +34,7 @@ use crate::simulation::Scenario;
 use crate::training::fit::Plan;
 use crate::training::optimiser::Optimiser;
 use crate::training::schedule::Schedule;
-use crate::training::{self, Precision, Recipe};
+use crate::training::{Precision, Recipe};
 
 /// Where the arm points at q = 0.
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -168,19 +170,25 @@ pub struct OptionalLog {
 }
 
 impl OptionalLog {
-    /// The recording, if one was named; it must have the joints of the model.
-    pub fn recording_for(&self, fitted: &Fitted) -> anyhow::Result<Option<Recording>> {
+    /// All files that are read for it.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        inputs(&self.log, &self.reading)
+    }
+
+    /// The recording that was named, or else that which was saved with the model; it must have the joints of the model.
+    pub fn recording_for(&self, saved: &Saved) -> anyhow::Result<Option<Arc<Recording>>> {
+        let Saved { fitted, recording } = saved;
         if self.log.is_empty() {
-            return Ok(None);
+            return Ok(recording.clone());
         }
         let session = progress::run(open_command(&self.log, &self.reading)?, &self.reading.own.session()?)?;
-        let recording = session.recording.as_deref().context("no recording was read")?;
+        let recording = session.recording.context("no recording was read")?;
         let joints = fitted.setting().kinds.len();
         if recording.joint_count() != joints {
             let found = recording.joint_count();
             return Err(anyhow!("the model has {joints} joints, the log {found}: name a log of its arm")).or_usage();
         }
-        Ok(Some(recording.clone()))
+        Ok(Some(recording))
     }
 }
 
@@ -378,7 +386,7 @@ impl FromStr for Start {
         preset.map(Start::Preset).ok_or_else(|| {
             let known: Vec<&str> = Preset::ALL.iter().map(|preset| preset.id()).collect();
             format!(
-                "there is no model and no file `{text}`; known models: {}, or a file saved by `train`",
+                "there is no model and no file `{text}`; known models: {}, or a file saved by `train`, or a saved session",
                 known.join(", ")
             )
         })
@@ -391,9 +399,12 @@ pub struct Data {
     #[command(flatten)]
     files: Files,
     /// The model: a preset (rigid-body, stated-arm, ff-nn, black-box-delan, structured-delan, delan-friction, delan-ffnn), or
-    /// a file saved by `train`. Without it: rigid-body.
+    /// a file saved by `train`, or a saved session (.torquescope), whose current model it is. Without it: rigid-body; where a saved
+    /// session stands in place of recordings, its current model.
     #[arg(long, value_name = "PRESET|FILE")]
     model: Option<Start>,
+    #[command(flatten)]
+    of: Of,
     /// Add an effect to the model: its id (see `torquescope effects`), and its joints if not all, such as
     /// `coulomb-friction@1,2`. May be repeated.
     #[arg(long, value_name = "EFFECT[@JOINTS]")]
@@ -408,19 +419,15 @@ fn inputs(files: &[PathBuf], reading: &Reading) -> Vec<PathBuf> {
     all.flat_map(|path| parts(path)).collect()
 }
 
-fn check_output(output: &Path, inputs: Vec<PathBuf>) -> anyhow::Result<()> {
-    match inputs.iter().any(|input| is_same(input, output)) {
-        true => {
-            Err(anyhow!("{} is read here, so the result can't be written over it: name another file", output.display()))
-        }
-        false => Ok(()),
-    }
+/// Whether it is a saved session that stands in place of recordings.
+fn is_saved_session(files: &[PathBuf]) -> bool {
+    matches!(files, [one] if session::file::is_session(one))
 }
 
 impl Files {
     /// Refuses to write a result over what it is made of.
     pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
-        check_output(output, inputs(&self.files, &self.reading)).or_usage()
+        check_output(output, &inputs(&self.files, &self.reading)).or_usage()
     }
 
     /// A session with the recording, fitted with the default preset where one fits.
@@ -432,7 +439,7 @@ impl Files {
 impl OptionalData {
     /// Refuses to write a result over what it is made of.
     pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
-        check_output(output, inputs(&self.files, &self.reading)).or_usage()
+        check_output(output, &inputs(&self.files, &self.reading)).or_usage()
     }
 
     /// The files that were named.
@@ -442,15 +449,10 @@ impl OptionalData {
 
     /// What opens the files or a saved session, or simulates the embedded recording.
     pub fn command(&self) -> anyhow::Result<Command> {
-        if self.files.is_empty() {
-            return Ok(Command::Simulate(Box::new(Scenario::embedded())));
+        match self.files.as_slice() {
+            [] => Ok(Command::Simulate(Box::new(Scenario::embedded()))),
+            files => open_command(files, &self.reading),
         }
-        let command = open_command(&self.files, &self.reading)?;
-        if matches!(command, Command::Restore { .. }) && !self.reading.is_empty() {
-            return Err(anyhow!("a saved session says itself how it was read: leave out --map, --zero and the like"))
-                .or_usage();
-        }
-        Ok(command)
     }
 
     /// A session with the files, or with the embedded recording; of a saved one also where one looked.
@@ -492,7 +494,10 @@ impl OptionalData {
 impl Data {
     /// Refuses to write a result over what it is made of.
     pub fn check_output(&self, output: &Path) -> anyhow::Result<()> {
-        self.files.check_output(output)
+        let Files { files, reading } = &self.files;
+        let model = self.model_file().map(Path::to_owned);
+        let inputs: Vec<PathBuf> = inputs(files, reading).into_iter().chain(model).collect();
+        check_output(output, &inputs).or_usage()
     }
 
     /// A session with the recording only.
@@ -500,11 +505,29 @@ impl Data {
         self.files.session()
     }
 
-    /// The saved model, if one was named.
-    pub fn model_file(&self) -> Option<&Path> {
+    fn model_file(&self) -> Option<&Path> {
         match self.model.as_ref()? {
             Start::File(path) => Some(path),
             Start::Preset(_) => None,
+        }
+    }
+
+    /// The saved model, if one was named.
+    pub fn saved_model(&self) -> anyhow::Result<Option<Fitted>> {
+        self.model_file().map(|path| Ok(self.of.read(path)?.fitted)).transpose()
+    }
+
+    /// Whether the model is one of the saved session that stands in place of recordings.
+    fn is_of_session(&self) -> bool {
+        self.model.is_none() && is_saved_session(&self.files.files)
+    }
+
+    /// What is opened; of a saved session with the model that is meant as its current one.
+    fn opened(&self) -> anyhow::Result<Session> {
+        match (self.is_of_session(), self.model_file()) {
+            (true, _) => self.of.taken_up(&self.session()?),
+            (false, Some(_)) => self.session(),
+            (false, None) => self.of.refuse_without_session().and_then(|()| self.session()),
         }
     }
 
@@ -531,7 +554,7 @@ impl Data {
     /// Whether the model that is asked for has networks.
     pub fn asks_for_networks(&self) -> anyhow::Result<bool> {
         Ok(match &self.model {
-            Some(Start::File(path)) => read_model(path)?.model.is_learned(),
+            Some(Start::File(path)) => self.of.read(path)?.fitted.model.is_learned(),
             Some(Start::Preset(preset)) => matches!(preset, Preset::Learned(_)),
             None => false,
         })
@@ -542,14 +565,18 @@ impl Data {
         let plan = self.training.plan()?;
         let places = self.places()?;
         let start = match self.model.clone().unwrap_or_default() {
-            Start::File(path) => Command::UseModel { model: self.training.model(&read_model(&path)?.model) },
+            Start::File(path) => Command::UseModel { model: self.training.model(&self.of.read(&path)?.fitted.model) },
             Start::Preset(preset) => Command::ChoosePreset(preset),
         };
-        let opened = Session { plan, checkpoint_file, ..self.session()? };
+        let opened = Session { plan, checkpoint_file, ..self.opened()? };
         if let Some(model) = self.networks_with_effects(&start, &opened)? {
             return progress::run(Command::UseModel { model }, &opened);
         }
-        let is_there = |preset| opened.current().is_some() && opened.preset == preset;
+        // Of a recording the preset was fitted as it was opened; a saved session has gone on from its own.
+        let is_there = |preset| match is_saved_session(&self.files.files) {
+            true => self.is_of_session() && opened.current().is_some(),
+            false => opened.current().is_some() && opened.preset == preset,
+        };
         let mut session = match start {
             Command::ChoosePreset(preset) if is_there(preset) => opened,
             start => progress::run(start, &opened)?,
@@ -612,18 +639,11 @@ impl Data {
     fn asked_model(&self, session: &Session, plan: &Plan) -> anyhow::Result<Model> {
         let recording = session.recording.as_deref().context("no recording was read")?;
         let model = match self.model.clone().unwrap_or_default() {
-            Start::File(path) => read_model(&path)?.model,
+            Start::File(path) => self.of.read(&path)?.fitted.model,
             Start::Preset(preset) => plan.shaped(&preset.model(recording)?),
         };
         self.with_effects(model, recording.joint_count())
     }
-}
-
-/// Reads a model that `train` saved.
-pub fn read_model(path: &Path) -> anyhow::Result<Fitted> {
-    let bytes =
-        file::read(path, file::LARGEST_MODEL).with_context(|| format!("can't read {}", path.display())).or_usage()?;
-    training::fit::from_bytes(&bytes).with_context(|| format!("{}", path.display())).or_usage()
 }
 
 /// Reads an arm file.
@@ -664,6 +684,10 @@ fn is_named_like_a_log(path: &Path) -> bool {
 }
 
 fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command> {
+    if is_saved_session(files) && !reading.is_empty() {
+        return Err(anyhow!("a saved session says itself how it was read: leave out --map, --zero and the like"))
+            .or_usage();
+    }
     let zero = reading.zero.map(|zero| match zero {
         Zero::Down => Posture::DOWN,
         Zero::Right => Posture::RIGHT,

@@ -1,10 +1,8 @@
-use std::path::Path;
-
 use anyhow::Context;
 use clap::Args;
 use serde::Serialize;
 
-use super::data::{Data, read_model};
+use super::data::Data;
 use super::progress;
 use super::table::{number, numbers, table, titled};
 use super::truth::{self, ComponentError, ParameterError};
@@ -17,12 +15,13 @@ use crate::training::rollout::{HORIZON, Rollout};
 
 /// Measure a model's error on recordings.
 ///
-/// With `--model FILE.json` the saved model is measured on all samples. With a preset, the preset is identified on the
-/// training part and measured on the held-out part.
+/// With `--model FILE` the saved model is measured on all samples. With a preset, the preset is identified on the training part and
+/// measured on the held-out part; of a saved session in place of recordings it is the current model, or --of NAME, there.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope evaluate arm.npz --add coulomb-friction
   torquescope evaluate arm.npz --add coulomb-friction --rollout
+  torquescope evaluate other.npz --model mine.torquescope --of 'rigid body + Coulomb 1, 2'
   torquescope evaluate arm.npz --model delan-friction --open-seal")]
 pub struct Evaluate {
     /// Open the seal of a simulated recording, and compare inertial, Coriolis and gravity torque and the parameters of effects
@@ -79,10 +78,10 @@ struct Answer {
 impl Evaluate {
     /// Reads, predicts, prints.
     pub fn run(&self) -> anyhow::Result<()> {
-        let (data, session, fitted, evaluation, parts) = match self.data.model_file() {
-            Some(path) => {
-                let (fitted, session) = (read_model(path)?, self.data.session()?);
-                let (evaluation, everything) = evaluate_all(&session, &fitted, path)?;
+        let (data, session, fitted, evaluation, parts) = match self.data.saved_model()? {
+            Some(fitted) => {
+                let session = self.data.session()?;
+                let (evaluation, everything) = evaluate_all(&session, &fitted)?;
                 ("all samples", session, fitted, evaluation, everything)
             }
             None => {
@@ -165,13 +164,12 @@ fn rollout(session: &Session, fitted: &Fitted, parts: Vec<Segment>) -> anyhow::R
 }
 
 /// A saved model on all samples, and where they are.
-fn evaluate_all(session: &Session, fitted: &Fitted, path: &Path) -> anyhow::Result<(Evaluation, Vec<Segment>)> {
+fn evaluate_all(session: &Session, fitted: &Fitted) -> anyhow::Result<(Evaluation, Vec<Segment>)> {
     let recording = session.recording.as_deref().context("no recording was read")?;
     let joints = fitted.setting().kinds.len();
     if recording.joint_count() != joints {
         anyhow::bail!(
-            "{} is a model of {joints} joints, the recording has {}: use recordings of the arm that it was trained on",
-            path.display(),
+            "the model has {joints} joints, the recording {}: use recordings of the arm that it was trained on",
             recording.joint_count()
         );
     }

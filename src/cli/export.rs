@@ -1,22 +1,18 @@
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, anyhow};
 use clap::Args;
 use serde_json::json;
 
-use super::choice::{Choice, one_of};
-use super::data::{OptionalLog, read_model};
+use super::choice::one_of;
+use super::data::OptionalLog;
 use super::failure::OrUsage;
+use super::progress;
+use super::saved::Of;
 use super::table::{number, titled};
-use super::{progress, write_file};
 use crate::arm::body::Body;
-use crate::export::controller::{self, Code, Language, LeftOut, Wish};
-use crate::export::network::{self, Package};
-use crate::export::robot::{self, Format, NotHeld, Spliced, Weighed, WeighedLink};
-use crate::export::share;
-use crate::file;
-use crate::model::Fitted;
-use crate::recording::Recording;
+use crate::export::kind::{KINDS, Kind};
+use crate::export::outgoing::{Outgoing, SMOOTH, Wish, outgoing};
+use crate::export::robot::{Change, NotHeld, Weighed, WeighedLink};
 
 /// Write a model as the code of a controller, with a test, into the robot's own file, or as the weights of its network.
 ///
@@ -40,13 +36,17 @@ use crate::recording::Recording;
   torquescope export urdf model.json --into robot.urdf --log arm.npz
   torquescope export urdf model.json --into robot.urdf --log arm.npz --inertials -o identified.urdf
   torquescope export mjcf model.json --into robot.xml --joints shoulder,elbow -o identified.xml
-  torquescope export network delan.model --log arm.npz -o network")]
+  torquescope export network delan.model --log arm.npz -o network
+  torquescope export c mine.torquescope --of 'rigid body + Coulomb 1, 2' -o arm_torque.c")]
 pub struct Export {
     /// What to write.
     #[arg(value_parser = one_of(KINDS))]
     kind: Kind,
-    /// A model that `train` saved.
+    /// A model that `train` saved, or a session that the window saved (.torquescope): its current model, with its recording where
+    /// no --log is named.
     model: PathBuf,
+    #[command(flatten)]
+    of: Of,
     /// Of code: the file, whose name is that of the function; or a folder, for a function `torque_model`. The test stands beside
     /// it. Of a robot's file: where the changed one goes; without, it takes the place of --into, which is kept as .bak. Of a
     /// network: the folder.
@@ -63,7 +63,7 @@ pub struct Export {
     #[arg(long)]
     inertials: bool,
     /// The speed within which dry friction turns round [rad/s or m/s]; where the model found a wider reversal, that is kept.
-    #[arg(long, value_name = "WIDTH", default_value_t = 0.01)]
+    #[arg(long, value_name = "WIDTH", default_value_t = SMOOTH)]
     smooth: f64,
     /// Print the result as JSON.
     #[arg(long)]
@@ -72,157 +72,84 @@ pub struct Export {
     log: OptionalLog,
 }
 
-/// What can be written.
-#[derive(Debug, Clone, Copy)]
-enum Kind {
-    Code(Language),
-    Robot(Format),
-    Network,
-}
-
-const KINDS: [Choice<Kind>; 8] = [
-    ("c", "C99: a header, a source and a test", Kind::Code(Language::C)),
-    ("cpp", "C++11: a header with everything in it, and a test", Kind::Code(Language::Cpp)),
-    ("python", "Python with NumPy, for one state or many", Kind::Code(Language::Python)),
-    ("matlab", "MATLAB or Octave", Kind::Code(Language::Matlab)),
-    ("ros2", "the parameters of a ROS 2 node (YAML)", Kind::Code(Language::Ros2)),
-    ("urdf", "damping and friction, into the robot's URDF", Kind::Robot(Format::Urdf)),
-    ("mjcf", "the same, armature and springs, into the robot's MJCF", Kind::Robot(Format::Mjcf)),
-    (
-        "network",
-        "a trained network: weights (safetensors, NPZ), ONNX, and what computes its torque in NumPy",
-        Kind::Network,
-    ),
-];
-
 impl Export {
     /// Reads, writes, tells.
     pub fn run(&self) -> anyhow::Result<()> {
-        let fitted = read_model(&self.model)?;
-        let recording = self.log.recording_for(&fitted)?;
-        match self.kind {
-            Kind::Code(language) => self.write_code(language, &fitted, recording.as_ref()),
-            Kind::Robot(format) => self.splice(format, &fitted, recording.as_ref()),
-            Kind::Network => self.write_network(&fitted, recording.as_ref()),
-        }
-    }
-
-    fn splice(&self, format: Format, fitted: &Fitted, recording: Option<&Recording>) -> anyhow::Result<()> {
-        let Some(path) = &self.into else {
-            return Err(anyhow!("name the robot's own file with --into, such as --into robot.urdf")).or_usage();
-        };
-        let text = file::read_text(path).with_context(|| format!("can't read {}", path.display())).or_usage()?;
-        let spliced = robot::write(fitted, format, &text, &self.joints, recording, self.inertials);
-        let Spliced { text, written, weighed, not_held } =
-            spliced.with_context(|| path.display().to_string()).or_usage()?;
-        match &self.output {
-            Some(output) => write_file(output, text.as_bytes())?,
-            None => file::write_keeping_old(path, text.as_bytes())
-                .with_context(|| format!("can't write {}", path.display()))?,
-        }
-        if self.json {
-            let written: Vec<_> = written.iter().map(|one| {
-                json!({ "joint": one.joint, "attribute": one.attribute, "before": one.before, "value": one.value })
-            }).collect();
-            let not_held: Vec<_> = not_held
-                .iter()
-                .map(|one| {
-                    let (value, unit) = one.value.clone().unzip();
-                    json!({ "what": one.what, "value": value, "unit": unit, "why": one.why, "share": one.share })
-                })
-                .collect();
-            let links = weighed.as_ref().map(|weighed| weighed.links.iter().map(link_json).collect::<Vec<_>>());
-            let cost = weighed.map(|weighed| {
-                weighed
-                    .cost
-                    .iter()
-                    .map(|[free, links]| json!({ "nmse_identified": free, "nmse_of_links": links }))
-                    .collect::<Vec<_>>()
-            });
-            let told = json!({ "written": written, "links": links, "cost": cost, "not_held": not_held });
-            println!("{}", serde_json::to_string_pretty(&told)?);
-            return Ok(());
-        }
-        let row = |one: &robot::Change| {
-            let before = one.before.clone().unwrap_or_else(|| "–".to_owned());
-            vec![one.joint.clone(), one.attribute.to_owned(), before, number(one.value)]
-        };
-        let rows: Vec<Vec<String>> = written.iter().map(row).collect();
-        println!("{}", titled("written", &["joint", "attribute", "before", "now"], &rows));
-        if let Some(weighed) = &weighed {
-            tell_masses(weighed);
-        }
-        let rows: Vec<Vec<String>> = not_held.iter().map(not_held_row).collect();
-        println!("\n{}", titled("not in the file", &["what", " value", "share of the torque", " why"], &rows));
-        Ok(())
-    }
-
-    fn write_code(&self, language: Language, fitted: &Fitted, recording: Option<&Recording>) -> anyhow::Result<()> {
-        let (folder, name) = self.place()?;
-        let motion = recording.and_then(|recording| recording.trajectories.first());
-        let wish = Wish { name: &name, width: self.smooth, motion };
-        let Code { files, left_out } = controller::write(fitted, language, &wish).or_usage()?;
-        let files: Vec<(&str, &[u8])> = files.iter().map(|file| (&*file.name, file.text.as_bytes())).collect();
-        self.save(&folder, &files, &left_out, fitted, recording)
-    }
-
-    fn write_network(&self, fitted: &Fitted, recording: Option<&Recording>) -> anyhow::Result<()> {
-        let Some(folder) = self.output.as_deref().filter(|output| !output.is_file()) else {
-            return Err(anyhow!("name the folder into which the network goes with -o, such as -o network")).or_usage();
-        };
-        let motion = recording.and_then(|recording| recording.trajectories.first());
-        let Package { files, left_out } = network::write(fitted, self.smooth, motion).or_usage()?;
-        let files: Vec<(&str, &[u8])> = files.iter().map(|(name, bytes)| (*name, bytes.as_slice())).collect();
-        self.save(folder, &files, &left_out, fitted, recording)
-    }
-
-    /// Saves files in a folder, and tells of them and of what is in none.
-    fn save(
-        &self,
-        folder: &Path,
-        files: &[(&str, &[u8])],
-        left_out: &[LeftOut],
-        fitted: &Fitted,
-        recording: Option<&Recording>,
-    ) -> anyhow::Result<()> {
-        std::fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
-        let mut written = Vec::new();
-        for (name, bytes) in files {
-            let path = folder.join(name);
-            write_file(&path, bytes)?;
-            written.push(path.display().to_string());
-        }
-        let mut told = Vec::new();
-        for out in left_out {
-            let share = recording.map(|recording| share::of_torque(fitted, recording, out.term, None)).transpose()?;
-            let known = share.map_or("name --log to be told how much of the torque it is".to_owned(), |share| {
-                format!("{:.1} % of the torque (RMS)", 100.0 * share)
-            });
-            if !self.json {
-                progress::told(format_args!("left out: {}, {}; {known}", out.name, out.why));
+        let saved = self.of.read(&self.model)?;
+        let recording = self.log.recording_for(&saved)?;
+        let Export { kind, output, into, joints, inertials, smooth, .. } = self;
+        let (output, into, joints) = (output.clone(), into.clone(), joints.clone());
+        let wish = Wish { kind: *kind, output, into, joints, inertials: *inertials, smooth: *smooth };
+        let outgoing = outgoing(&saved.fitted, &wish, recording.as_deref()).or_usage()?;
+        outgoing.files.check(&[self.log.inputs(), vec![self.model.clone()]].concat()).or_usage()?;
+        outgoing.files.write()?;
+        match (self.kind, self.json) {
+            (Kind::Robot(_), true) => tell_robot_json(&outgoing),
+            (Kind::Robot(_), false) => {
+                tell_robot(&outgoing);
+                Ok(())
             }
-            told.push(json!({ "term": out.name, "why": out.why, "share": share }));
+            (Kind::Code(_) | Kind::Network, true) => tell_files_json(&outgoing),
+            (Kind::Code(_) | Kind::Network, false) => {
+                tell_files(&outgoing);
+                Ok(())
+            }
         }
-        if self.json {
-            println!("{}", serde_json::to_string_pretty(&json!({ "files": written, "left_out": told }))?);
-        } else {
-            println!("{}", written.join("\n"));
-        }
-        Ok(())
     }
+}
 
-    /// The folder, and the name of the function.
-    fn place(&self) -> anyhow::Result<(PathBuf, String)> {
-        let Some(output) = &self.output else {
-            return Err(anyhow!("say with -o where the code goes: a file, or a folder")).or_usage();
-        };
-        if output.is_dir() || output.extension().is_none() {
-            return Ok((output.clone(), "torque_model".to_owned()));
-        }
-        let stem = output.file_stem().ok_or_else(|| anyhow!("-o names no file")).or_usage()?;
-        let folder = output.parent().unwrap_or(Path::new("")).to_owned();
-        Ok((folder, stem.to_string_lossy().into_owned()))
+/// What was changed in the robot's file, and what it can't hold.
+fn tell_robot(outgoing: &Outgoing) {
+    let row = |one: &Change| {
+        let before = one.before.clone().unwrap_or_else(|| "–".to_owned());
+        vec![one.joint.clone(), one.attribute.to_owned(), before, number(one.value)]
+    };
+    let rows: Vec<Vec<String>> = outgoing.changes.iter().map(row).collect();
+    println!("{}", titled("written", &["joint", "attribute", "before", "now"], &rows));
+    if let Some(weighed) = &outgoing.weighed {
+        tell_masses(weighed);
     }
+    let rows: Vec<Vec<String>> = outgoing.not_held.iter().map(not_held_row).collect();
+    println!("\n{}", titled("not in the file", &["what", " value", "share of the torque", " why"], &rows));
+}
+
+/// The same for other programs.
+fn tell_robot_json(outgoing: &Outgoing) -> anyhow::Result<()> {
+    let Outgoing { changes, weighed, not_held, .. } = outgoing;
+    let change = |one: &Change| json!({ "joint": one.joint, "attribute": one.attribute, "before": one.before, "value": one.value });
+    let lost = |one: &NotHeld| {
+        let (value, unit) = one.value.clone().unzip();
+        json!({ "what": one.what, "value": value, "unit": unit, "why": one.why, "share": one.share })
+    };
+    let links = weighed.as_ref().map(|weighed| weighed.links.iter().map(link_json).collect::<Vec<_>>());
+    let cost = |[free, links]: &[f64; 2]| json!({ "nmse_identified": free, "nmse_of_links": links });
+    let cost = weighed.as_ref().map(|weighed| weighed.cost.iter().map(cost).collect::<Vec<_>>());
+    let written: Vec<_> = changes.iter().map(change).collect();
+    let not_held: Vec<_> = not_held.iter().map(lost).collect();
+    let told = json!({ "written": written, "links": links, "cost": cost, "not_held": not_held });
+    println!("{}", serde_json::to_string_pretty(&told)?);
+    Ok(())
+}
+
+/// The files, and what is in none of them.
+fn tell_files(outgoing: &Outgoing) {
+    for out in &outgoing.not_held {
+        let unknown = if out.share.is_none() { "; name --log to be told how much of the torque it is" } else { "" };
+        progress::told(format_args!("left out: {out}{unknown}"));
+    }
+    println!("{}", paths(outgoing).join("\n"));
+}
+
+/// The same for other programs.
+fn tell_files_json(outgoing: &Outgoing) -> anyhow::Result<()> {
+    let lost = |out: &NotHeld| json!({ "term": out.what, "why": out.why, "share": out.share });
+    let left_out: Vec<_> = outgoing.not_held.iter().map(lost).collect();
+    println!("{}", serde_json::to_string_pretty(&json!({ "files": paths(outgoing), "left_out": left_out }))?);
+    Ok(())
+}
+
+fn paths(outgoing: &Outgoing) -> Vec<String> {
+    outgoing.files.files.iter().map(|(path, _)| path.display().to_string()).collect()
 }
 
 fn link_json(link: &WeighedLink) -> serde_json::Value {

@@ -25,12 +25,14 @@ mod gallery;
 mod inspect;
 mod lesson;
 mod man;
+mod of_part;
 mod open;
 mod predict;
 mod progress;
 mod propose;
 mod pupil;
 mod report;
+mod saved;
 mod screenshot;
 mod seal;
 mod selftest;
@@ -198,11 +200,16 @@ fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         .with_context(|| format!("can't write {}: check the folder and its permissions", path.display()))
 }
 
-/// A folder that results go to, made if it is not there; it is named before anything is written into it.
-fn output_folder(path: &PathBuf) -> anyhow::Result<()> {
-    use anyhow::Context;
+/// Names the folder that results go into, before anything is written there.
+fn tell_folder(path: &Path) {
     progress::remark(format_args!("the results go into the folder {}", file::absolute(path).display()));
-    std::fs::create_dir_all(path).with_context(|| format!("can't make the folder {}", path.display()))
+}
+
+/// A folder that results go to, named, and made if it is not there.
+fn output_folder(path: &Path) -> anyhow::Result<()> {
+    use anyhow::Context;
+    tell_folder(path);
+    file::make_folder(path).with_context(|| format!("can't make the folder {}", path.display()))
 }
 
 #[cfg(test)]

@@ -132,9 +132,11 @@ pub fn screen_choices() -> impl Iterator<Item = Choice<&'static About>> {
     screens::all().map(|about| (about.id, about.purpose, about))
 }
 
-const OVER: [Choice<Over>; 6] = [
+const OVER: [Choice<Over>; 8] = [
     ("export", "how plots are exported, with a preview", Over::Export),
     ("report", "how a report is written", Over::Report),
+    ("export-model", "how a model is exported", Over::ModelOut),
+    ("export-data", "how data are exported", Over::DataOut),
     ("models", "the table of the session's models", Over::Models),
     ("lessons", "the list of all lessons", Over::Lessons),
     ("commands", "the command palette", Over::Commands),

@@ -58,7 +58,7 @@ impl Selftest {
             return window::serve(task).context("the process that works in the window ended");
         }
         let measures = if self.measures.is_empty() { MEASURES.to_vec() } else { self.measures.clone() };
-        self.keep.as_ref().map_or(Ok(()), output_folder)?;
+        self.keep.as_deref().map_or(Ok(()), output_folder)?;
         let effort = Effort { long: self.long, most: self.cases, seed: self.seed, keep: self.keep.clone() };
         let taken = progress::watch("selftest", move |monitor| selftest::take(&measures, &effort, monitor))?;
         if self.json {

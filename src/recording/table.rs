@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::{Cursor, Write};
+use std::ops::Range;
 
 use zip::write::SimpleFileOptions;
 use zip::{DateTime, ZipWriter};
@@ -35,9 +36,21 @@ impl Table {
         }
     }
 
+    /// Appends rows of another table to the columns of the same names.
+    pub fn extend_rows(&mut self, other: &Table, rows: Range<usize>) {
+        for (name, values) in &other.columns {
+            self.extend(name, &values[rows.clone()]);
+        }
+    }
+
     /// Names of the columns.
     pub fn names(&self) -> Vec<&str> {
         self.columns.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// How many rows it has: those of its longest column.
+    pub fn row_count(&self) -> usize {
+        self.columns.iter().map(|(_, values)| values.len()).max().unwrap_or(0)
     }
 
     /// As a file of this form.
@@ -71,8 +84,7 @@ impl Table {
     pub fn to_csv_bytes(&self) -> Vec<u8> {
         let mut text = self.names().join(",");
         text.push('\n');
-        let rows = self.columns.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
-        for row in 0..rows {
+        for row in 0..self.row_count() {
             for (number, (_, values)) in self.columns.iter().enumerate() {
                 let comma = if number > 0 { "," } else { "" };
                 // Writing to a String can't fail.

@@ -69,8 +69,13 @@ pub enum SessionError {
     #[error("the order of a trained model's terms is fixed by its networks: reorder the terms of a rigid body")]
     FixedOrder,
     /// The session has no model of this name.
-    #[error("there is no model “{0}” in this session")]
-    NoSuchModel(String),
+    #[error("there is no model “{asked}” in this session; there are: {known}")]
+    NoSuchModel {
+        /// What was asked for.
+        asked: String,
+        /// What there is.
+        known: String,
+    },
     /// A name that is none, or too long.
     #[error("a model's name has 1 to {longest} letters")]
     BadName {

@@ -102,7 +102,10 @@ impl Session {
     }
 
     fn kept(&self, name: &str) -> Result<&Kept, SessionError> {
-        self.models.iter().find(|kept| kept.is_called(name)).ok_or_else(|| SessionError::NoSuchModel(name.to_owned()))
+        self.models.iter().find(|kept| kept.is_called(name)).ok_or_else(|| {
+            let known: Vec<String> = self.all_models().map(|step| format!("“{}”", step.name)).collect();
+            SessionError::NoSuchModel { asked: name.to_owned(), known: known.join(", ") }
+        })
     }
 }
 

@@ -167,6 +167,37 @@ fn a_recording_is_converted_and_read_back() {
     assert_eq!(first("again"), first("all"));
 }
 
+/// What is predicted of a part are rows of what is predicted of all, also where a term remembers what was before; the residual is what
+/// was measured less what was predicted.
+#[test]
+fn a_part_is_predicted_as_the_whole_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let hidden = ["--joints", "2", "--effect", "coulomb-friction@1", "--trajectories", "2"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &hidden].concat(), at);
+    succeeds(&["train", "x.npz", "--add", "dahl-hysteresis@2", "-o", "model.json"], at);
+    let table = |part: &[&str]| {
+        succeeds(&[["predict", "x.npz", "--model", "model.json", "-o", "t.csv"].as_slice(), part].concat(), at);
+        std::fs::read_to_string(at.join("t.csv")).unwrap()
+    };
+    let whole = table(&[]);
+    let rows: std::collections::BTreeSet<&str> = whole.lines().collect();
+    for part in ["training", "held-out"] {
+        let own = table(&["--part", part]);
+        assert!(own.lines().count() > 100 && own.lines().count() < rows.len(), "{part}");
+        assert!(own.lines().all(|line| rows.contains(line)), "{part}");
+    }
+    let names: Vec<&str> = whole.lines().next().unwrap().split(',').collect();
+    let columns = ["tau_measured2", "tau_predicted2", "tau_residual2"];
+    let places = columns.map(|name| names.iter().position(|other| *other == name).unwrap());
+    for line in whole.lines().skip(1) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let [measured, predicted, residual] = places.map(|place| cells[place].parse::<f64>().unwrap());
+        assert_eq!(residual, measured - predicted);
+    }
+    assert!(fails(&["predict", "x.npz", "--part", "half", "-o", "t.csv"], at, 2).contains("held-out"));
+}
+
 /// Of a robot with a hand the joints that move are named; what there is not is told with what there is.
 #[test]
 fn of_a_robot_with_a_hand_the_joints_of_the_arm_are_named() {
@@ -540,7 +571,7 @@ fn bad_settings_of_training_are_explained() {
     // Data of another arm, and data in which nothing happens.
     succeeds(&["simulate", "-o", "one.npz", "--joints", "1", "--trajectories", "4"], at);
     let message = fails(&["evaluate", "one.npz", "--model", "best.model"], at, 1);
-    assert!(message.contains("best.model is a model of 2 joints, the recording has 1"), "{message}");
+    assert!(message.contains("the model has 2 joints, the recording 1"), "{message}");
     let message = fails(&["predict", "one.npz", "--model", "best.model", "-o", "torque.csv"], at, 1);
     assert!(message.contains("the model has 2 joints, the recording 1"), "{message}");
     let still = |t: i32| format!("{},{},3\n", f64::from(t) * 0.01, (f64::from(t) * 0.02).sin());
@@ -952,6 +983,63 @@ fn a_model_leaves_as_code_in_a_robot_file_and_as_a_report() {
     succeeds(&["figure", "compare", "x.npz", "--only", "torque", "-o", "t.csv"], at);
     assert!(std::fs::read_to_string(at.join("t_plot.py")).unwrap().contains("TABLE = \"t.csv\""));
     assert!(std::fs::read_to_string(at.join("t.tex")).unwrap().contains("All numbers are in t.csv"));
+}
+
+/// A session that was saved with two models stands wherever a model does, and in place of recordings: its current model, or the one
+/// that is named.
+#[test]
+fn a_saved_session_is_taken_where_a_model_is() {
+    use torquescope::progress::Monitor;
+    use torquescope::session::{Command, Session, file};
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let hidden = ["--joints", "2", "--effect", "coulomb-friction@1", "--trajectories", "5"];
+    succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &hidden].concat(), at);
+    let run = |command: Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
+    let plain = run(Command::open(vec![at.join("x.npz")], Default::default(), Vec::new()), &Session::default());
+    let added = run(Command::AddEffect { effect: "coulomb-friction".into(), joints: vec![0] }, &plain);
+    std::fs::write(at.join("mine.torquescope"), file::to_bytes(&added.into()).unwrap()).unwrap();
+    let (body, friction) = ("rigid body", "rigid body + Coulomb 1");
+
+    let code = |more: &[&str]| {
+        succeeds(&[["export", "python", "mine.torquescope", "-o", "arm.py"].as_slice(), more].concat(), at);
+        std::fs::read_to_string(at.join("arm.py")).unwrap()
+    };
+    assert!(code(&[]).contains("Coulomb") && !code(&["--of", body]).contains("Coulomb"));
+    // By the recording of the session, as by the same one from its file.
+    assert_eq!(code(&["--of", friction]), code(&["--of", friction, "--log", "x.npz"]));
+    let urdf = "<robot name=\"r\"><joint name=\"a\" type=\"revolute\"/><joint name=\"b\" type=\"revolute\"/></robot>";
+    std::fs::write(at.join("r.urdf"), urdf).unwrap();
+    let told = json(&["export", "urdf", "mine.torquescope", "--into", "r.urdf", "-o", "own.urdf", "--json"], at);
+    assert!(told["not_held"][0]["share"].as_f64().unwrap() > 0.1, "the session has the recording: {told}");
+
+    let wrong = fails(&["export", "c", "mine.torquescope", "--of", "delan", "-o", "arm.c"], at, 2);
+    assert!(wrong.contains("“delan”") && wrong.contains(&format!("“{body}”, “{friction}”")), "{wrong}");
+    succeeds(&["train", "x.npz", "-o", "model.json"], at);
+    assert!(fails(&["export", "c", "model.json", "--of", body, "-o", "arm.c"], at, 2).contains("leave it out"));
+    assert!(fails(&["evaluate", "x.npz", "--of", body], at, 2).contains("none is given"));
+
+    let error = |arguments: &[&str]| {
+        let told = json(&[["evaluate", "--json"].as_slice(), arguments].concat(), at);
+        told["joints"][0]["nmse"].as_f64().unwrap()
+    };
+    let beside = |name: &str| error(&["x.npz", "--model", "mine.torquescope", "--of", name]);
+    assert_eq!(error(&["x.npz", "--model", "mine.torquescope"]), beside(friction));
+    assert_eq!(error(&["x.npz", "--model", "model.json"]), beside(body));
+    assert!(beside(friction) < 0.2 * beside(body));
+    let inside = |name: &str| error(&["mine.torquescope", "--of", name]);
+    assert_eq!(error(&["mine.torquescope"]), inside(friction));
+    assert_eq!(error(&["mine.torquescope", "--model", "rigid-body"]), inside(body));
+    assert_eq!(error(&["x.npz"]), inside(body), "both on what is held out");
+    let columns = |arguments: &[&str]| {
+        succeeds(&[["predict", "-o", "torques.csv"].as_slice(), arguments].concat(), at);
+        let table = std::fs::read_to_string(at.join("torques.csv")).unwrap();
+        table.lines().next().unwrap().to_owned()
+    };
+    assert!(columns(&["mine.torquescope"]).contains("coulomb-friction@1"));
+    assert!(!columns(&["x.npz", "--model", "mine.torquescope", "--of", body]).contains("coulomb-friction"));
+    let message = fails(&["evaluate", "mine.torquescope", "--zero", "down"], at, 2);
+    assert!(message.contains("leave out --map, --zero"), "{message}");
 }
 
 /// The planar arm of two joints that `model.json` was identified on, by its MJCF, and by the URDF into which its masses go.

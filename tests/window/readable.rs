@@ -27,7 +27,7 @@ struct Dialog {
 }
 
 /// Everything that opens over a screen.
-const DIALOGS: [Dialog; 13] = [
+const DIALOGS: [Dialog; 15] = [
     Dialog {
         modal: true,
         name: "import assistant",
@@ -40,6 +40,20 @@ const DIALOGS: [Dialog; 13] = [
         name: "export",
         screen: &compare::ABOUT,
         open: |window| window.key_press_modifiers(Modifiers::COMMAND, Key::E),
+        exit: "Write the file",
+    },
+    Dialog {
+        modal: true,
+        name: "export of a model",
+        screen: &compare::ABOUT,
+        open: |window| outgoing::ask(window, ExportPage::Model, "URDF"),
+        exit: "Write the file",
+    },
+    Dialog {
+        modal: true,
+        name: "export of data",
+        screen: &compare::ABOUT,
+        open: |window| outgoing::ask(window, ExportPage::Data, "Torques of a model"),
         exit: "Write the file",
     },
     Dialog {

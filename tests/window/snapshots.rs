@@ -5,10 +5,10 @@
 use egui::{Role, Theme};
 use egui_kittest::kittest::Queryable;
 use egui_kittest::{SnapshotOptions, SnapshotResults, try_image_snapshot_options};
-use torquescope::app::Order;
 use torquescope::app::screens::{
     self, compare, data, diagnose, experiment, extrapolation, ladder, model, residuals, train,
 };
+use torquescope::app::{ExportPage, Order};
 use torquescope::session::{Command, Session};
 
 use crate::support::{
@@ -168,6 +168,8 @@ fn dialogs_look_as_they_did() {
     let orders = || {
         [
             Order::Export(None),
+            Order::AskExport(ExportPage::Model),
+            Order::AskExport(ExportPage::Data),
             Order::Models(true),
             Order::Palette(true),
             Order::Import(vec![log.into()], Box::default()),

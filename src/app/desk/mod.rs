@@ -2,6 +2,7 @@
 //! orders. Nothing here knows a screen.
 
 mod about;
+mod export_page;
 mod film;
 mod focus;
 mod notice;
@@ -19,9 +20,10 @@ mod time;
 use std::sync::Arc;
 
 pub use about::{About, Needs};
+pub use export_page::ExportPage;
 pub use focus::Focus;
 pub use notice::{Messages, Notice, Toast, Tone};
-pub use order::{Drawing, Order, Parting, Reporting};
+pub use order::{DataOut, Drawing, ModelOut, Order, Parting, Reporting};
 pub use overlaid::Overlaid;
 pub use panels::{Change, Layouts, Panels, Side};
 pub use paper::ReportFormat;

@@ -1,19 +1,23 @@
 //! What a click asks for; carried out before the next frame.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::about::About;
+use super::export_page::ExportPage;
 use super::notice::Notice;
 use super::panels::Change;
 use super::paper::ReportFormat;
 use super::question::Question;
 use super::shown::Shown;
 use crate::arm::robot;
+use crate::export::outgoing::Wish;
+use crate::export::part::Part;
 use crate::figure::{Figure, Format, Style};
 use crate::lesson::Act;
 use crate::model::Preset;
 use crate::recording::read::ReadOptions;
-use crate::session::Command;
+use crate::session::{Command, Step};
 
 /// What a click asks for; carried out before the next frame.
 #[derive(Debug, Clone)]
@@ -111,8 +115,14 @@ pub enum Order {
     Draw(Box<Drawing>),
     /// Let the user choose the session that is to stand beside this one.
     BesideDialog,
-    /// Ask how to write the report of the session.
-    AskReport,
+    /// Let the user choose the file of a robot into which a model goes.
+    RobotFileDialog,
+    /// Ask how to export what this page is about.
+    AskExport(ExportPage),
+    /// Write a model into files.
+    WriteModel(Box<ModelOut>),
+    /// Write data into files.
+    WriteData(Box<DataOut>),
     /// Write a report.
     Report(Box<Reporting>),
     /// Show, hide or move a panel of the screen.
@@ -162,6 +172,26 @@ pub struct Reporting {
     pub path: PathBuf,
     /// A saved session that stands beside it, if one does.
     pub beside: Option<PathBuf>,
+}
+
+/// A model, and its files.
+#[derive(Debug, Clone)]
+pub struct ModelOut {
+    /// The model.
+    pub model: Arc<Step>,
+    /// As what, and where.
+    pub wish: Wish,
+}
+
+/// Data, and their file.
+#[derive(Debug, Clone)]
+pub struct DataOut {
+    /// The model whose torques are written; `None` for the recording itself.
+    pub torques_of: Option<Arc<Step>>,
+    /// Of which part.
+    pub part: Part,
+    /// Where; the ending says as what.
+    pub path: PathBuf,
 }
 
 impl Order {

@@ -1,7 +1,7 @@
 //! Everything that can be done now, by name: what the command palette offers.
 
 use super::frame::Shell;
-use crate::app::desk::{Change, Desk, Order, Question, Side};
+use crate::app::desk::{Change, Desk, ExportPage, Order, Question, Side};
 use crate::app::screens::{self, train};
 use crate::effect::{Scope, registry};
 use crate::model::Preset;
@@ -42,10 +42,17 @@ pub fn all(shell: &Shell) -> Vec<Action> {
         add("Save the session".into(), "Ctrl+S", Order::SaveAgain);
         add("Save the session into another file…".into(), "", Order::SaveDialog);
         add("Export the plots of this screen…".into(), "Ctrl+E", Order::Export(None));
-        add("Write a report of this session, or of two side by side…".into(), "", Order::AskReport);
+        let report = "Write a report of this session, or of two side by side…";
+        add(report.into(), "", Order::AskExport(ExportPage::Report));
+        add(
+            "Export the recording, a part of it, or torques of a model…".into(),
+            "",
+            Order::AskExport(ExportPage::Data),
+        );
     }
     if desk.session.current().is_some() {
         add("Models of the session".into(), "Ctrl+M", Order::Models(true));
+        add("Export a model: code, robot's file, weights…".into(), "", Order::AskExport(ExportPage::Model));
     }
     if desk.busy.is_some() || shell.aside.is_some() {
         add("Stop".into(), "Esc", Order::Stop);

@@ -188,7 +188,7 @@ fn next_step(ui: &mut Ui, shell: &mut Shell, next: Option<&NextStep>) {
     }
 }
 
-/// The end of the way: the plots of the screen as a file.
+/// The end of the way: plots, a report, a model or data as files.
 fn export(ui: &mut Ui, shell: &mut Shell, is_next: bool) {
     let palette = Palette::in_ui(ui);
     let done = shell.exported;
@@ -203,7 +203,7 @@ fn export(ui: &mut Ui, shell: &mut Shell, is_next: bool) {
     let response = ui.add(button);
     response.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Export"));
     let hint = format!(
-        "The plots of this screen as SVG, PDF, PNG or CSV, or a report as HTML or PDF ({})",
+        "The plots of this screen, a report, a model as code or in a robot's file, or the data ({})",
         keys::text(ui, &keys::EXPORT)
     );
     if response.on_hover_text(hint).clicked() {

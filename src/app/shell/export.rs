@@ -1,16 +1,18 @@
-//! Export: the plots of the screen, or one of them, or a report of the session, as a file.
+//! Export: the plots of the screen, or one of them, a report of the session, a model, or data, as files.
 
 use std::path::Path;
 
 use egui::{Button, ComboBox, DragValue, RichText, ScrollArea, Ui, WidgetInfo, vec2};
 
+use super::data_out::{self, AskedData};
 use super::ending;
 use super::frame::Shell;
 use super::hanging::hanging;
+use super::model_out::{self, AskedModel};
 use super::preview::Preview;
 use super::primary::primary;
 use super::reporting::{self, Report};
-use crate::app::desk::{About, Desk, Drawing, Order};
+use crate::app::desk::{About, Desk, Drawing, ExportPage, Order};
 use crate::app::plot::export;
 use crate::app::theme::{GAP, GROUP, Palette, SMALL};
 use crate::app::widgets;
@@ -41,9 +43,10 @@ struct Plot {
 
 /// What is exported and how, while it is asked.
 pub struct Exporting {
-    /// Whether it is the report, and not the plots.
-    is_report: bool,
+    page: ExportPage,
     report: Report,
+    model: AskedModel,
+    data: AskedData,
     /// Only the plot of this title.
     only: Option<String>,
     /// The plots of the screen in the order in which they are drawn; `None` until all is computed.
@@ -66,8 +69,10 @@ impl Exporting {
         let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
         let name: String = name.chars().map(plain).collect();
         Exporting {
-            is_report: false,
+            page: ExportPage::Plots,
             report: Report::new(&name),
+            model: AskedModel::new(&name, session),
+            data: AskedData::new(&name),
             only,
             plots: None,
             columns: 1,
@@ -79,26 +84,38 @@ impl Exporting {
         }
     }
 
-    /// Asks about the report of a session first.
-    pub fn report(session: &Session, screen: &About) -> Self {
-        Exporting { is_report: true, ..Exporting::new(session, screen, None) }
+    /// Asks about this page first.
+    pub fn at(page: ExportPage, session: &Session, screen: &About) -> Self {
+        Exporting { page, ..Exporting::new(session, screen, None) }
     }
 
     /// Where it goes, as it is typed.
     pub fn path(&self) -> &str {
-        if self.is_report { &self.report.path } else { &self.path }
+        match self.page {
+            ExportPage::Plots => &self.path,
+            ExportPage::Report => &self.report.path,
+            ExportPage::Model => &self.model.path,
+            ExportPage::Data => &self.data.path,
+        }
     }
 
     /// It goes into this file.
     pub fn set_path(&mut self, path: &Path) {
         let path = path.display().to_string();
-        match self.is_report {
-            true => self.report.set_path(path),
-            false => {
+        match self.page {
+            ExportPage::Plots => {
                 ending::follow(&FORMATS, &mut self.format, &path);
                 self.path = path;
             }
+            ExportPage::Report => self.report.set_path(path),
+            ExportPage::Model => self.model.set_path(path),
+            ExportPage::Data => self.data.set_path(path),
         }
+    }
+
+    /// The model goes into the file of this robot.
+    pub fn set_robot(&mut self, path: &Path) {
+        self.model.into = path.display().to_string();
     }
 
     /// This session stands beside the present one.
@@ -143,7 +160,8 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
         let width = (room.width() - 80.0).min(QUESTIONS + PICTURE);
         ui.set_width(width);
         ui.horizontal_top(|ui| {
-            let has_plots = !open.is_report && open.plots.as_ref().is_some_and(|plots| !plots.is_empty());
+            let has_plots =
+                open.page == ExportPage::Plots && open.plots.as_ref().is_some_and(|plots| !plots.is_empty());
             let questions = if has_plots && width > QUESTIONS + PICTURE / 2.0 { QUESTIONS } else { width };
             ui.allocate_ui(vec2(questions, 0.0), |ui| {
                 ui.vertical(|ui| {
@@ -155,13 +173,17 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, exporting: &mut Option<Exporting>) {
                         ui.heading("Export");
                         ui.horizontal_wrapped(|ui| {
                             let plots = format!("Plots of {}", screens.shown().title);
-                            ui.selectable_value(&mut open.is_report, false, plots);
-                            ui.selectable_value(&mut open.is_report, true, "Report");
+                            ui.selectable_value(&mut open.page, ExportPage::Plots, plots);
+                            ui.selectable_value(&mut open.page, ExportPage::Report, "Report");
+                            ui.selectable_value(&mut open.page, ExportPage::Model, "A model");
+                            ui.selectable_value(&mut open.page, ExportPage::Data, "Recording or torques");
                         });
                         ui.add_space(GAP);
-                        closes = match open.is_report {
-                            true => reporting::ask(ui, desk, &mut open.report),
-                            false => ask(ui, desk, &mut open),
+                        closes = match open.page {
+                            ExportPage::Plots => ask(ui, desk, &mut open),
+                            ExportPage::Report => reporting::ask(ui, desk, &mut open.report),
+                            ExportPage::Model => model_out::ask(ui, desk, &mut open.model),
+                            ExportPage::Data => data_out::ask(ui, desk, &mut open.data),
                         };
                     });
                 });

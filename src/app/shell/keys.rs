@@ -121,7 +121,7 @@ pub fn list(ui: &mut Ui, is_open: &mut bool) {
         (text(&OPEN), "open recordings or a session"),
         (text(&SAVE), "save the session"),
         (text(&MODELS), "the models of the session"),
-        (text(&EXPORT), "export the plots of the screen"),
+        (text(&EXPORT), "export plots, a report, a model or data"),
         (text(&UNDO), "undo"),
         (format!("{} or {}", text(&REDO), text(&REDO_TOO)), "redo"),
         (text(&STOP), "stop what is at work; close a list"),

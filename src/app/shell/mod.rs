@@ -3,6 +3,7 @@
 mod actions;
 mod ask;
 mod bar;
+mod data_out;
 mod ending;
 mod export;
 mod filter;
@@ -14,6 +15,7 @@ mod keys;
 mod law;
 mod lesson;
 mod messages;
+mod model_out;
 mod models;
 mod palette;
 mod preview;
@@ -21,6 +23,7 @@ mod primary;
 mod reporting;
 mod robot;
 mod status;
+mod which_model;
 
 use std::path::PathBuf;
 
@@ -35,7 +38,7 @@ use models::Models;
 use palette::CommandPalette;
 use robot::RobotFile;
 
-use super::desk::{About, Focus, Order, Question};
+use super::desk::{About, ExportPage, Focus, Order, Question};
 use super::screens::Screens;
 use super::theme::{GROUP, Palette};
 use super::widgets::is_narrow;
@@ -51,7 +54,7 @@ pub struct Overlays {
     pub models: Option<Models>,
     /// Whether the list of shortcuts is open.
     pub key_list: bool,
-    /// How plots are exported.
+    /// How plots, a report, a model or data are exported.
     pub exporting: Option<Exporting>,
     /// What the columns of a log are.
     pub importing: Option<Importing>,
@@ -71,9 +74,9 @@ impl Overlays {
         self.exporting = Some(Exporting::new(session, screen, only));
     }
 
-    /// Asks how to write the report of a session.
-    pub fn report(&mut self, session: &Session, screen: &About) {
-        self.exporting = Some(Exporting::report(session, screen));
+    /// Asks how to export what this page is about.
+    pub fn ask_export(&mut self, session: &Session, screen: &About, page: ExportPage) {
+        self.exporting = Some(Exporting::at(page, session, screen));
     }
 
     /// Looks into logs of one arm, to ask what their columns are.

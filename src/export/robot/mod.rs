@@ -12,12 +12,14 @@ mod property;
 mod splice;
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 pub use bodies::{Weighed, WeighedLink};
 use splice::{Splice, SpliceError};
 
 use super::share;
 use crate::arm::robot::{RobotError, SerialArm};
+use crate::figure::ticks::number;
 use crate::model::property::{Property, plain_columns};
 use crate::model::{Fitted, ModelError, Term};
 use crate::recording::{JointKind, Recording};
@@ -72,6 +74,18 @@ pub struct NotHeld {
     pub why: &'static str,
     /// RMS of its torque over that which was measured; `None` without a recording.
     pub share: Option<f64>,
+}
+
+impl fmt::Display for NotHeld {
+    /// In a line: what, its value, why, and how much of the torque it is where that is known.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.what)?;
+        if let Some((value, unit)) = &self.value {
+            write!(f, " ({} {unit})", number(*value))?;
+        }
+        write!(f, ", {}", self.why)?;
+        self.share.map_or(Ok(()), |share| write!(f, "; {:.1} % of the torque (RMS)", 100.0 * share))
+    }
 }
 
 /// The file can't be spliced.
