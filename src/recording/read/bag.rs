@@ -180,7 +180,7 @@ fn topics<'a>(database: &Connection, asked: &'a [String], budget: &mut Budget) -
         let (name, kind, format) = (text(1)?, text(2)?, text(3)?);
         let [encoding, definition] =
             definitions.get(&kind).map_or(["", ""], |texts| texts.each_ref().map(String::as_str));
-        let definition = match format.as_str() {
+        let definition = || match format.as_str() {
             "cdr" => Definition::of(&kind, encoding, definition),
             other => Err(format!("its messages are in `{other}`, not in CDR")),
         };

@@ -75,10 +75,11 @@ pub(super) fn read(bytes: &[u8], asked: &[String], budget: &mut Budget, monitor:
             Record::Channel(channel) => {
                 let schema = schemas.get(&channel.schema_id);
                 let kind = schema.map_or("", |schema| schema.name.as_str());
-                topics.add(channel.id.into(), &channel.topic, kind, definition(&channel, schema), budget)?;
+                topics.add(channel.id.into(), &channel.topic, kind, || definition(&channel, schema), budget)?;
             }
             Record::Message { header, data } => {
-                if !topics.take(header.channel_id.into(), header.log_time as i64, &data, budget)? {
+                let is_known = topics.take(header.channel_id.into(), header.log_time as i64, &data, budget)?;
+                if !is_known {
                     return Err(McapError::NoChannel(header.channel_id));
                 }
             }

@@ -7,7 +7,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::cdr::Cdr;
+use super::idl;
 
+/// No definition is longer \[bytes\]: it is taken apart before anything is known of it.
+const LONGEST: usize = 1 << 20;
 /// Types may lie in each other this deep.
 const DEEPEST: usize = 12;
 /// No message has more numbers: a log has a row of them for each.
@@ -118,14 +121,24 @@ impl Definition {
     /// That of a message by a text in this encoding; joint states need none.
     pub fn of(name: &str, encoding: &str, text: &str) -> Result<Definition, String> {
         let definition = match encoding {
+            _ if text.len() > LONGEST => Err(format!("its definition is longer than {} kB", LONGEST >> 10)),
             "ros2msg" => Definition::parse(name, text),
+            "ros2idl" => idl::as_messages(name, text).and_then(|text| Definition::parse(name, &text)),
             "" => Err("it has no definition".to_owned()),
-            other => Err(format!("its definition is in `{other}`, not in ros2msg")),
+            other => Err(format!("its definition is in `{other}`, not in ros2msg or ros2idl")),
         };
         match name {
             JOINT_STATE => definition.or_else(|_| Definition::parse(JOINT_STATE, JOINT_STATE_TEXT)),
             _ => definition,
         }
+    }
+
+    /// What it takes in memory \[bytes\].
+    pub fn size(&self) -> u64 {
+        let name = |name: &str| name.len() + size_of::<Field>();
+        let kind = |kind: &Kind| if let Kind::Type(inner) = kind { inner.len() } else { 0 };
+        let field = |field: &Field| name(&field.name) + kind(&field.kind);
+        self.types.iter().map(|(key, fields)| name(key) + fields.iter().map(field).sum::<usize>()).sum::<usize>() as u64
     }
 
     /// Whether all types are there, and none holds itself.
@@ -444,6 +457,25 @@ mod tests {
             ["shoulder", "shoulder", "elbow", "elbow"]
         );
         assert_eq!(named.last().unwrap().label(), "effort[elbow]");
+    }
+
+    #[test]
+    fn a_definition_in_idl_says_the_same() {
+        let idl = "IDL: control_msgs/msg/DynamicJointState\nmodule control_msgs { module msg { struct DynamicJointState {
+            std_msgs::msg::Header header; sequence<string> joint_names;
+            sequence<control_msgs::msg::InterfaceValue> interface_values; }; }; };
+            module control_msgs { module msg { struct InterfaceValue {
+            sequence<string> interface_names; sequence<double> values; }; }; };
+            module std_msgs { module msg { struct Header { builtin_interfaces::msg::Time stamp; string frame_id; }; }; };
+            module builtin_interfaces { module msg { struct Time { long sec; unsigned long nanosec; }; }; };";
+        let kind = "control_msgs/msg/DynamicJointState";
+        let [idl, msg] =
+            [("ros2idl", idl), ("ros2msg", DYNAMIC)].map(|(encoding, text)| Definition::of(kind, encoding, text));
+        assert_eq!(idl, msg);
+        assert!(Definition::of(kind, "ros2idl", "module x {}").unwrap_err().contains("not defined"));
+        let known = Definition::of(JOINT_STATE, "ros2idl", "module x {}").unwrap();
+        assert!((300..2000).contains(&known.size()), "{} bytes", known.size());
+        assert!(Definition::of(kind, "ros2msg", &"#".repeat(LONGEST + 1)).unwrap_err().contains("longer than"));
     }
 
     #[test]

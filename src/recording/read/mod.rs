@@ -12,6 +12,7 @@ mod clocks;
 mod csv;
 mod gzip;
 mod hdf5;
+mod idl;
 mod join;
 mod json;
 mod mat;
@@ -265,7 +266,7 @@ pub enum ReadError {
         /// Its name.
         file: String,
         /// What is wrong.
-        problem: BagError,
+        problem: Box<BagError>,
     },
     /// The MCAP log can't be read.
     #[error("{file}: {problem}")]
@@ -745,7 +746,8 @@ fn content(
     let table = match format {
         Format::Csv => csv::read(bytes, budget, monitor).map_err(|problem| ReadError::Csv { file, problem })?,
         Format::Mat => mat::read(bytes, budget, monitor).map_err(|problem| ReadError::Mat { file, problem })?,
-        Format::Bag => bag::read(bytes, topics, budget, monitor).map_err(|problem| ReadError::Bag { file, problem })?,
+        Format::Bag => bag::read(bytes, topics, budget, monitor)
+            .map_err(|problem| ReadError::Bag { file, problem: Box::new(problem) })?,
         Format::Mcap => mcap::read(bytes, topics, budget, monitor)
             .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) })?,
         Format::Hdf5 => hdf5::read(bytes, budget, monitor).map_err(|problem| ReadError::Hdf5 { file, problem })?,

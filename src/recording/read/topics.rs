@@ -4,6 +4,7 @@
 //! that it is named for, not to the place where it stands.
 
 use std::cmp::Reverse;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::budget::{Budget, TooMuch};
@@ -81,19 +82,23 @@ impl<'a> Topics<'a> {
         Topics { asked, topics: BTreeMap::new() }
     }
 
-    /// A topic with messages of a kind, and how they are read, or why not.
+    /// A topic with messages of a kind, and how they are read, or why not. A log may tell of a topic in each of its parts: the first time
+    /// counts.
     pub fn add(
         &mut self,
         id: i64,
         name: &str,
         kind: &str,
-        definition: Result<Definition, String>,
+        definition: impl FnOnce() -> Result<Definition, String>,
         budget: &mut Budget,
     ) -> Result<(), TooMuch> {
+        let Entry::Vacant(entry) = self.topics.entry(id) else { return Ok(()) };
+        let definition = definition();
         budget.text(name)?;
         budget.text(kind)?;
+        budget.hold(definition.as_ref().map_or(0, Definition::size))?;
         let is_read = self.asked.is_empty() || self.asked.iter().any(|asked| asked == name);
-        self.topics.entry(id).or_insert_with(|| Topic::new(name, kind, definition, is_read));
+        entry.insert(Topic::new(name, kind, definition, is_read));
         Ok(())
     }
 
@@ -449,4 +454,19 @@ fn table(
     let runs = std::iter::once(0..clock.received.len()).collect();
     let joints = (!joints.is_empty()).then_some(joints);
     Table { columns, runs, joints, clocks: told.into_iter().collect(), passed_over, ..Table::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::progress::Monitor;
+    use crate::recording::read::npz::Content;
+    use crate::recording::read::{ReadOptions, decode};
+
+    #[test]
+    fn a_file_without_topics_says_that_none_was_read() {
+        let options = ReadOptions::default().by("topic=/pos+/eff".parse().unwrap());
+        let content = decode(b"t,q1,tau1\n0,1,2\n1,2,3\n", "log.csv", "csv", &options, &Monitor::new()).unwrap();
+        let Content::Table(table) = content else { panic!("a table") };
+        assert!(table.passed_over[0].contains("/pos, /eff of the mapping"), "{:?}", table.passed_over);
+    }
 }
