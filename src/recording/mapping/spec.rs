@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::{Channel, Mapping, MappingError};
 use crate::arm::chain::Chain;
@@ -25,7 +25,8 @@ const TOPIC: &str = "topic";
 ///
 /// Each entry is the name of a column or of an array, or a pattern in which `*` stands for the number (or the name) of
 /// the joint; `c2..c7` is all columns of the file from one to another; `+` joins several; `-` alone leaves the channel out, so
-/// that it is derived. `topic=/joint_states` says which topic of a log of messages is read. A mapping file ([`MappingSpec::from_toml`]) says more than columns.
+/// that it is derived. `topic=/joint_states` says which topic of a log of messages is read, `topic=/positions+/torques` which two stand side
+/// by side, at the times of the first. A mapping file ([`MappingSpec::from_toml`]) says more than columns.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MappingSpec {
@@ -52,8 +53,9 @@ pub struct MappingSpec {
     pub kind: Option<JointKind>,
     /// Where the axes of the arm are.
     pub chain: Option<Chain>,
-    /// Which topic of a log of messages is read.
-    pub topic: Option<String>,
+    /// Which topic of a log of messages is read, or which two.
+    #[serde(deserialize_with = "one_or_several")]
+    pub topic: Option<Vec<String>>,
     /// What the torque is; empty where nothing is said.
     pub torque: TorqueFacts,
     /// On which side of the gears the encoders are; `None` where nothing is said.
@@ -99,7 +101,7 @@ struct MappingFile {
     low_pass_hz: Option<f64>,
     gaussian_samples: Option<f64>,
     kind: Option<JointKind>,
-    topic: Option<String>,
+    topic: Option<Names>,
     #[serde(default, skip_serializing_if = "TorqueFacts::is_empty")]
     torque: TorqueFacts,
     encoders: Option<Side>,
@@ -120,7 +122,7 @@ struct ChannelEntry {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(untagged, expecting = "columns are a name, a pattern with `*`, or a list of them")]
+#[serde(untagged, expecting = "it must be a name, a pattern with `*`, or a list of them")]
 enum Names {
     One(String),
     Several(Vec<String>),
@@ -133,6 +135,11 @@ impl From<Names> for Vec<String> {
             Names::Several(names) => names,
         }
     }
+}
+
+/// A session of before topics could be two has one name.
+fn one_or_several<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<String>>, D::Error> {
+    Ok(Option::<Names>::deserialize(deserializer)?.map(Names::into))
 }
 
 impl MappingSpec {
@@ -172,7 +179,7 @@ impl MappingSpec {
             gaussian_samples: file.gaussian_samples,
             kind: file.kind,
             chain: file.arm,
-            topic: file.topic,
+            topic: file.topic.map(Names::into),
             torque: file.torque,
             encoders: file.encoders,
             drive: file.drive,
@@ -236,7 +243,7 @@ impl MappingSpec {
             low_pass_hz: self.low_pass_hz,
             gaussian_samples: self.gaussian_samples,
             kind: self.kind,
-            topic: self.topic.clone(),
+            topic: self.topic.clone().map(Names::Several),
             torque: self.torque.clone(),
             encoders: self.encoders,
             q: entry(Channel::Position),
@@ -259,14 +266,18 @@ impl FromStr for MappingSpec {
         for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
             let wrong = |problem| MappingError::Text { entry: entry.to_owned(), problem };
             let (key, value) = entry.split_once('=').ok_or_else(|| wrong("has no `=`"))?;
+            let names: Vec<String> = value.split('+').map(|name| name.trim().to_owned()).collect();
+            let is_empty = names.iter().any(String::is_empty);
             if key.trim() == TOPIC {
-                spec.topic = Some(value.trim().to_owned());
-                continue;
+                match spec.topic.replace(names) {
+                    _ if is_empty => return Err(wrong("names no topic")),
+                    Some(_) => return Err(wrong("names topics for the second time; two stand in one entry, with `+`")),
+                    None => continue,
+                }
             }
             let channel = Channel::ALL.into_iter().find(|channel| channel.key() == key.trim());
             let channel = channel.ok_or_else(|| wrong("does not begin with time, q, qd, qdd, tau or topic"))?;
-            let names: Vec<String> = value.split('+').map(|name| name.trim().to_owned()).collect();
-            if names.iter().any(String::is_empty) {
+            if is_empty {
                 return Err(wrong("names no column"));
             }
             if spec.get_mut(channel).replace(names).is_some() {
@@ -281,7 +292,7 @@ impl fmt::Display for MappingSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let said = Channel::ALL.into_iter().filter_map(|channel| Some((channel.key(), self.get(channel)?)));
         let columns = said.map(|(key, names)| format!("{key}={}", names.join("+")));
-        let topic = self.topic.iter().map(|topic| format!("{TOPIC}={topic}"));
+        let topic = self.topic.iter().map(|topics| format!("{TOPIC}={}", topics.join("+")));
         let entries: Vec<String> = columns.chain(topic).collect();
         f.write_str(&entries.join(","))
     }
@@ -304,6 +315,33 @@ impl Mapping {
             qdd: Some(self.qdd.clone().unwrap_or_else(leave_out)),
             tau: Some(self.tau.clone()),
             ..MappingSpec::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mapping_names_one_topic_or_two_in_each_way_of_writing_it() {
+        let topics = |names: &[&str]| Some(names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        let text: MappingSpec = "topic=/pos + /eff,qd=-".parse().unwrap();
+        assert_eq!(text.topic, topics(&["/pos", "/eff"]));
+        assert_eq!(text.to_string().parse::<MappingSpec>().unwrap(), text);
+        for (file, names) in [("topic = \"/pos\"", &["/pos"][..]), ("topic = [\"/pos\", \"/eff\"]", &["/pos", "/eff"])]
+        {
+            let spec = MappingSpec::from_toml(file).unwrap();
+            assert_eq!(spec.topic, topics(names));
+            assert_eq!(MappingSpec::from_toml(&spec.to_toml().unwrap()).unwrap(), spec);
+            let stored = serde_json::to_string(&spec).unwrap();
+            assert_eq!(serde_json::from_str::<MappingSpec>(&stored).unwrap(), spec);
+        }
+        for (stored, names) in [("{}", None), (r#"{"topic":null}"#, None), (r#"{"topic":"/pos"}"#, topics(&["/pos"]))] {
+            assert_eq!(serde_json::from_str::<MappingSpec>(stored).unwrap().topic, names);
+        }
+        for wrong in ["topic=", "topic=/pos+", "topic=/pos,topic=/eff"] {
+            assert!(matches!(wrong.parse::<MappingSpec>(), Err(MappingError::Text { .. })), "{wrong}");
         }
     }
 }

@@ -50,9 +50,9 @@ impl<'a> Cdr<'a> {
         Ok(String::from_utf8_lossy(bytes).trim_end_matches('\0').to_owned())
     }
 
-    pub fn numbers(&mut self) -> Result<Vec<f64>, &'static str> {
-        let count = self.count(8)?;
-        (0..count).map(|_| Ok(f64::from_le_bytes(self.word()?))).collect()
+    /// Passes over so many bytes.
+    pub fn skip(&mut self, count: usize) -> Result<(), &'static str> {
+        self.take(count, 1).map(drop)
     }
 }
 
@@ -127,7 +127,8 @@ mod tests {
         for message in [numbers(0, u32::to_be_bytes, f64::to_be_bytes), numbers(1, u32::to_le_bytes, f64::to_le_bytes)]
         {
             let mut cdr = Cdr::new(&message).unwrap();
-            assert_eq!((cdr.text().unwrap().as_str(), cdr.numbers().unwrap()), ("a", vec![0.5, -3.0]));
+            assert_eq!((cdr.text().unwrap().as_str(), cdr.count(8)), ("a", Ok(2)));
+            assert_eq!([cdr.word(), cdr.word()].map(|word| word.map(f64::from_le_bytes)), [Ok(0.5), Ok(-3.0)]);
             assert_eq!(cdr.u32(), Err("it ends too early"));
         }
         for other in [&[0, 2, 0, 0][..], &[1, 1, 0, 0], &[0, 1, 0]] {

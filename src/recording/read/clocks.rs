@@ -79,13 +79,13 @@ impl Clock {
         let [first, second] = names;
         if self.is_stamped() == other.is_stamped() && apart.abs() <= unsure {
             let what = format!(
-                "positions are of `{first}`, other channels of `{second}`, put at the times of the positions; by when the log received them \
+                "the channels of `{second}` are put at the times of `{first}`; by when the log received them \
                  their clocks are {apart:.3} ms apart, no more than messages are on their way ({unsure:.3} ms): nothing was moved"
             );
             return (0, Told { what, is_moved: false });
         }
         let what = format!(
-            "positions are of `{first}`, other channels of `{second}`, put at the times of the positions; by when the log received them their \
+            "the channels of `{second}` are put at the times of `{first}`; by when the log received them their \
              clocks are {apart:.3} ms apart, so those of `{second}` were moved by as much"
         );
         ((apart * 1e6).round() as i64, Told { what, is_moved: true })

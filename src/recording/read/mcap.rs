@@ -3,18 +3,17 @@
 //! What a chunk claims to hold is put on the account before it is unpacked.
 //! Source: mcap.dev, MCAP format specification.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use ::mcap::records::{Channel, Record, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::budget::{Budget, TooMuch};
-use super::clocks::{self, Clock, Told};
-use super::messages::{Definition, Message, NoTopic};
+use super::messages::Definition;
 use super::share::Share;
-use super::table::{Column, MOST_COLUMNS, Table};
+use super::table::Table;
+use super::topics::{TopicError, Topics};
 use crate::progress::{Monitor, Stopped};
-use crate::recording::mapping::{Mapping, MappingSpec};
 
 /// The log can't be read.
 #[derive(Debug, thiserror::Error)]
@@ -38,32 +37,15 @@ pub enum McapError {
     /// A message of a channel that nothing said.
     #[error("a message belongs to channel {0}, which is not in the log; copy it again, or mend it with `mcap recover`")]
     NoChannel(u16),
-    /// No topic has what is needed.
-    #[error("no topic of the log has positions and torques{}; record /joint_states or /dynamic_joint_states", also(.0))]
-    NoStates(Vec<String>),
-    /// The topic that was asked for is not there.
+    /// Its topics make no table.
     #[error(transparent)]
-    NoTopic(#[from] NoTopic),
-    /// A message that is cut or lies about its sizes.
-    #[error("message {number} of `{topic}` is damaged: {problem}; copy or record the log again")]
-    Message {
-        /// Counted from 1.
-        number: usize,
-        /// Its topic.
-        topic: String,
-        /// What is wrong.
-        problem: &'static str,
-    },
+    Topics(#[from] TopicError),
     /// It would take too much memory.
     #[error(transparent)]
     TooMuch(#[from] TooMuch),
     /// The user asked to stop.
     #[error(transparent)]
     Stopped(#[from] Stopped),
-}
-
-fn also(topics: &[String]) -> String {
-    if topics.is_empty() { String::new() } else { format!(", only {}", topics.join("; ")) }
 }
 
 /// The first bytes of a log, and the last.
@@ -76,15 +58,10 @@ const CHUNK: u8 = op::CHUNK;
 const MATTER: [u8; 3] = [op::SCHEMA, op::CHANNEL, op::MESSAGE];
 
 /// Reads a log; of several topics with positions and torques the one that is asked for, or that with the most numbers.
-pub(super) fn read(
-    bytes: &[u8],
-    topic: Option<&str>,
-    budget: &mut Budget,
-    monitor: &Monitor,
-) -> Result<Table, McapError> {
+pub(super) fn read(bytes: &[u8], asked: &[String], budget: &mut Budget, monitor: &Monitor) -> Result<Table, McapError> {
     let largest = check_chunks(bytes, budget)?;
     let mut schemas: HashMap<u16, Schema> = HashMap::new();
-    let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
+    let mut topics = Topics::asked_for(asked);
     let mut records = Records::new(bytes, largest);
     let mut share = Share::of(bytes.len() as u64, monitor);
     while let Some((record, left)) = records.next()? {
@@ -96,27 +73,20 @@ pub(super) fn read(
                 schemas.insert(header.id, Schema { name: header.name, encoding: header.encoding, text });
             }
             Record::Channel(channel) => {
-                budget.text(&channel.topic)?;
                 let schema = schemas.get(&channel.schema_id);
-                topics.entry(channel.id).or_insert_with(|| Topic::of(&channel, schema));
+                let kind = schema.map_or("", |schema| schema.name.as_str());
+                topics.add(channel.id.into(), &channel.topic, kind, || definition(&channel, schema), budget)?;
             }
             Record::Message { header, data } => {
-                let topic = topics.get_mut(&header.channel_id).ok_or(McapError::NoChannel(header.channel_id))?;
-                topic.take(header.log_time, &data, budget)?;
+                let is_known = topics.take(header.channel_id.into(), header.log_time as i64, &data, budget)?;
+                if !is_known {
+                    return Err(McapError::NoChannel(header.channel_id));
+                }
             }
             _ => {}
         }
     }
-    let (mut states, others): (Vec<Topic>, Vec<Topic>) = topics.into_values().partition(Topic::has_states);
-    if let Some((positions, other)) = pair(&others).filter(|_| states.is_empty()) {
-        return joined(others, positions, other, budget);
-    }
-    if states.is_empty() {
-        return Err(McapError::NoStates(others.iter().map(Topic::told).collect()));
-    }
-    states.sort_by_key(|topic| std::cmp::Reverse(topic.values()));
-    let chosen = states.remove(NoTopic::unless_first(states.iter().map(|topic| topic.name.as_str()), topic)?);
-    Ok(chosen.table(states.iter().chain(&others).map(Topic::told).collect()))
+    Ok(topics.table(budget)?)
 }
 
 /// The records of a log that matter here, those in its chunks too. No record may claim more than `largest` \[bytes\]: room is made
@@ -189,26 +159,6 @@ fn number(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(bytes.get(at..at.checked_add(8)?)?.try_into().ok()?))
 }
 
-/// The messages of a topic.
-struct Topic {
-    name: String,
-    kind: String,
-    /// How its messages are read, or why not.
-    definition: Result<Definition, String>,
-    count: usize,
-    /// Messages of the same names are one table.
-    groups: BTreeMap<Vec<String>, Group>,
-}
-
-/// Messages that hold numbers of the same names.
-#[derive(Default)]
-struct Group {
-    /// When the log received each \[ns\].
-    received: Vec<i64>,
-    columns: Vec<Vec<f64>>,
-    joints: Option<Vec<String>>,
-}
-
 /// The definition of the messages of a channel.
 struct Schema {
     name: String,
@@ -216,153 +166,13 @@ struct Schema {
     text: String,
 }
 
-impl Topic {
-    fn of(channel: &Channel, schema: Option<&Schema>) -> Topic {
-        let definition = match (schema, channel.message_encoding.as_str()) {
-            (Some(schema), "cdr") if schema.encoding == "ros2msg" => Definition::parse(&schema.name, &schema.text),
-            (Some(schema), "cdr") => Err(format!("its definition is in {}", schema.encoding)),
-            (None, _) => Err("it has no definition".to_owned()),
-            (_, other) => Err(format!("its messages are in `{other}`, not in CDR")),
-        };
-        let kind = schema.map_or_else(String::new, |schema| schema.name.clone());
-        Topic { name: channel.topic.clone(), kind, definition, count: 0, groups: BTreeMap::new() }
+/// How the messages of a channel are read, or why not.
+fn definition(channel: &Channel, schema: Option<&Schema>) -> Result<Definition, String> {
+    match (channel.message_encoding.as_str(), schema) {
+        ("cdr", Some(schema)) => Definition::of(&schema.name, &schema.encoding, &schema.text),
+        ("cdr", None) => Err("it has no definition".to_owned()),
+        (other, _) => Err(format!("its messages are in `{other}`, not in CDR")),
     }
-
-    fn take(&mut self, received: u64, data: &[u8], budget: &mut Budget) -> Result<(), McapError> {
-        self.count += 1;
-        let Ok(definition) = &self.definition else { return Ok(()) };
-        let (number, topic) = (self.count, &self.name);
-        let message =
-            definition.decode(data).map_err(|problem| McapError::Message { number, topic: topic.clone(), problem })?;
-        let message: Message = message.named();
-        let joints = message.joints();
-        let (names, values): (Vec<String>, Vec<f64>) = message.numbers.into_iter().unzip();
-        if names.len() > MOST_COLUMNS {
-            return Ok(());
-        }
-        budget.unpack((values.len() as u64 + 1) * size_of::<f64>() as u64)?;
-        let group = match self.groups.get_mut(&names) {
-            Some(group) => group,
-            None => {
-                names.iter().try_for_each(|name| budget.name(name))?;
-                let columns = vec![Vec::new(); names.len()];
-                self.groups.entry(names).or_insert(Group { columns, joints, ..Group::default() })
-            }
-        };
-        group.received.push(received as i64);
-        group.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
-        Ok(())
-    }
-
-    fn usual(&self) -> Option<(&Vec<String>, &Group)> {
-        self.groups.iter().max_by_key(|(names, group)| names.len() * group.received.len())
-    }
-
-    /// How many numbers it holds.
-    fn values(&self) -> usize {
-        self.usual().map_or(0, |(names, group)| names.len() * group.received.len())
-    }
-
-    /// Whether it has what a recording needs.
-    fn has_states(&self) -> bool {
-        self.usual().is_some_and(|(names, _)| Mapping::find(names, &MappingSpec::default()).is_ok())
-    }
-
-    fn told(&self) -> String {
-        let why = self.definition.as_ref().err().map_or(String::new(), |why| format!(", {why}"));
-        format!("topic `{}` ({}, {} messages{why})", self.name, self.kind, self.count)
-    }
-
-    /// Its columns without a clock, the clock, and names of joints.
-    fn columns(self, passed_over: &mut Vec<String>) -> (Vec<Column>, Clock, Option<Vec<String>>) {
-        let all = self.count;
-        let usual = self.groups.into_iter().max_by_key(|(names, group)| names.len() * group.received.len());
-        let (names, mut group) = usual.unwrap_or_default();
-        let count = group.received.len();
-        if count < all {
-            passed_over.push(format!("{} messages of `{}` with other values", all - count, self.name));
-        }
-        let place = |wanted: &str| names.iter().position(|name| name == wanted);
-        let stamp = place("header.stamp.sec").zip(place("header.stamp.nanosec"));
-        let stamps = stamp.map_or_else(Vec::new, |(sec, nanosec)| {
-            let [sec, nanosec] = [sec, nanosec].map(|place| &group.columns[place]);
-            let whole = |(sec, nanosec): (&f64, &f64)| {
-                (*sec as i64).saturating_mul(1_000_000_000).saturating_add(*nanosec as i64)
-            };
-            sec.iter().zip(nanosec).map(whole).collect()
-        });
-        let mut columns = Vec::new();
-        for (name, values) in names.into_iter().zip(&mut group.columns) {
-            if !name.starts_with("header.") && name != "time" {
-                columns.push(Column { name, values: std::mem::take(values), text: None });
-            }
-        }
-        (columns, Clock { stamps, received: group.received }, group.joints)
-    }
-
-    /// Its table; time is that of the measurement, unless nobody stamped it.
-    fn table(self, mut passed_over: Vec<String>) -> Table {
-        let name = self.name.clone();
-        let (columns, clock, joints) = self.columns(&mut passed_over);
-        let clocks = clock.told(&name).into_iter().collect();
-        table(columns, &clock, joints, clocks, passed_over)
-    }
-}
-
-fn table(
-    mut columns: Vec<Column>,
-    clock: &Clock,
-    joints: Option<Vec<String>>,
-    clocks: Vec<Told>,
-    passed_over: Vec<String>,
-) -> Table {
-    columns.insert(0, Column { name: "time".to_owned(), values: clock.seconds(), text: None });
-    let runs = std::iter::once(0..clock.received.len()).collect();
-    Table { columns, runs, joints, clocks, passed_over, ..Table::default() }
-}
-
-/// More topics are not paired: each pair is looked at.
-const MOST_PAIRED: usize = 64;
-
-/// Of topics none of which has all, two which have it together: that with the positions first.
-fn pair(topics: &[Topic]) -> Option<(usize, usize)> {
-    let names = |topic: &Topic| topic.usual().map_or_else(Vec::new, |(names, _)| names.clone());
-    let usable: Vec<(usize, Vec<String>)> =
-        topics.iter().take(MOST_PAIRED).map(names).enumerate().filter(|(_, names)| !names.is_empty()).collect();
-    let mut best = None;
-    for (first, own) in &usable {
-        for (other, others) in usable.iter().filter(|(other, _)| other != first) {
-            let together: Vec<String> =
-                own.iter().chain(others.iter().filter(|name| !own.contains(name))).cloned().collect();
-            let Ok(mapping) = Mapping::find(&together, &MappingSpec::default()) else { continue };
-            if mapping.q.iter().all(|name| own.contains(name)) && !mapping.tau.iter().any(|name| own.contains(name)) {
-                let values = topics[*first].values().min(topics[*other].values());
-                best = best.max(Some((values, *first, *other)));
-            }
-        }
-    }
-    best.map(|(_, first, other)| (first, other))
-}
-
-/// One table of two topics, at the times of the first.
-fn joined(topics: Vec<Topic>, first: usize, other: usize, budget: &mut Budget) -> Result<Table, McapError> {
-    let (mut pair, mut rest) = (BTreeMap::new(), Vec::new());
-    for (index, topic) in topics.into_iter().enumerate() {
-        match index == first || index == other {
-            true => drop(pair.insert(index, topic)),
-            false => rest.push(topic.told()),
-        }
-    }
-    let (Some(topic), Some(beside)) = (pair.remove(&first), pair.remove(&other)) else {
-        return Err(McapError::NoStates(rest));
-    };
-    let [name, other_name] = [topic.name.clone(), beside.name.clone()];
-    let (mut columns, clock, joints) = topic.columns(&mut rest);
-    let (mut others, other_clock, other_joints) = beside.columns(&mut rest);
-    others.retain(|column| columns.iter().all(|own| own.name != column.name));
-    let (others, told) = clocks::beside(&clock, &other_clock, [&name, &other_name], others, budget)?;
-    columns.extend(others);
-    Ok(table(columns, &clock, joints.or(other_joints), vec![told], rest))
 }
 
 #[cfg(test)]
@@ -408,11 +218,12 @@ mod tests {
     }
 
     fn table(bytes: &[u8]) -> Result<Table, McapError> {
-        read_topic(bytes, None)
+        read_topics(bytes, &[])
     }
 
-    fn read_topic(bytes: &[u8], topic: Option<&str>) -> Result<Table, McapError> {
-        read(bytes, topic, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
+    fn read_topics(bytes: &[u8], topics: &[&str]) -> Result<Table, McapError> {
+        let topics: Vec<String> = topics.iter().map(|topic| (*topic).to_owned()).collect();
+        read(bytes, &topics, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
     }
 
     #[test]
@@ -427,44 +238,144 @@ mod tests {
         }
     }
 
-    #[test]
-    fn positions_and_torques_of_two_topics_are_brought_to_one_clock() {
+    /// A topic: its name, and what it says each time, if it says something then.
+    type Said<'a> = (&'a str, &'a dyn Fn(u32) -> Option<Vec<u8>>);
+
+    /// A log of joint states at 100 Hz, received as they are stamped by default.
+    fn log_of(topics: &[Said]) -> Vec<u8> {
         let mut file = Cursor::new(Vec::new());
         let mut writer = ::mcap::WriteOptions::new().create(&mut file).unwrap();
         let schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", JOINT_STATE.as_bytes()).unwrap();
-        let topics =
-            ["/motion", "/torque"].map(|topic| writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap());
+        let channel = |(topic, _): &Said| writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap();
+        let channels: Vec<u16> = topics.iter().map(channel).collect();
         for t in 0..200u32 {
-            let value = f64::from(t) * 0.1;
-            for (topic, late) in topics.into_iter().zip([0, 1_500_000_000]) {
-                let channels = if late == 0 { [&[value][..], &[1.0], &[]] } else { [&[][..], &[], &[2.0 * value]] };
-                let stamp = u64::from(t) * 10_000_000 + 5_000_000_000 + late;
-                let message = CdrWriter::joint_state(
-                    [(stamp / 1_000_000_000) as u32, (stamp % 1_000_000_000) as u32],
-                    &["elbow"],
-                    channels,
-                );
-                let log_time = u64::from(t) * 10_000_000 + 9_000_000_000;
-                let header =
-                    ::mcap::records::MessageHeader { channel_id: topic, sequence: t, log_time, publish_time: 0 };
-                writer.write_to_known_channel(&header, &message).unwrap();
+            let log_time = u64::from(t) * 10_000_000 + 9_000_000_000;
+            for (channel_id, (_, said)) in channels.iter().copied().zip(topics) {
+                let header = ::mcap::records::MessageHeader { channel_id, sequence: t, log_time, publish_time: 0 };
+                if let Some(message) = said(t) {
+                    writer.write_to_known_channel(&header, &message).unwrap();
+                }
             }
         }
         writer.finish().unwrap();
         drop(writer);
-        let table = table(&file.into_inner()).unwrap();
+        file.into_inner()
+    }
+
+    /// What is said at a time, stamped so much later [ms]; a joint's position is its number and the time, its torque ten times that.
+    fn said(t: u32, late: u32, joints: &[&str], channels: [bool; 3]) -> Option<Vec<u8>> {
+        let ms = 5000 + 10 * t + late;
+        let number = |joint: &&str| f64::from(joint.as_bytes()[0] - b'a') + f64::from(t) * 0.01;
+        let values = |factor: f64| joints.iter().map(|joint| factor * number(joint)).collect::<Vec<f64>>();
+        let given = [values(1.0), values(2.0), values(10.0)];
+        let of = |channel: usize| if channels[channel] { given[channel].as_slice() } else { &[] };
+        Some(CdrWriter::joint_state([ms / 1000, ms % 1000 * 1_000_000], joints, [of(0), of(1), of(2)]))
+    }
+
+    const ALL: [bool; 3] = [true; 3];
+    const POSITIONS: [bool; 3] = [true, false, false];
+    const TORQUES: [bool; 3] = [false, false, true];
+
+    /// Whether each joint, counted from that of `a`, has what [`said`] gives it.
+    fn assert_joints(table: &Table, joints: &[&str], rows: usize) {
+        assert_eq!(table.joints.as_deref().unwrap(), joints);
+        for (index, joint) in joints.iter().enumerate() {
+            for (name, factor) in [("position", 1.0), ("effort", 10.0)] {
+                let values = &table.column(&format!("{name}[{index}]")).unwrap().values;
+                assert_eq!(values.len(), rows);
+                for (t, value) in values.iter().enumerate() {
+                    let expected = factor * (f64::from(joint.as_bytes()[0] - b'a') + 0.01 * t as f64);
+                    assert!((value - expected).abs() < 1e-9, "{name} of {joint} at {t}: {value}, not {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn positions_and_torques_of_two_topics_are_brought_to_one_clock() {
+        let bytes = log_of(&[
+            ("/motion", &|t| said(t, 0, &["a"], [true, true, false])),
+            ("/torque", &|t| said(t, 1500, &["a"], TORQUES)),
+        ]);
+        let table = table(&bytes).unwrap();
         assert_eq!(table.names(), ["time", "position[0]", "velocity[0]", "effort[0]"]);
-        let values = |name: &str| table.column(name).unwrap().values.clone();
-        assert!(values("effort[0]").iter().zip(values("position[0]")).all(|(tau, q)| (tau - 2.0 * q).abs() < 1e-9));
+        assert_joints(&table, &["a"], 200);
         assert!(table.clocks[0].is_moved && table.clocks[0].what.contains("-1500.000 ms apart"), "{:?}", table.clocks);
+    }
+
+    #[test]
+    fn joints_keep_their_numbers_in_whatever_order_a_message_names_them() {
+        let order = |t: u32| if t.is_multiple_of(2) { ["a", "b"] } else { ["b", "a"] };
+        let table = table(&log_of(&[("/joint_states", &|t| said(t, 0, &order(t), ALL))])).unwrap();
+        assert_joints(&table, &["a", "b"], 200);
+        assert!(table.passed_over.is_empty(), "{:?}", table.passed_over);
+    }
+
+    /// An arm and its hand tell their states on one topic; both have two joints.
+    #[test]
+    fn joints_of_two_publishers_are_kept_apart() {
+        let joints = |t: u32| if t.is_multiple_of(4) { ["f", "g"] } else { ["a", "b"] };
+        let table = table(&log_of(&[("/joint_states", &|t| said(t, 0, &joints(t), ALL))])).unwrap();
+        assert_eq!(table.joints.as_deref().unwrap(), ["a", "b"]);
+        assert!((table.column("position[1]").unwrap().values[2] - 1.03).abs() < 1e-9);
+        assert_eq!(table.column("time").unwrap().values.len(), 150);
+        let told = table.passed_over.join(";");
+        assert!(told.contains("50 messages of `/joint_states`") && told.contains("a, b"), "{told}");
+    }
+
+    #[test]
+    fn torques_of_another_topic_are_those_of_the_joints_that_they_are_named_for() {
+        let bytes = log_of(&[
+            ("/pos", &|t| said(t, 0, &["a", "b"], POSITIONS)),
+            ("/eff", &|t| said(t, 0, &["b", "a"], TORQUES)),
+        ]);
+        assert_joints(&table(&bytes).unwrap(), &["a", "b"], 200);
+    }
+
+    #[test]
+    fn of_two_topics_with_other_joints_those_are_taken_that_both_have() {
+        let bytes = log_of(&[
+            ("/pos", &|t| said(t, 0, &["f", "a", "b"], POSITIONS)),
+            ("/eff", &|t| said(t, 0, &["b", "e", "a"], TORQUES)),
+        ]);
+        let table = table(&bytes).unwrap();
+        assert_joints(&table, &["a", "b"], 200);
+        let told = table.passed_over.join(";");
+        assert!(told.contains("f, which only `/pos` has") && told.contains("e, which only `/eff` has"), "{told}");
     }
 
     #[test]
     fn the_topic_that_is_asked_for_is_read_or_told_not_to_be_there() {
         let log = log(None);
-        assert_eq!(read_topic(&log, Some("/joint_states")).unwrap().names().len(), 4);
-        let problem = read_topic(&log, Some("/notes")).unwrap_err().to_string();
-        assert!(problem.contains("no topic `/notes` with joint states") && problem.contains("`/joint_states`"));
+        assert_eq!(read_topics(&log, &["/joint_states"]).unwrap().names().len(), 4);
+        let problem = read_topics(&log, &["/notes"]).unwrap_err().to_string();
+        assert!(problem.contains("no topic `/notes` with numbers") && problem.contains("`/joint_states`"), "{problem}");
+        assert!(problem.contains("`/notes` (1 messages, its messages are in `json`"), "{problem}");
+    }
+
+    #[test]
+    fn the_topics_that_are_asked_for_stand_side_by_side() {
+        let log = log_of(&[
+            ("/pos", &|t| said(t, 0, &["a", "b"], POSITIONS)),
+            ("/eff", &|t| said(t, 0, &["b", "a"], TORQUES)),
+            ("/other", &|t| said(t, 0, &["c", "d"], ALL)),
+            ("/hand", &|t| said(t, 0, &["f"], TORQUES)),
+        ]);
+        assert_eq!(table(&log).unwrap().joints.as_deref().unwrap(), ["c", "d"]);
+        assert_joints(&read_topics(&log, &["/pos", "/eff"]).unwrap(), &["a", "b"], 200);
+        // At the times and in the order of the first.
+        assert_joints(&read_topics(&log, &["/eff", "/pos"]).unwrap(), &["b", "a"], 200);
+        // What is asked for alone is read alone: whether it is enough is said where its columns are mapped.
+        assert_eq!(read_topics(&log, &["/eff"]).unwrap().names(), ["time", "effort[0]", "effort[1]"]);
+        for (asked, words) in [
+            (&["/pos", "/hand"][..], "`/pos` are of the joints a, b, those of `/hand` of f"),
+            (&["/pos", "/gone"], "no topic `/gone`"),
+            (&["/pos", "/pos"], "`topic` names /pos, /pos"),
+            (&["/pos", "/eff", "/hand"], "name one topic, or two different ones"),
+        ] {
+            let problem = read_topics(&log, asked).unwrap_err().to_string();
+            assert!(problem.contains(words), "{problem}");
+        }
     }
 
     #[test]

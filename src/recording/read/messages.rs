@@ -4,10 +4,13 @@
 //! Source: ROS 2, "About ROS 2 interfaces" (the language of .msg files); MCAP, "ros2msg" schemas (definitions of nested types stand
 //! behind lines of `=` and `MSG: package/Type`).
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::cdr::Cdr;
+use super::idl;
 
+/// No definition is longer \[bytes\]: it is taken apart before anything is known of it.
+const LONGEST: usize = 1 << 20;
 /// Types may lie in each other this deep.
 const DEEPEST: usize = 12;
 /// No message has more numbers: a log has a row of them for each.
@@ -15,27 +18,11 @@ const MOST_NUMBERS: usize = 4096;
 /// Elements of an array that have no bytes of their own (an empty type) are not counted by the bytes that are left.
 const MOST_ELEMENTS: usize = 65_536;
 
-/// The topic that was asked for is not among those that can be read.
-#[derive(Debug, thiserror::Error)]
-#[error("no topic `{asked}` with joint states is in the log; it has {there}")]
-pub struct NoTopic {
-    asked: String,
-    there: String,
-}
-
-impl NoTopic {
-    /// Where the topic that is asked for stands among those that can be read; the first, if none is.
-    pub(super) fn unless_first<'a>(
-        topics: impl Iterator<Item = &'a str> + Clone,
-        asked: Option<&str>,
-    ) -> Result<usize, NoTopic> {
-        let Some(asked) = asked else { return Ok(0) };
-        topics.clone().position(|topic| topic == asked).ok_or_else(|| NoTopic {
-            asked: asked.to_owned(),
-            there: topics.map(|topic| format!("`{topic}`")).collect::<Vec<_>>().join(", "),
-        })
-    }
-}
+/// The states of joints, the same in every version of ROS 2: they are known where a log does not define them.
+pub(super) const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
+const JOINT_STATE_TEXT: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n\
+     ===\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
+     ===\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
 
 /// The definition of a message.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,9 +70,28 @@ enum Count {
 /// What a message holds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Message {
-    pub numbers: Vec<(String, f64)>,
-    /// Arrays of texts by their names: of joints, of interfaces.
-    pub texts: Vec<(String, Vec<String>)>,
+    pub shape: Shape,
+    pub values: Vec<f64>,
+}
+
+/// All of a message but its numbers: most messages of a topic have the same.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
+pub(super) struct Shape {
+    /// The path of each number.
+    paths: Vec<String>,
+    /// Arrays of texts by their paths: names of joints, of interfaces.
+    texts: Vec<(String, Vec<String>)>,
+    /// How many elements the other arrays have, by their paths.
+    arrays: Vec<(String, usize)>,
+}
+
+/// What a number of a message is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Named {
+    head: String,
+    /// Of which joint it is, and the place of that; it stands between head and tail.
+    joint: Option<(usize, String)>,
+    tail: String,
 }
 
 impl Definition {
@@ -110,6 +116,29 @@ impl Definition {
         let definition = Definition { root, types };
         definition.check(&definition.root, 0)?;
         Ok(definition)
+    }
+
+    /// That of a message by a text in this encoding; joint states need none.
+    pub fn of(name: &str, encoding: &str, text: &str) -> Result<Definition, String> {
+        let definition = match encoding {
+            _ if text.len() > LONGEST => Err(format!("its definition is longer than {} kB", LONGEST >> 10)),
+            "ros2msg" => Definition::parse(name, text),
+            "ros2idl" => idl::as_messages(name, text).and_then(|text| Definition::parse(name, &text)),
+            "" => Err("it has no definition".to_owned()),
+            other => Err(format!("its definition is in `{other}`, not in ros2msg or ros2idl")),
+        };
+        match name {
+            JOINT_STATE => definition.or_else(|_| Definition::parse(JOINT_STATE, JOINT_STATE_TEXT)),
+            _ => definition,
+        }
+    }
+
+    /// What it takes in memory \[bytes\].
+    pub fn size(&self) -> u64 {
+        let name = |name: &str| name.len() + size_of::<Field>();
+        let kind = |kind: &Kind| if let Kind::Type(inner) = kind { inner.len() } else { 0 };
+        let field = |field: &Field| name(&field.name) + kind(&field.kind);
+        self.types.iter().map(|(key, fields)| name(key) + fields.iter().map(field).sum::<usize>()).sum::<usize>() as u64
     }
 
     /// Whether all types are there, and none holds itself.
@@ -144,19 +173,24 @@ impl Definition {
                 return Err("it claims an impossible number of elements");
             }
             let place = |index: usize| if is_array { format!("{path}[{index}]") } else { path.clone() };
+            if is_array && !matches!(kind, Kind::Text) {
+                message.shape.arrays.push((path.clone(), count));
+            }
             match kind {
                 Kind::Text => {
                     let texts = (0..count).map(|_| cdr.text()).collect::<Result<Vec<_>, _>>()?;
-                    if is_array {
-                        message.texts.push((path, texts));
+                    if is_array && (names_joints(&path) || path.contains('[')) {
+                        message.shape.texts.push((path, texts));
                     }
                 }
+                // Pictures and point clouds are arrays of bytes, and no samples.
+                Kind::Number(Number::U8 | Number::I8) if is_array => cdr.skip(count)?,
                 Kind::Number(number) => {
                     for index in 0..count {
                         let value = number.read(cdr)?;
-                        // Pictures and point clouds are bytes, too, but no samples.
-                        if message.numbers.len() < MOST_NUMBERS {
-                            message.numbers.push((place(index), value));
+                        if message.values.len() < MOST_NUMBERS {
+                            message.shape.paths.push(place(index));
+                            message.values.push(value);
                         }
                     }
                 }
@@ -175,32 +209,148 @@ impl Definition {
     }
 }
 
-impl Message {
-    /// Values that stand beside texts of the same number in an inner type are named by these: `interface_values[1].values[0]`, where
-    /// `interface_names` begins with `effort`, is `effort[1]`.
-    pub fn named(mut self) -> Message {
-        let inner: Vec<(String, Vec<String>)> = self
-            .texts
-            .iter()
-            .filter_map(|(path, texts)| Some((path.rsplit_once('.')?.0.to_owned(), texts.clone())))
-            .collect();
-        for (path, texts) in inner {
-            let Some(outer) = path.rfind('[').map(|at| path[at..].to_owned()) else { continue };
-            for (name, _) in &mut self.numbers {
-                let rest = name.strip_prefix(&path).and_then(|rest| rest.strip_suffix(']'));
-                let index = rest.and_then(|rest| rest.rsplit_once('[')).and_then(|(_, index)| index.parse().ok());
-                if let Some(text) = index.and_then(|index: usize| texts.get(index)) {
-                    *name = format!("{text}{outer}");
-                }
-            }
-        }
-        self
+/// Whether an array of texts is of names of joints.
+fn names_joints(path: &str) -> bool {
+    let field = path.rsplit('.').next().unwrap_or_default();
+    ["name", "names", "joint_names", "joint_name"].contains(&field)
+}
+
+/// What a path lies in; empty for what lies in nothing.
+fn outer(path: &str) -> &str {
+    path.rsplit_once('.').map_or("", |(outer, _)| outer)
+}
+
+/// The arrays that a path leads through, the innermost first: where the bracket of each is, and the index in it.
+fn indices(path: &str) -> impl Iterator<Item = (usize, usize)> {
+    path.rmatch_indices('[').filter_map(|(at, _)| {
+        let (index, _) = path[at + 1..].split_once(']')?;
+        Some((at, index.parse().ok()?))
+    })
+}
+
+impl Shape {
+    /// All its texts.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        let texts = self.texts.iter().flat_map(|(path, texts)| std::iter::once(path).chain(texts));
+        let arrays = self.arrays.iter().map(|(path, _)| path);
+        self.paths.iter().chain(texts).chain(arrays).map(String::as_str)
     }
 
-    /// Names of the joints, where the message says as many as it has values.
-    pub fn joints(&self) -> Option<Vec<String>> {
-        let is_list = |path: &str| ["name", "names", "joint_names", "joint_name"].contains(&path);
-        self.texts.iter().find(|(path, texts)| is_list(path) && !texts.is_empty()).map(|(_, texts)| texts.clone())
+    /// Whether each array beside the names of the joints has a number for each of these, or none at all.
+    pub fn has_a_value_for_each_joint(&self) -> bool {
+        let named = self.texts.iter().find(|(path, _)| outer(path).is_empty()).map_or(0, |(_, names)| names.len());
+        let fits = |count: usize| named == 0 || count == 0 || count == named;
+        self.arrays.iter().filter(|(path, _)| outer(path).is_empty()).all(|(_, count)| fits(*count))
+    }
+
+    /// What each number is. An array with as many elements as there are names of joints beside it, or further out, has one for each
+    /// of these joints. Values that stand beside texts of the same number in an inner type are named by these:
+    /// `interface_values[1].values[0]`, where `interface_names` begins with `effort`, is `effort[1]`.
+    pub fn named(&self) -> Vec<Named> {
+        let names = Names::of(self);
+        self.paths.iter().map(|path| names.named(path)).collect()
+    }
+}
+
+/// What the texts of a message say of its numbers.
+struct Names<'a> {
+    arrays: HashMap<&'a str, usize>,
+    /// Names of joints, by what they lie in. A joint that is named twice is none that could be told from others.
+    joints: HashMap<&'a str, &'a [String]>,
+    /// Other names in inner types.
+    interfaces: HashMap<&'a str, &'a [String]>,
+}
+
+impl<'a> Names<'a> {
+    fn of(shape: &'a Shape) -> Names<'a> {
+        let arrays = shape.arrays.iter().map(|(path, count)| (path.as_str(), *count)).collect();
+        let mut names = Names { arrays, joints: HashMap::new(), interfaces: HashMap::new() };
+        for (path, texts) in &shape.texts {
+            let are_unlike = || texts.iter().collect::<HashSet<_>>().len() == texts.len();
+            let (kind, is_usable) = match names_joints(path) {
+                true => (&mut names.joints, are_unlike()),
+                false => (&mut names.interfaces, true),
+            };
+            if is_usable {
+                kind.entry(outer(path)).or_insert(texts.as_slice());
+            }
+        }
+        names
+    }
+
+    fn named(&self, path: &str) -> Named {
+        // What is named by its interface is so in place of all up to the array around it.
+        let (text, place) = match self.interface(path) {
+            Some(text) => (text, outer(path)),
+            None => ("", path),
+        };
+        let start = if text.is_empty() { 0 } else { place.rfind('[').unwrap_or_default() };
+        match self.joint(place).filter(|(at, ..)| *at >= start) {
+            Some((at, index, joint)) => {
+                let tail = place[at..].find(']').map_or("", |end| &place[at + end..]);
+                let head = format!("{text}{}", &place[start..=at]);
+                Named { head, joint: Some((index, joint.to_owned())), tail: tail.to_owned() }
+            }
+            None => Named { head: format!("{text}{}", &place[start..]), joint: None, tail: String::new() },
+        }
+    }
+
+    /// The text that stands for an element of an array beside texts in an inner type.
+    fn interface(&self, path: &str) -> Option<&'a str> {
+        let (at, index) = indices(path).next().filter(|_| path.ends_with(']'))?;
+        let texts = self.interfaces.get(outer(&path[..at]))?;
+        let is_one_each = self.arrays.get(&path[..at]) == Some(&texts.len());
+        texts.get(index).filter(|_| is_one_each).map(String::as_str)
+    }
+
+    /// The innermost array of one element a joint that a path leads through: its bracket, the index in it, and the joint.
+    fn joint(&self, path: &str) -> Option<(usize, usize, &'a str)> {
+        indices(path).find_map(|(at, index)| {
+            let array = &path[..at];
+            let mut around = outer(array);
+            let joints = loop {
+                match self.joints.get(around) {
+                    Some(joints) => break joints,
+                    None if around.is_empty() => return None,
+                    None => around = outer(around),
+                }
+            };
+            let is_one_each = self.arrays.get(array) == Some(&joints.len());
+            joints.get(index).filter(|_| is_one_each).map(|joint| (at, index, joint.as_str()))
+        })
+    }
+}
+
+impl Named {
+    /// What its column is called.
+    pub fn name(&self) -> String {
+        match &self.joint {
+            Some((place, _)) => format!("{}{place}{}", self.head, self.tail),
+            None => self.head.clone(),
+        }
+    }
+
+    /// The same with the joint in place of where it stands.
+    pub fn label(&self) -> String {
+        format!("{}{}{}", self.head, self.joint().unwrap_or_default(), self.tail)
+    }
+
+    /// The joint that it is of.
+    pub fn joint(&self) -> Option<&str> {
+        self.joint.as_ref().map(|(_, joint)| joint.as_str())
+    }
+
+    /// Gives its joint the place that it has among others; false if it has none there.
+    pub fn follow(&mut self, places: &HashMap<&str, usize>) -> bool {
+        let Some((place, joint)) = &mut self.joint else { return true };
+        let found = places.get(joint.as_str());
+        found.iter().for_each(|found| *place = **found);
+        found.is_some()
+    }
+
+    /// Whether it tells when the message was measured.
+    pub fn is_of_the_clock(&self) -> bool {
+        self.head.starts_with("header.") || self.head == "time"
     }
 }
 
@@ -295,13 +445,37 @@ mod tests {
     #[test]
     fn a_message_is_read_by_the_text_of_its_definition() {
         let definition = Definition::parse("control_msgs/msg/DynamicJointState", DYNAMIC).unwrap();
-        let read = definition.decode(&message()).unwrap().named();
-        let value = |name: &str| read.numbers.iter().find(|(other, _)| other == name).map(|(_, value)| *value);
+        let read = definition.decode(&message()).unwrap();
+        let named = read.shape.named();
+        let value = |name: &str| named.iter().position(|other| other.name() == name).map(|place| read.values[place]);
         assert_eq!(
             (value("header.stamp.sec"), value("position[1]"), value("effort[1]")),
             (Some(7.0), Some(1.5), Some(-2.0))
         );
-        assert_eq!(read.joints(), Some(vec!["shoulder".to_owned(), "elbow".to_owned()]));
+        assert_eq!(
+            named.iter().filter_map(Named::joint).collect::<Vec<_>>(),
+            ["shoulder", "shoulder", "elbow", "elbow"]
+        );
+        assert_eq!(named.last().unwrap().label(), "effort[elbow]");
+    }
+
+    #[test]
+    fn a_definition_in_idl_says_the_same() {
+        let idl = "IDL: control_msgs/msg/DynamicJointState\nmodule control_msgs { module msg { struct DynamicJointState {
+            std_msgs::msg::Header header; sequence<string> joint_names;
+            sequence<control_msgs::msg::InterfaceValue> interface_values; }; }; };
+            module control_msgs { module msg { struct InterfaceValue {
+            sequence<string> interface_names; sequence<double> values; }; }; };
+            module std_msgs { module msg { struct Header { builtin_interfaces::msg::Time stamp; string frame_id; }; }; };
+            module builtin_interfaces { module msg { struct Time { long sec; unsigned long nanosec; }; }; };";
+        let kind = "control_msgs/msg/DynamicJointState";
+        let [idl, msg] =
+            [("ros2idl", idl), ("ros2msg", DYNAMIC)].map(|(encoding, text)| Definition::of(kind, encoding, text));
+        assert_eq!(idl, msg);
+        assert!(Definition::of(kind, "ros2idl", "module x {}").unwrap_err().contains("not defined"));
+        let known = Definition::of(JOINT_STATE, "ros2idl", "module x {}").unwrap();
+        assert!((300..2000).contains(&known.size()), "{} bytes", known.size());
+        assert!(Definition::of(kind, "ros2msg", &"#".repeat(LONGEST + 1)).unwrap_err().contains("longer than"));
     }
 
     #[test]

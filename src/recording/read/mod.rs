@@ -13,6 +13,7 @@ mod csv;
 mod folder;
 mod gzip;
 mod hdf5;
+mod idl;
 mod join;
 mod json;
 mod mat;
@@ -24,6 +25,7 @@ mod pickle;
 mod share;
 mod sniff;
 mod table;
+mod topics;
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -48,6 +50,7 @@ pub use npz::NpzError;
 pub use parquet::ParquetError;
 pub use pickle::PickleError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
+pub use topics::TopicError;
 
 use self::arrays::{Gathered, Source};
 use self::budget::Budget;
@@ -264,7 +267,7 @@ pub enum ReadError {
         /// Its name.
         file: String,
         /// What is wrong.
-        problem: BagError,
+        problem: Box<BagError>,
     },
     /// The MCAP log can't be read.
     #[error("{file}: {problem}")]
@@ -732,17 +735,26 @@ fn decode(
         return decode(&unpacked, file, &inner, options, &monitor.part(UNPACKING..1.0));
     }
     let format = sniff(bytes, ending).map_err(|problem| ReadError::Format { file: file.to_owned(), problem })?;
-    let topic = options.mapping.as_ref().and_then(|mapping| mapping.topic.as_deref());
-    let content = content(bytes, format, topic, file.to_owned(), budget, monitor);
+    let topics = options.mapping.as_ref().and_then(|mapping| mapping.topic.as_deref()).unwrap_or_default();
+    let content = content(bytes, format, topics, file.to_owned(), budget, monitor);
     // Who was stopped says so in the words of its format.
     monitor.check()?;
-    content
+    let mut content = content?;
+    if let Content::Table(table) = &mut content
+        && !topics.is_empty()
+        && ![Format::Bag, Format::Mcap].contains(&format)
+    {
+        table
+            .passed_over
+            .push(format!("the topic {} of the mapping: only logs of messages have topics", topics.join(", ")));
+    }
+    Ok(content)
 }
 
 fn content(
     bytes: &[u8],
     format: Format,
-    topic: Option<&str>,
+    topics: &[String],
     file: String,
     budget: &mut Budget,
     monitor: &Monitor,
@@ -750,8 +762,9 @@ fn content(
     let table = match format {
         Format::Csv => csv::read(bytes, budget, monitor).map_err(|problem| ReadError::Csv { file, problem })?,
         Format::Mat => mat::read(bytes, budget, monitor).map_err(|problem| ReadError::Mat { file, problem })?,
-        Format::Bag => bag::read(bytes, topic, budget, monitor).map_err(|problem| ReadError::Bag { file, problem })?,
-        Format::Mcap => mcap::read(bytes, topic, budget, monitor)
+        Format::Bag => bag::read(bytes, topics, budget, monitor)
+            .map_err(|problem| ReadError::Bag { file, problem: Box::new(problem) })?,
+        Format::Mcap => mcap::read(bytes, topics, budget, monitor)
             .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) })?,
         Format::Hdf5 => hdf5::read(bytes, budget, monitor).map_err(|problem| ReadError::Hdf5 { file, problem })?,
         Format::Json => json::read(bytes, budget, monitor).map_err(|problem| ReadError::Json { file, problem })?,
