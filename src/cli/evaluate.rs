@@ -21,7 +21,7 @@ use crate::training::rollout::{HORIZON, Rollout};
 #[command(after_help = "Examples:
   torquescope evaluate arm.npz --add coulomb-friction
   torquescope evaluate arm.npz --add coulomb-friction --rollout
-  torquescope evaluate other.npz --model mine.torquescope --of 'rigid body + Coulomb 1, 2'
+  torquescope evaluate mine.torquescope --of 'rigid body + Coulomb 1, 2'
   torquescope evaluate arm.npz --model delan-friction --open-seal")]
 pub struct Evaluate {
     /// Open the seal of a simulated recording, and compare inertial, Coriolis and gravity torque and the parameters of effects

@@ -19,7 +19,7 @@ use crate::recording::write::Form;
 #[command(after_help = "Examples:
   torquescope predict arm.npz --add coulomb-friction -o torques.csv
   torquescope predict arm.npz --model structured-delan -o torques.npz
-  torquescope predict arm.npz --model model.json --part held-out -o torques.parquet")]
+  torquescope predict arm.npz --add coulomb-friction --part held-out -o torques.parquet")]
 pub struct Predict {
     #[command(flatten)]
     of: OfPart,
