@@ -205,14 +205,16 @@ impl Topic {
         let Some(definition) = self.definition.as_ref().ok().filter(|_| self.is_read) else { return Ok(()) };
         let Message { shape, values } = definition.decode(data).map_err(|problem| self.damaged(problem))?;
         budget.unpack((values.len() as u64 + 1) * size_of::<f64>() as u64)?;
-        if !self.ways.contains_key(&shape) {
-            if self.kind == JOINT_STATE && !shape.has_a_value_for_each_joint() {
-                return Err(self.damaged("it has another number of values than of joints"));
+        let way = match self.ways.get(&shape) {
+            Some(way) => way,
+            None => {
+                if self.kind == JOINT_STATE && !shape.has_a_value_for_each_joint() {
+                    return Err(self.damaged("it has another number of values than of joints"));
+                }
+                let way = self.way(&shape, budget)?;
+                self.ways.entry(shape).or_insert(way)
             }
-            let way = self.way(&shape, budget)?;
-            self.ways.insert(shape.clone(), way);
-        }
-        let way = &self.ways[&shape];
+        };
         let group = &mut self.groups[way.group];
         group.received.push(received);
         way.columns.iter().zip(values).for_each(|(column, value)| group.columns[*column].push(value));
