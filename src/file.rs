@@ -253,6 +253,23 @@ pub fn is_same(one: &Path, other: &Path) -> bool {
     }
 }
 
+/// All files of a folder, and of so many levels of folders in it.
+///
+/// # Errors
+/// If one of them can't be listed.
+pub fn within(folder: &Path, deeper: usize) -> io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?.path();
+        match entry.is_dir() {
+            true if deeper > 0 => files.extend(within(&entry, deeper - 1)?),
+            true => {}
+            false => files.push(entry),
+        }
+    }
+    Ok(files)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -327,7 +327,7 @@ mod tests {
         assert_eq!(taken, (&"q[0]".to_owned(), &"dq[0]".to_owned(), &"tau_J[0]".to_owned()));
         assert_eq!((measured.qdd, measured.commanded), (None, Vec::new()), "it is derived from what was measured");
         let desired = guess("time q_d[0] q_d[1] ddq_d[0] ddq_d[1] tau_J_d[0] tau_J_d[1]");
-        assert_eq!(desired.commanded, [Channel::Position, Channel::Acceleration, Channel::Torque]);
+        assert_eq!(desired.commanded, [Channel::Position, Channel::Torque, Channel::Acceleration]);
         assert_eq!(desired.qdd.unwrap(), ["ddq_d[0]", "ddq_d[1]"]);
     }
 

@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::sniff::{Format, PACKED};
+use crate::file;
 
 /// What rosbag2 writes beside the parts of a bag.
 const BAG: &str = "metadata.yaml";
@@ -23,11 +24,10 @@ pub fn logs(path: &Path) -> io::Result<Option<Vec<PathBuf>>> {
     }
     let [data, meta] = EPISODES.map(|name| path.join(name));
     let is_bag = path.join(BAG).is_file();
-    let mut files = Vec::new();
-    match data.is_dir() && meta.is_dir() {
-        true => collect(&data, DEEPEST, &mut files)?,
-        false => collect(path, 0, &mut files)?,
-    }
+    let files = match data.is_dir() && meta.is_dir() {
+        true => file::within(&data, DEEPEST)?,
+        false => file::within(path, 0)?,
+    };
     let mut logs: Vec<(Format, PathBuf)> =
         files.into_iter().filter_map(|file| Some((format_of(&file)?, file))).collect();
     if logs.iter().any(|(format, _)| *format == Format::Npy) {
@@ -45,19 +45,6 @@ pub fn logs(path: &Path) -> io::Result<Option<Vec<PathBuf>>> {
             Err(io::Error::other(what))
         }
     }
-}
-
-/// All files of a folder and of so many levels of folders in it.
-fn collect(path: &Path, deeper: usize, files: &mut Vec<PathBuf>) -> io::Result<()> {
-    for entry in std::fs::read_dir(path)? {
-        let entry = entry?.path();
-        match entry.is_dir() {
-            true if deeper > 0 => collect(&entry, deeper - 1, files)?,
-            true => {}
-            false => files.push(entry),
-        }
-    }
-    Ok(())
 }
 
 /// What a file is by the ending of its name, below that of what packs it.
