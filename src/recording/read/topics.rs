@@ -159,7 +159,7 @@ fn pair(topics: &[Topic]) -> Option<(usize, usize)> {
         .iter()
         .take(MOST_PAIRED)
         .enumerate()
-        .filter_map(|(index, topic)| Some((index, topic.usual().filter(|group| group.values() > 0)?)))
+        .filter_map(|(index, topic)| Some((index, topic.usual().filter(|group| group.is_of_several())?)))
         .collect();
     let mut best: Option<(usize, usize, usize)> = None;
     for (first, own) in &usable {
@@ -260,7 +260,9 @@ impl Topic {
 
     /// Whether it has what a recording needs.
     fn has_states(&self) -> bool {
-        self.usual().is_some_and(|group| Mapping::find(&group.names(), &MappingSpec::default()).is_ok())
+        self.usual().is_some_and(|group| {
+            group.is_of_several() && Mapping::find(&group.names(), &MappingSpec::default()).is_ok()
+        })
     }
 
     fn told(&self) -> String {
@@ -312,6 +314,11 @@ impl Group {
 
     fn values(&self) -> usize {
         self.columns.len() * self.received.len()
+    }
+
+    /// Whether it has more than one message: a single one is no log, even if a whole trajectory stands in it, which was commanded.
+    fn is_of_several(&self) -> bool {
+        self.received.len() > 1
     }
 
     fn names(&self) -> Vec<String> {
