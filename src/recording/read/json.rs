@@ -309,8 +309,8 @@ impl Rows {
         };
         let values = &mut self.columns[place].1;
         let missing = (self.count - 1).saturating_sub(values.len());
-        // What is missing stands in no file: no log has much of it.
-        account.budget.hold(missing as u64 * BYTES)?;
+        // What is missing stands in no file: no log has much of it. A column that grows is twice there.
+        account.budget.hold(2 * missing as u64 * BYTES)?;
         account.budget.unpack(BYTES)?;
         values.resize(self.count - 1, f64::NAN);
         values.push(value);

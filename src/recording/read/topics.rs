@@ -96,6 +96,7 @@ impl<'a> Topics<'a> {
         let definition = definition();
         budget.text(name)?;
         budget.text(kind)?;
+        budget.hold(size_of::<Topic>() as u64)?;
         budget.hold(definition.as_ref().map_or(0, Definition::size))?;
         let is_read = self.asked.is_empty() || self.asked.iter().any(|asked| asked == name);
         entry.insert(Topic::new(name, kind, definition, is_read));
