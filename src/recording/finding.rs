@@ -124,9 +124,9 @@ pub enum FindingKind {
 pub struct Place {
     /// Name of the file.
     pub file: Option<String>,
-    /// Index into [`Recording::trajectories`].
+    /// Index into [`Recording::trajectories`](super::Recording::trajectories).
     pub trajectory: Option<usize>,
-    /// Index into [`Recording::joints`].
+    /// Index into [`Recording::joints`](super::Recording::joints).
     pub joint: Option<usize>,
     /// Samples of the trajectory.
     pub samples: Option<Range<usize>>,
