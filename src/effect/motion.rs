@@ -42,6 +42,8 @@ pub struct Load {
     pub lumped: Option<Vec<f64>>,
     /// Its torque \[N m\] along any other trajectory.
     pub body: Arc<dyn Fn(&Trajectory) -> Signals + Send + Sync>,
+    /// The motion that it is of, without its torque.
+    along: Trajectory,
     /// What the state of each joint does to it, once somebody asked.
     slopes: Arc<[OnceLock<Slopes>]>,
 }
@@ -85,21 +87,20 @@ impl Load {
     ) -> Load {
         let torque = body(trajectory);
         let slopes = vec![OnceLock::new(); torque.joint_count()].into();
-        Load { torque, turned_gravity, lumped, body: Arc::new(body), slopes }
+        Load { torque, turned_gravity, lumped, body: Arc::new(body), along: trajectory.without_torque(), slopes }
     }
 
-    /// What the state of a joint does to the body's torque along the trajectory that this load is of.
-    pub(super) fn slopes(&self, trajectory: &Trajectory, joint: usize) -> &Slopes {
+    /// What the state of a joint does to the body's torque, along the motion of this load: whoever asks first, on whatever thread and
+    /// with whatever motion of his own, all get the same.
+    pub(super) fn slopes(&self, joint: usize) -> &Slopes {
         self.slopes[joint].get_or_init(|| {
-            // Not the load's own torque, nor that of another joint: what is read late may be set right here and not there.
-            let here = (self.body)(trajectory);
             let slope = |part: usize, step: f64| {
-                let mut moved = trajectory.clone();
+                let mut moved = self.along.clone();
                 let channels = moved.channels_mut();
                 let mut signals = [channels.q, channels.qd, channels.qdd];
                 signals[part].iter_mut().nth(joint).into_iter().flatten().for_each(|value| *value += step);
                 let mut change = (self.body)(&moved);
-                change.add(&here, -1.0);
+                change.add(&self.torque, -1.0);
                 change.map(|value| value / step)
             };
             // Torque is linear in accelerations.

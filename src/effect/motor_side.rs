@@ -13,7 +13,7 @@ pub(super) struct Behind {
 impl Behind {
     /// What the rigid body needs more on all joints, per unit of the parameter, at first order: its links are behind.
     pub(super) fn column(&self, motion: &Motion, joint: usize) -> Result<Column, Lack> {
-        let slopes = motion.load()?.slopes(motion.trajectory, joint);
+        let slopes = motion.load()?.slopes(joint);
         let pairs = [
             (&slopes.position, &self.position),
             (&slopes.velocity, &self.velocity),

@@ -10,6 +10,8 @@ use crate::session::{Command, Session, SessionError};
 use crate::simulation::Scenario;
 use crate::training::Options;
 use crate::training::fit::{self, Plan};
+use crate::trial::TrialError;
+use crate::trial::blind::Drawing;
 
 /// See its promise.
 pub static MEASURE: Measure = Measure {
@@ -25,17 +27,20 @@ fn take(bench: &Bench) -> Result<Score, SelftestError> {
     let mut score = Score { cases: cases * THREADS.len(), ..Score::default() };
     for case in 0..cases {
         let seed = bench.effort.seed + case as u64;
-        let mut seen: [BTreeSet<Vec<u8>>; 3] = Default::default();
+        let mut seen: [BTreeSet<Vec<u8>>; 4] = Default::default();
         for (number, threads) in THREADS.into_iter().enumerate() {
             bench.report(case * THREADS.len() + number, score.cases, "the same on other threads")?;
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.map_err(|error| SelftestError::making("threads")(&error))?;
-            let made = pool.install(|| made(seed, threads));
-            for (seen, bytes) in seen.iter_mut().zip(made.map_err(|error| SelftestError::making("results")(&error))?) {
+            let (made, late) = pool.install(|| (made(seed, threads), late(seed)));
+            let made = made.map_err(|error| SelftestError::making("results")(&error))?;
+            let late = late.map_err(|error| SelftestError::making("a diagnosis")(&error))?;
+            for (seen, bytes) in seen.iter_mut().zip(made.into_iter().chain([late])) {
                 seen.insert(bytes);
             }
         }
-        for (what, seen) in ["simulations", "trainings", "diagnoses"].into_iter().zip(seen) {
+        let kinds = ["simulations", "trainings", "diagnoses", "diagnoses of late readings"];
+        for (what, seen) in kinds.into_iter().zip(seen) {
             score.count(format!("{what} {}", if seen.len() == 1 { "alike" } else { "that differ" }));
             score.demand(seen.len() == 1, || format!("seed {seed}: {} different {what}", seen.len()));
         }
@@ -59,4 +64,13 @@ fn made(seed: u64, threads: usize) -> Result<[Vec<u8>; 3], SessionError> {
     let diagnosed = Command::Diagnose.run(&session, &monitor)?;
     let report = serde_json::to_vec(&diagnosed.report).unwrap_or_default();
     Ok([simulated, fit::to_bytes(&trained.fitted)?, report])
+}
+
+/// A diagnosis where effects alter others: what was read late is set right for those that the rigid body's load makes, and candidates
+/// that share what follows from that load are computed side by side.
+fn late(seed: u64) -> Result<Vec<u8>, TrialError> {
+    let only = ["derivative-delay", "motor-side-elasticity", "coulomb-friction"].map(str::to_owned).to_vec();
+    let drawing = Drawing { only, hidden: Some(3), ..Drawing::default() };
+    let trial = drawing.case(seed).run(&Monitor::new())?;
+    Ok(serde_json::to_vec(&trial.report).unwrap_or_default())
 }
