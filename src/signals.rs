@@ -44,11 +44,14 @@ impl Signals {
     /// # Errors
     /// [`ShapeError`] if a joint has more or fewer samples than the first.
     pub fn from_joints<J: AsRef<[f64]>>(joints: impl IntoIterator<Item = J>) -> Result<Self, ShapeError> {
+        let joints = joints.into_iter();
         let (mut values, mut count, mut samples) = (Vec::new(), 0, 0);
+        let expected = joints.size_hint().0;
         for joint in joints {
             let joint = joint.as_ref();
             if count == 0 {
                 samples = joint.len();
+                values.reserve_exact(samples * expected);
             }
             count += 1;
             if joint.len() != samples {

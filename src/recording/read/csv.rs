@@ -3,6 +3,8 @@
 
 use std::borrow::Cow;
 
+use csv::ByteRecord;
+
 use super::budget::{Budget, TooMuch};
 use super::share::Share;
 use super::table::{Column, Lines, MOST_COLUMNS, Table, TextCell};
@@ -60,10 +62,22 @@ pub enum CsvError {
 }
 
 /// One line of cells, with its number in the file.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 struct Row {
     line: u64,
-    cells: Vec<String>,
+    cells: ByteRecord,
+}
+
+impl Row {
+    /// What stands in each cell; what is no UTF-8 is shown as such.
+    fn texts(&self) -> impl ExactSizeIterator<Item = Cow<'_, str>> {
+        self.cells.iter().map(String::from_utf8_lossy)
+    }
+
+    /// Its cells without the last one.
+    fn shorten(&mut self) {
+        self.cells.truncate(self.cells.len() - 1);
+    }
 }
 
 /// What stands between two cells.
@@ -84,59 +98,62 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     let number = |cell: &str| parse(cell, decimal_comma);
 
     let mut rows = Rows::new(bytes, delimiter);
-    let first = rows.next()?.ok_or(CsvError::Empty)?;
-    let width = first.cells.len();
-    let is_header = first.cells.iter().any(|cell| number(cell).is_none());
-    let mut table = Table::default();
-    let (names, mut next) = if is_header {
-        (first.cells.clone(), rows.next()?)
+    let mut row = Row::default();
+    if !rows.next(&mut row)? {
+        return Err(CsvError::Empty);
+    }
+    let (names_line, width) = (row.line, row.cells.len());
+    let is_header = row.texts().any(|cell| number(&cell).is_none());
+    let names = if is_header {
+        row.texts().map(Cow::into_owned).collect()
     } else {
         let names = commented_header(bytes, delimiter, width);
-        (names.unwrap_or_else(|| (1..=width).map(|number| format!("c{number}")).collect()), Some(first.clone()))
+        names.unwrap_or_else(|| (1..=width).map(|number| format!("c{number}")).collect())
     };
+    let mut more = !is_header || rows.next(&mut row)?;
     names.iter().try_for_each(|name| budget.name(name))?;
     // Room that is found out bit by bit would be taken three times; no cell is shorter than its number and what ends it.
     let most = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;
     let room = most.min(bytes.len() / (2 * width) + 1);
     let column = |name: String| Column { name, values: Vec::with_capacity(room), text: None };
-    table.columns = names.into_iter().map(column).collect();
-    if is_header && let Some(units) = next.as_ref().filter(|row| is_row_of_units(row, width)) {
-        for (column, unit) in table.columns.iter_mut().zip(&units.cells) {
+    let mut table = Table { columns: names.into_iter().map(column).collect(), ..Table::default() };
+    if is_header && more && is_row_of_units(&row, width) {
+        for (column, unit) in table.columns.iter_mut().zip(row.texts()) {
             if !unit.is_empty() {
                 column.name = format!("{}[{}]", column.name, unit.trim_matches(['[', ']', '(', ')']));
             }
         }
-        next = rows.next()?;
+        more = rows.next(&mut row)?;
     }
 
     let mut lines = Lines::default();
     let mut share = Share::of(most as u64, monitor);
-    while let Some(mut row) = next {
+    while more {
         // A delimiter at the end of each row, but not of the header, is common and harmless.
-        if row.cells.len() == width + 1 && row.cells.last().is_some_and(String::is_empty) {
-            row.cells.pop();
+        if row.cells.len() == width + 1 && row.cells[width].is_empty() {
+            row.shorten();
         }
-        if lines.len() == 0 && row.cells.iter().all(|cell| number(cell).is_none()) {
+        if lines.len() == 0 && row.texts().all(|cell| number(&cell).is_none()) {
             return Err(CsvError::NoNumbers { line: row.line });
         }
         if row.cells.len() != width {
             return Err(CsvError::Ragged { line: row.line, found: row.cells.len(), expected: width });
         }
-        for (column, cell) in table.columns.iter_mut().zip(row.cells) {
+        for (column, cell) in table.columns.iter_mut().zip(row.texts()) {
             let value = number(&cell);
             column.values.push(value.unwrap_or(f64::NAN));
             if value.is_none() && column.text.is_none() {
-                column.text = Some(TextCell { line: row.line, cell });
+                column.text = Some(TextCell { line: row.line, cell: cell.into_owned() });
             }
         }
         lines.push(row.line);
         if lines.len() % 4096 == 0 {
             share.is(lines.len() as u64)?;
         }
-        next = rows.next()?;
+        more = rows.next(&mut row)?;
     }
     if lines.len() == 0 {
-        return Err(CsvError::HeaderOnly { line: first.line });
+        return Err(CsvError::HeaderOnly { line: names_line });
     }
     table.runs = std::iter::once(0..lines.len()).collect();
     if !bytes.ends_with(b"\n") {
@@ -179,14 +196,14 @@ fn parse(cell: &str, decimal_comma: bool) -> Option<f64> {
 }
 
 fn is_row_of_units(row: &Row, width: usize) -> bool {
-    let is_unit = |cell: &String| {
+    let is_unit = |cell: Cow<str>| {
         let bare = cell.trim_matches(['[', ']', '(', ')']);
         ["", "-", "1", "a", "v", "bool"].contains(&bare.to_lowercase().as_str()) || unit_named(bare).is_some()
     };
     row.cells.len() == width
-        && row.cells.iter().all(is_unit)
-        && row.cells.iter().any(|cell| cell.parse::<f64>().is_err())
-        && row.cells.iter().any(|cell| !cell.is_empty())
+        && row.texts().all(is_unit)
+        && row.texts().any(|cell| cell.parse::<f64>().is_err())
+        && row.texts().any(|cell| !cell.is_empty())
 }
 
 /// Names in a comment right above the data, as `numpy.savetxt` writes them.
@@ -261,40 +278,38 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn next(&mut self) -> Result<Option<Row>, CsvError> {
+    /// Reads the next row into this one; false if there is none.
+    fn next(&mut self, row: &mut Row) -> Result<bool, CsvError> {
         loop {
-            let row = match self {
+            match self {
                 Rows::Delimited(reader, bytes) => {
-                    let mut record = csv::ByteRecord::new();
-                    let more = reader.read_byte_record(&mut record).map_err(|e| CsvError::Syntax(e.to_string()))?;
-                    if !more {
-                        return Ok(None);
+                    let syntax = |error: csv::Error| CsvError::Syntax(error.to_string());
+                    if !reader.read_byte_record(&mut row.cells).map_err(syntax)? {
+                        return Ok(false);
                     }
-                    if record.iter().all(<[u8]>::is_empty) {
+                    if row.cells.iter().all(<[u8]>::is_empty) {
                         // Where it stands is not asked: that would look through all the blank lines below, for each of them.
                         continue;
                     }
-                    let line = record.position().map_or(0, |start| first_line(bytes, start));
-                    if record.len() > MOST_COLUMNS {
-                        return Err(CsvError::TooWide { line });
-                    }
-                    Row { line, cells: record.iter().map(|cell| String::from_utf8_lossy(cell).into_owned()).collect() }
+                    row.line = row.cells.position().map_or(0, |start| first_line(bytes, start));
                 }
                 Rows::Blanks(lines) => {
-                    let Some((index, line)) = lines.next() else { return Ok(None) };
+                    let Some((index, line)) = lines.next() else { return Ok(false) };
                     if line.trim_ascii_start().starts_with(b"#") {
                         continue;
                     }
+                    row.line = index as u64 + 1;
+                    row.cells.clear();
                     let text = String::from_utf8_lossy(line);
-                    if text.split_whitespace().nth(MOST_COLUMNS).is_some() {
-                        return Err(CsvError::TooWide { line: index as u64 + 1 });
-                    }
-                    let cells = text.split_whitespace().map(|cell| cell.trim_matches('"').to_owned()).collect();
-                    Row { line: index as u64 + 1, cells }
+                    let cells = text.split_whitespace().map(|cell| cell.trim_matches('"'));
+                    cells.take(MOST_COLUMNS + 1).for_each(|cell| row.cells.push_field(cell.as_bytes()));
                 }
-            };
+            }
+            if row.cells.len() > MOST_COLUMNS {
+                return Err(CsvError::TooWide { line: row.line });
+            }
             if row.cells.iter().any(|cell| !cell.is_empty()) {
-                return Ok(Some(row));
+                return Ok(true);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, Cursor, Read};
+use std::ops::Range;
 
 use ndarray::{ArrayD, Ix2, s};
 use zip::ZipArchive;
@@ -157,29 +158,26 @@ fn recording(
     if numbers.len() != time.len() {
         return wrong(format!("`{TIME}` has {} samples and `{TRAJECTORY}` {}", time.len(), numbers.len()));
     }
-    let joints = manifest.joints.len();
-    let mut channels = Vec::new();
+    let runs = runs(numbers, manifest.trajectories.len())?;
+    // Channel after channel, so that no more than one is there twice.
+    let mut channels: Vec<Vec<Signals>> = vec![Vec::new(); runs.len()];
     for name in CHANNELS {
-        let array = take(name, Some(joints))?;
+        let array = take(name, Some(manifest.joints.len()))?;
         let array = array.into_dimensionality::<Ix2>().map_err(|problem| NpzError::Layout(problem.to_string()))?;
         if array.nrows() != time.len() {
             return wrong(format!("`{TIME}` has {} samples and `{name}` {}", time.len(), array.nrows()));
         }
-        channels.push(array);
+        for (run, channels) in runs.iter().zip(&mut channels) {
+            channels.push(Signals::from_array(array.slice(s![run.clone(), ..]).reversed_axes()));
+        }
     }
-
     let mut trajectories = Vec::new();
-    let mut start = 0;
-    for (number, name) in manifest.trajectories.iter().enumerate() {
-        let end = start + numbers[start..].iter().take_while(|own| **own == number as f64).count();
-        let channel = |index: usize| Signals::from_array(channels[index].slice(s![start..end, ..]).reversed_axes());
-        let (q, qd, qdd, tau) = (channel(0), channel(1), channel(2), channel(3));
-        let channels = Channels { time: time[start..end].to_vec(), q, qd, qdd, tau };
+    for ((name, run), channels) in manifest.trajectories.iter().zip(runs).zip(channels) {
+        let Ok([q, qd, qdd, tau]) = <[Signals; CHANNELS.len()]>::try_from(channels) else {
+            return wrong(format!("trajectory `{name}` lacks a channel"));
+        };
+        let channels = Channels { time: time[run].to_vec(), q, qd, qdd, tau };
         trajectories.push(Trajectory::new(name, channels).map_err(RecordingError::from)?);
-        start = end;
-    }
-    if start != time.len() {
-        return wrong(format!("`{TRAJECTORY}` does not count 0, 1, … in order at sample {start}"));
     }
     let Manifest { name, joints, provenance, posture, stated_arm, chain, torque, encoders, .. } = manifest;
     let seal = truth.map(Seal::from_bytes);
@@ -187,6 +185,21 @@ fn recording(
         Recording { name, joints, trajectories, provenance, posture, stated_arm, chain, torque, encoders, seal };
     recording.verify()?;
     Ok(recording)
+}
+
+/// The samples of each run, from the number of the run of each sample.
+fn runs(numbers: Vec<f64>, count: usize) -> Result<Vec<Range<usize>>, NpzError> {
+    let mut start = 0;
+    let run = |number: usize| {
+        let samples = numbers[start..].iter().take_while(|own| **own == number as f64).count();
+        start += samples;
+        start - samples..start
+    };
+    let runs = (0..count).map(run).collect();
+    match start == numbers.len() {
+        true => Ok(runs),
+        false => Err(NpzError::Layout(format!("`{TRAJECTORY}` does not count 0, 1, … in order at sample {start}"))),
+    }
 }
 
 #[cfg(test)]
