@@ -140,15 +140,24 @@ impl<'a> Topics<'a> {
 /// Where the topic that is asked for stands.
 fn place(topics: &[Topic], asked: &str) -> Result<usize, TopicError> {
     let is_it = |topic: &Topic| topic.name == asked && topic.values() > 0;
-    let there = || topics.iter().map(Topic::told).collect();
-    topics.iter().position(is_it).ok_or_else(|| TopicError::NoTopic { asked: asked.to_owned(), there: there() })
+    topics.iter().position(is_it).ok_or_else(|| TopicError::NoTopic { asked: asked.to_owned(), there: told(topics) })
+}
+
+/// More topics are not told: nobody would read them.
+const MOST_TOLD: usize = 40;
+
+/// What is said of the topics; of a long list its beginning.
+fn told(topics: &[Topic]) -> Vec<String> {
+    let others = topics.len().saturating_sub(MOST_TOLD);
+    let more = (others > 0).then(|| format!("and {others} more"));
+    topics.iter().take(MOST_TOLD).map(Topic::told).chain(more).collect()
 }
 
 /// The first topic with positions and torques, else a pair that has them together.
 fn choose(topics: &[Topic]) -> Result<Chosen, TopicError> {
     let complete = topics.iter().position(Topic::has_states).map(Chosen::One);
     let chosen = complete.or_else(|| pair(topics).map(|(first, other)| Chosen::Two(first, other)));
-    chosen.ok_or_else(|| TopicError::NoStates(topics.iter().map(Topic::told).collect()))
+    chosen.ok_or_else(|| TopicError::NoStates(told(topics)))
 }
 
 /// More topics are not paired: each pair is looked at.
