@@ -1,13 +1,17 @@
 //! The answer in a word, and what to do next or to doubt.
 
 use super::presence::SURE;
-use super::report::{MissingEffect, Note, Verdict};
+use super::report::{Completeness, MissingEffect, Note, Verdict};
 use super::search::FEWEST_BLOCKS;
 use super::stated_arm::Comparison;
 use crate::recording::encoders::Side;
 
 /// Below this probability a form is one of several.
 const SURE_FORM: f64 = 0.8;
+/// Noise of the motion is told where what is left is more than so many times the noise of the torque (RMS) …
+pub const NOISIER: f64 = 3.0;
+/// … and more than this share of the torque.
+const WORTH_A_WORD: f64 = 0.1;
 /// An error that rises by less than this factor has not risen.
 const NOTICEABLE: f64 = 1.001;
 
@@ -70,6 +74,16 @@ pub fn notes(
     notes
 }
 
+/// The joints on which nothing but noise is left, and yet far more than the torque itself has, of which this is the nMSE.
+pub fn noise_of_motion(completeness: &[Completeness], of_torque: &[f64]) -> Option<Note> {
+    let is_noisy = |one: &&Completeness| {
+        let left = one.left.unwrap_or(0.0);
+        one.complete && left > WORTH_A_WORD && left > NOISIER * of_torque[one.joint].sqrt()
+    };
+    let joints: Vec<usize> = completeness.iter().filter(is_noisy).map(|one| one.joint).collect();
+    (!joints.is_empty()).then_some(Note::NoiseOfMotion { joints })
+}
+
 /// On which side of the gear an effect takes the angle to be measured, if that matters.
 fn needs_encoder(named: &MissingEffect) -> Option<Note> {
     match named.effect.facts.encoder {
@@ -120,6 +134,16 @@ mod tests {
             assert!(notes(blocks).contains(&Note::NotConfirmable { blocks }), "{blocks}");
         }
         assert_eq!(notes(3), [Note::AddFirst { effect: named("coulomb-friction").effect, joints: vec![0] }]);
+    }
+
+    #[test]
+    fn noise_that_the_torque_has_not_is_that_of_the_motion() {
+        let joint =
+            |joint, left, complete| Completeness { joint, explained: 0.5, left: Some(left), remainder: 0.0, complete };
+        let all = [joint(0, 0.4, true), joint(1, 0.4, false), joint(2, 0.09, true), joint(3, 0.4, true)];
+        let note = noise_of_motion(&all, &[0.01, 0.01, 1e-6, 0.04]);
+        assert_eq!(note, Some(Note::NoiseOfMotion { joints: vec![0] }));
+        assert_eq!(noise_of_motion(&all[1..3], &[0.01, 0.01, 1e-6, 0.04]), None);
     }
 
     #[test]

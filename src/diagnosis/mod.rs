@@ -128,7 +128,9 @@ pub fn diagnose_among(
     not_known.dedup();
     let hiding = recording.torque.iter().filter(|fact| fact.hides().is_some());
     not_known.splice(0..0, hiding.map(|fact| NotKnown::NotInTorque { fact }));
-    let notes = conclusion::notes(verdict, &effects, &unexplained_joints, &comparison, blocks, recording.encoders);
+    let mut notes = conclusion::notes(verdict, &effects, &unexplained_joints, &comparison, blocks, recording.encoders);
+    let of_torque = last.noise_floor_nmse.as_deref();
+    notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(judged.completeness(), noise)));
     let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &comparison, &absorbed);
     monitor.report(1.0, "diagnosed")?;
     Ok(Report {

@@ -101,6 +101,10 @@ pub struct Completeness {
     pub joint: usize,
     /// Share of the squared residual of the model as it was that the named effects explain, 0 to 1.
     pub explained: f64,
+    /// RMS of all that is left, noise too, over that of the measured torque, behind the filter of the diagnosis; `None` in reports of an
+    /// older program.
+    #[serde(default)]
+    pub left: Option<f64>,
     /// RMS of what is left beside noise, or rests on doubtful names, over that of the measured torque.
     pub remainder: f64,
     /// Whether that is no more than where the truth is known to be complete.
@@ -314,6 +318,12 @@ pub enum Note {
     MayStandIn,
     /// Nothing can be named, but more is left than noise.
     NoneExplains {
+        /// On these joints, counted from 0; written counted from 1.
+        #[serde(with = "joint_numbers")]
+        joints: Vec<usize>,
+    },
+    /// What is left is noise, but far more than that of the torque: it comes from the motion.
+    NoiseOfMotion {
         /// On these joints, counted from 0; written counted from 1.
         #[serde(with = "joint_numbers")]
         joints: Vec<usize>,

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde::ser::{SerializeStruct, Serializer};
 
+use super::conclusion::NOISIER;
 use super::presence::{LIKELY, SURE};
 use super::report::{
     Alternative, Candidate, Completeness, Exciting, Ground, MissingEffect, NotKnown, Note, Presence, Refusal, Report,
@@ -114,6 +115,12 @@ impl Note {
                  views.",
                 joints_text(joints)
             ),
+            Note::NoiseOfMotion { joints } => format!(
+                "What is left of {} looks like noise, but is more than {NOISIER} times that of the torque: it is that of the motion \
+                 (derivatives, a coarse encoder, channels read at different moments). A lower cut-off or a better velocity \
+                 helps there, no further effect does.",
+                joints_text(joints)
+            ),
             Note::NothingShown => "Nothing is missing that these data could show.".to_owned(),
             Note::NotConfirmable { blocks } => format!(
                 "Nothing confirms what was named: the recording makes {blocks} {}, too few to leave one out. Record more.",
@@ -156,9 +163,13 @@ impl Completeness {
     /// How much of what was missing is explained, and how much is left, without its full stop.
     pub fn text(&self) -> String {
         let explained = format!("{:.1} % of the squared residual is explained", 100.0 * self.explained);
-        let left = format!("{:.2} % of what was measured is left beside noise or in doubt", 100.0 * self.remainder);
+        let all = self.left.map(|left| format!("{:.2} % of what was measured is left, ", 100.0 * left));
+        let beside_noise = match &all {
+            Some(_) => format!("{:.2} % beside noise or in doubt", 100.0 * self.remainder),
+            None => format!("{:.2} % of what was measured is left beside noise or in doubt", 100.0 * self.remainder),
+        };
         let answer = if self.complete { "complete" } else { "not complete" };
-        format!("joint {}: {answer}; {explained}, {left}", self.joint + 1)
+        format!("joint {}: {answer}; {explained}, {}{beside_noise}", self.joint + 1, all.unwrap_or_default())
     }
 }
 

@@ -29,6 +29,7 @@ impl Judged {
             let remainder = map.remainder_on(&rest, &seen, joint);
             Completeness {
                 joint,
+                left: Some(rest.share[joint]),
                 explained: (1.0 - (rest.share[joint] / rest.before[joint]).powi(2)).clamp(0.0, 1.0),
                 remainder,
                 complete: map.is_complete(&rest, remainder, joint),

@@ -32,7 +32,7 @@ use crate::model::least_squares::NormalEquations;
 /// weak effects in real logs are lost.
 pub const LIKELY: f64 = 0.75;
 /// From this presence on a family is likelier there than not.
-const EVEN: f64 = 0.5;
+pub const EVEN: f64 = 0.5;
 /// From this presence on it is said to be there.
 pub const SURE: f64 = 0.9;
 
