@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{Case, Planting};
-use crate::diagnosis::presence::SURE;
-use crate::diagnosis::{MissingEffect, Report};
+use crate::diagnosis::presence::{EVEN, SURE};
+use crate::diagnosis::{MissingEffect, Presence, Report};
 use crate::effect::{Effect, registry};
 use crate::trial::foreign::{Answered, Name};
 use crate::trial::rates::{Reliability, calibration_error, reliability, share};
@@ -22,6 +22,8 @@ pub struct Tried {
     pub detections: Vec<Detection>,
     /// Names of nothing that was planted, and of nothing that was named before (of a twin: that is known to be there).
     pub false_names: Vec<Name>,
+    /// How many of these are of a family that was likelier there than not before, though not likely enough for a name.
+    pub likely_before: usize,
     /// What was named before and is not named any more, in no form; nothing of a twin.
     pub lost: Vec<Name>,
     /// The confidence of each name of which it is known whether it is right.
@@ -70,6 +72,8 @@ pub struct Group {
     pub false_names: Option<f64>,
     /// The same of names at 90 % or more.
     pub sure_false_names: Option<f64>,
+    /// False names a case of a family that was likelier there than not before anything was planted.
+    pub likely_before: Option<f64>,
     /// Names a case that were there before and are lost.
     pub lost: Option<f64>,
     /// Confidence against the share of right names, where it is known what is right.
@@ -122,9 +126,12 @@ impl Tried {
         let detections = case.plantings.iter().filter_map(|planting| detection(planting, case, report)).collect();
         let is_false = |name: &&Name| !name.verdict.is_good();
         let lost = before.as_ref().map(|before| lost(before, truth, &answered.names)).unwrap_or_default();
+        let false_names: Vec<Name> = answered.names.iter().filter(is_false).cloned().collect();
+        let was_likely = |name: &&Name| before.as_ref().is_some_and(|before| likely(before, name));
         Tried {
             detections,
-            false_names: answered.names.iter().filter(is_false).cloned().collect(),
+            likely_before: false_names.iter().filter(was_likely).count(),
+            false_names,
             lost,
             confidences: answered.names.iter().filter_map(|name| known(name, truth)).collect(),
             answered,
@@ -179,6 +186,14 @@ fn lost(before: &Report, truth: &Truth, names: &[Name]) -> Vec<Name> {
     super::named(before).into_iter().filter(is_lost).collect()
 }
 
+/// Whether something of the family of this name was likelier at its place than not.
+fn likely(before: &Report, name: &Name) -> bool {
+    let Ok(effect) = registry::find(&name.effect) else { return false };
+    let place = name.joint.map(|joint| joint - 1);
+    let is_it = |one: &&Presence| one.family == effect.family && one.joint == place;
+    before.presence.iter().find(is_it).is_some_and(|one| one.probability >= EVEN)
+}
+
 /// The confidence of a name and whether it is right; `None` if nobody knows.
 fn known(name: &Name, truth: &Truth) -> Option<(f64, bool)> {
     let is_good = |planted: &&Planted| planted.judge(&name.effect, name.joint).is_good();
@@ -226,6 +241,7 @@ impl Group {
             by_effect: effects.into_iter().map(|(effect, own)| (effect, Fared::of(&own))).collect(),
             false_names: a_case(&|tried| tried.false_names.len()),
             sure_false_names: a_case(&|tried| tried.false_names.iter().filter(|name| name.confidence >= SURE).count()),
+            likely_before: a_case(&|tried| tried.likely_before),
             lost: a_case(&|tried| tried.lost.len()),
             calibration_error: calibration_error(&reliability),
             reliability,
