@@ -41,6 +41,8 @@ pub enum Class {
     Several,
     /// One or two of them, and several weak ones.
     Realistic,
+    /// Dry and speed friction on every joint, as motors behind gears have it, and perhaps one of them.
+    Geared,
     /// Something that the catalogue does not have.
     Unknown,
 }
@@ -52,6 +54,7 @@ impl From<Class> for world::Class {
             Class::Single => world::Class::Single,
             Class::Several => world::Class::Several,
             Class::Realistic => world::Class::Realistic,
+            Class::Geared => world::Class::Geared,
             Class::Unknown => world::Class::Unknown,
         }
     }

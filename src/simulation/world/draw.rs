@@ -21,6 +21,11 @@ const STRONG: [f64; 2] = [0.05, 0.2];
 const MYSTERY_RATE: f64 = 250.0;
 /// Shares of what every robot has besides.
 const WEAK: [f64; 2] = [0.003, 0.01];
+/// Shares of dry and of speed friction of a geared joint: from a tenth of the least to the most that was identified on the six joints
+/// of a KUKA KR 300, a Staeubli TX40 and a UR10 (RESULTS.md).
+const GEARED: [f64; 2] = [0.01, 0.7];
+/// How often the rotor of a geared joint counts: it goes with the square of the ratio.
+const HEAVY_ROTOR: f64 = 0.3;
 
 /// How much is hidden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -34,13 +39,17 @@ pub enum Class {
     Several,
     /// One or two of those, and four to eight of 0.3 to 1 %.
     Realistic,
+    /// Dry and speed friction on every joint, of all sizes, as motors behind gears have it; on some joints a rotor; and none or one of
+    /// those of 5 to 20 %.
+    Geared,
     /// Something that the catalogue does not have, perhaps beside dry friction.
     Unknown,
 }
 
 impl Class {
     /// All of them.
-    pub const ALL: [Class; 5] = [Class::None, Class::Single, Class::Several, Class::Realistic, Class::Unknown];
+    pub const ALL: [Class; 6] =
+        [Class::None, Class::Single, Class::Several, Class::Realistic, Class::Geared, Class::Unknown];
 
     /// Its name in files and on the command line.
     pub fn name(self) -> &'static str {
@@ -49,6 +58,7 @@ impl Class {
             Class::Single => "single",
             Class::Several => "several",
             Class::Realistic => "realistic",
+            Class::Geared => "geared",
             Class::Unknown => "unknown",
         }
     }
@@ -81,6 +91,11 @@ pub fn draw(seed: u64, class: Class) -> Result<Scenario, SimulationError> {
             let count = 1 + drawn.random.one_of(2);
             drawn.add(&findable(), count, STRONG)?;
             drawn.add_common()?;
+        }
+        Class::Geared => {
+            drawn.add_gears()?;
+            let count = drawn.random.one_of(2);
+            drawn.add(&findable(), count, STRONG)?;
         }
         Class::Unknown => {
             drawn.add(&kinds(&[Rank::Outside]), 1, STRONG)?;
@@ -162,11 +177,31 @@ impl Drawn {
         Ok(Drawn { scenario, course, random })
     }
 
-    /// So many parts more.
+    /// So many parts more, each on any joint.
     fn add(&mut self, kinds: &[&Kind], count: usize, strength: [f64; 2]) -> Result<(), SimulationError> {
-        for _ in 0..count {
-            let part = fitting(kinds, strength, &self.course, &self.scenario, &mut self.random)?;
-            self.scenario.parts.push(part);
+        (0..count).try_for_each(|_| self.add_on(None, kinds, strength))
+    }
+
+    /// One part more, on this joint if one is named.
+    fn add_on(&mut self, joint: Option<usize>, kinds: &[&Kind], strength: [f64; 2]) -> Result<(), SimulationError> {
+        let part = fitting(kinds, joint, strength, &self.course, &self.scenario, &mut self.random)?;
+        self.scenario.parts.push(part);
+        Ok(())
+    }
+
+    /// What motors behind gears bring along.
+    fn add_gears(&mut self) -> Result<(), SimulationError> {
+        let of = |ids: &[&str]| Kind::ALL.iter().filter(|kind| ids.contains(&kind.id)).collect::<Vec<_>>();
+        let dry = of(&["coulomb-friction", "stribeck-friction"]);
+        let speed = of(&["viscous-friction", "thinning-friction"]);
+        let rotor = of(&["rotor"]);
+        for joint in 0..self.course.joint_count() {
+            self.add_on(Some(joint), &dry, GEARED)?;
+            self.add_on(Some(joint), &speed, GEARED)?;
+            // That of the first joint is part of the rigid body.
+            if joint > 0 && self.random.happens(HEAVY_ROTOR) {
+                self.add_on(Some(joint), &rotor, STRONG)?;
+            }
         }
         Ok(())
     }
@@ -259,16 +294,17 @@ fn course(scenario: &Scenario) -> Result<Trajectory, SimulationError> {
     Ok(runs.swap_remove(0))
 }
 
-/// A part of about the wanted strength that goes with those that are there.
+/// A part of about the wanted strength that goes with those that are there, on this joint or on any.
 fn fitting(
     kinds: &[&Kind],
+    joint: Option<usize>,
     [least, most]: [f64; 2],
     course: &Course,
     scenario: &Scenario,
     random: &mut Draws,
 ) -> Result<Part, SimulationError> {
     for _ in 0..TRIES {
-        let joint = random.one_of(course.joint_count());
+        let joint = joint.unwrap_or_else(|| random.one_of(course.joint_count()));
         let mut part = kinds[random.one_of(kinds.len())].make(joint, course, random);
         resize(&mut part, random.between_logarithms(least, most), course);
         let is_alone = scenario.parts.iter().all(|other| group(other) != group(&part));

@@ -324,6 +324,10 @@ fn drawn_worlds_can_exist_and_come_back_from_their_files() {
                 Class::Single => 1..=1,
                 Class::Several => 2..=3,
                 Class::Realistic => 5..=10,
+                Class::Geared => {
+                    let joints = scenario.arm.joint_count();
+                    2 * joints..=3 * joints
+                }
                 Class::Unknown => 1..=2,
             };
             assert!(expected.contains(&scenario.parts.len()), "{class:?} {seed}: {:?}", scenario.parts);
