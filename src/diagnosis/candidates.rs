@@ -6,12 +6,13 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::report::NotKnown;
-use crate::effect::{Effect, Lack, NotApplicable, Scope, Way};
+use crate::effect::{Effect, NotApplicable, Scope, Way};
 use crate::model::design::Design;
 use crate::model::equations::{Equations, PreparedColumn};
 use crate::model::terms::{Alteration, Found, OperatingPoint};
 use crate::model::{EffectTerm, Fitted, Model, ModelError, reversal};
 use crate::progress::Monitor;
+use crate::recording::Recording;
 use crate::recording::encoders::Side;
 use crate::signals::Signals;
 
@@ -128,7 +129,7 @@ impl<'a> Library<'a> {
         let base = columns.len();
         monitor.report(0.15, "computing candidate effects")?;
         let mut places: Vec<Group> = Vec::new();
-        let (mut effects, mut impossible) = among(effects, design.recording().encoders);
+        let (mut effects, mut impossible) = among(effects, design.recording());
         effects.sort_by_key(|effect| effect.id);
         for effect in effects {
             for joint in effect.places(0..design.joint_count()) {
@@ -285,13 +286,12 @@ impl<'a> Library<'a> {
     }
 }
 
-/// Those of these effects whose formula may hold with encoders on this side of the gears, and why the others may not.
-fn among(effects: &[&'static Effect], encoders: Option<Side>) -> (Vec<&'static Effect>, Vec<NotKnown>) {
-    let speaks_of_other = |effect: &&&Effect| effect.facts.encoder.zip(encoders).is_some_and(|(own, side)| own != side);
-    let (others, kept): (Vec<&Effect>, Vec<&Effect>) = effects.iter().partition(speaks_of_other);
-    let lack = |effect: &Effect| effect.facts.encoder.map(|side| Lack::Encoders { side });
-    let not_known = |effect| Some(NotKnown::NotComputed { effect, lack: lack(effect)? });
-    (kept, others.into_iter().filter_map(not_known).collect())
+/// Those of these effects whose formula may hold in a recording like this, and why the others may not.
+fn among(effects: &[&'static Effect], recording: &Recording) -> (Vec<&'static Effect>, Vec<NotKnown>) {
+    let kept = effects.iter().copied().filter(|effect| effect.lack_in(recording).is_none()).collect();
+    let not_known =
+        |&effect: &&'static Effect| Some(NotKnown::NotComputed { effect, lack: effect.lack_in(recording)? });
+    (kept, effects.iter().filter_map(not_known).collect())
 }
 
 /// Whether the model has the effect there, by itself or inside another one.

@@ -17,7 +17,7 @@ pub static EFFECT: Effect = Effect {
     family: Family::Lag,
     scope: Scope::Joint,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec::linear("lag", "T", Dimension::Time).between(-1.0, 1.0)],
+    parameters: &[ParameterSpec::linear("lag", "T", Dimension::Time).between(-LONGEST_DELAY, LONGEST_DELAY)],
     facts: Facts { depends_on_load: true, ..Facts::USUAL },
 };
 

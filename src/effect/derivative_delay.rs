@@ -16,8 +16,8 @@ pub static EFFECT: Effect = Effect {
     family: Family::Delay,
     scope: Scope::Arm,
     axis: Axis::Velocity,
-    parameters: &[ParameterSpec::linear("delay", "T", Dimension::Time).between(-1.0, 1.0)],
-    facts: Facts { depends_on_load: true, ..Facts::USUAL },
+    parameters: &[ParameterSpec::linear("delay", "T", Dimension::Time).between(-LONGEST_DELAY, LONGEST_DELAY)],
+    facts: Facts { depends_on_load: true, of_measured_derivatives: true, ..Facts::USUAL },
 };
 
 /// Step of the derivative by the delay, before a delay was found \[s\].

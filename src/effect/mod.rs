@@ -74,7 +74,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::recording::differentiate::central_difference;
 use crate::recording::encoders::Side;
 use crate::recording::fault::FaultKind;
-use crate::recording::{Channels, JointKind, Trajectory};
+use crate::recording::{Channels, JointKind, Recording, Trajectory};
 
 pub use closed_form::ClosedForm;
 pub use column::Column;
@@ -134,6 +134,9 @@ pub struct Facts {
     pub learned_friction: bool,
     /// The side of the gear on which its formula takes the encoder to be, if that matters.
     pub encoder: Option<Side>,
+    /// Whether it is an error of measured velocities or accelerations: those that are derived from the position by no filter that runs
+    /// forward only can't have it.
+    pub of_measured_derivatives: bool,
     /// Ids of effects whose columns this one contains, so that it replaces them.
     pub includes: &'static [&'static str],
     /// What usual data can hardly tell from it, so that whoever names it must name these too.
@@ -152,6 +155,10 @@ pub struct LookAlike {
     /// The data that tell, a sentence.
     pub told_by: &'static str,
 }
+
+/// No drive, bus or filter of a controller is later \[s\]: current loops take about a millisecond, buses a few, filters of velocities
+/// some tens. A log that is later is set up wrong ([`crate::recording::correction`] sets it right).
+const LONGEST_DELAY: f64 = 0.1;
 
 /// What tells models of hysteresis from each other.
 const PRE_SLIDING: &str = "Many small reversals, of less than the breakaway distance, at different speeds.";
@@ -198,6 +205,7 @@ impl Facts {
         absorbed_by_body: false,
         learned_friction: false,
         encoder: None,
+        of_measured_derivatives: false,
         includes: &[],
         look_alikes: &[],
         left_by: None,
@@ -213,6 +221,20 @@ impl Effect {
             (Scope::Pair, Some(joint)) => format!("{} of joints {} and {}", self.name, joint, joint + 1),
             _ => self.name.to_owned(),
         }
+    }
+
+    /// What a recording lacks for its formula to hold there, whatever the arm and the motion: encoders on the side that it speaks of,
+    /// derivatives that were measured.
+    pub fn lack_in(&self, recording: &Recording) -> Option<Lack> {
+        let side = self.facts.encoder.filter(|own| recording.encoders.is_some_and(|side| side != *own));
+        let derived = recording.provenance.is_derived() && self.facts.of_measured_derivatives;
+        side.map(|side| Lack::Encoders { side }).or(derived.then_some(Lack::MeasuredDerivatives))
+    }
+
+    /// Whether nearly every joint has it, in proportion to what is known of the motion, and a rigid body does not take it up.
+    pub fn is_common(&self) -> bool {
+        let facts = &self.facts;
+        facts.everyday && self.scope == Scope::Joint && self.shapes().next().is_none() && !facts.absorbed_by_body
     }
 
     /// Whether each of the two alone does nearly what the other does.

@@ -179,6 +179,9 @@ pub enum Lack {
         /// The side that it speaks of.
         side: Side,
     },
+    /// A velocity or an acceleration that was measured.
+    #[error("it is about measured velocities, and here they are derived from the positions, which makes them no later")]
+    MeasuredDerivatives,
     /// An arm in a plane.
     #[error("it is about planar arms")]
     PlanarArm,

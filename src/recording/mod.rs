@@ -124,6 +124,11 @@ impl Provenance {
     /// All channels stand in the file.
     pub const MEASURED: Provenance =
         Provenance { velocity: Origin::Measured, acceleration: Origin::Measured, low_pass_hz: None };
+
+    /// Whether nothing but the position was measured of the motion.
+    pub fn is_derived(&self) -> bool {
+        self.velocity != Origin::Measured && self.acceleration != Origin::Measured
+    }
 }
 
 /// Where a channel came from.

@@ -14,7 +14,7 @@ use crate::signals::Signals;
 
 /// A hidden effect that was found to make sense for an arm of a number of joints.
 pub(super) struct Hidden<'a> {
-    effect: &'static Effect,
+    pub(super) effect: &'static Effect,
     /// 0 for an effect of the whole arm, which ignores it.
     joint: usize,
     parameters: &'a [f64],
@@ -151,6 +151,7 @@ impl Scenario {
     ) -> Result<Vec<HiddenEffect>, SimulationError> {
         demand("strength of the hidden effect", strength, strength > 0.0, "a finite number above 0")?;
         let effect = registry::find(effect)?;
+        self.check_measured(effect)?;
         let places = effect.places(joints.iter().copied());
         if places.is_empty() {
             return Err(SimulationError::JointMissing(effect.name));

@@ -29,7 +29,7 @@ pub use strength::Strength;
 
 use crate::arm::{Arm, ArmError, GRAVITY, Link, Posture};
 use crate::effect::registry::UnknownEffect;
-use crate::effect::{NotApplicable, ParameterError};
+use crate::effect::{Effect, NotApplicable, ParameterError};
 use crate::progress::{Monitor, Stopped};
 use crate::recording::seal::{HiddenEffect, Seal, Truth};
 use crate::recording::torque::TorqueFacts;
@@ -134,6 +134,12 @@ pub enum SimulationError {
     /// An effect of the whole arm has a joint.
     #[error("{0} acts on the whole arm: leave out the joint")]
     JointOnWholeArm(&'static str),
+    /// What would have to be late is not measured.
+    #[error(
+        "{0} is about measured velocities, but the scenario's encoders leave them to be derived from the positions: leave out \
+         the resolution of the encoders, or the effect"
+    )]
+    NotMeasured(&'static str),
     /// The wanted strength can't be reached.
     #[error(
         "{effect} can't be given a strength on {}: it, or the arm, has no torque there in this motion. Let the joint move, \
@@ -259,7 +265,17 @@ impl Scenario {
     }
 
     fn resolve_effects(&self) -> Result<Vec<Hidden<'_>>, SimulationError> {
-        hidden::resolve(&self.effects, self.arm.joint_count())
+        let effects = hidden::resolve(&self.effects, self.arm.joint_count())?;
+        effects.iter().try_for_each(|hidden| self.check_measured(hidden.effect))?;
+        Ok(effects)
+    }
+
+    /// What is derived from positions can't be late.
+    fn check_measured(&self, effect: &Effect) -> Result<(), SimulationError> {
+        match self.encoder_resolution.is_some() && effect.facts.of_measured_derivatives {
+            true => Err(SimulationError::NotMeasured(effect.name)),
+            false => Ok(()),
+        }
     }
 
     /// All runs with the torque that the bare arm needs, without effects and sensors.

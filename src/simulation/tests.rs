@@ -160,6 +160,18 @@ fn faster_is_the_same_path_in_less_time() {
     }
 }
 
+/// Velocities that are derived from the positions are no later than these.
+#[test]
+fn only_what_is_measured_can_be_late() {
+    let late = vec![hidden("derivative-delay", None, &[0.01])];
+    let scenario = Scenario { effects: late, encoder_resolution: Some(1e-4), ..Scenario::embedded() };
+    let message = simulate(&scenario, &Monitor::new()).unwrap_err().to_string();
+    assert!(message.contains("delay of velocity and acceleration") && message.contains("encoders"), "{message}");
+    assert_eq!(scenario.hide_by_strength("derivative-delay", &[], 0.1).unwrap_err().to_string(), message);
+    let measured = Scenario { encoder_resolution: None, ..scenario };
+    assert!(simulate(&measured, &Monitor::new()).is_ok());
+}
+
 #[test]
 fn encoders_round_positions_and_leave_the_rest_to_be_derived() {
     let exact = Scenario { torque_noise: 0.0, ..Scenario::embedded() };
