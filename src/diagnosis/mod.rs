@@ -94,7 +94,7 @@ pub fn diagnose_among(
     let given = Evaluation::of(fitted, recording, split)?;
     let held_out_nmse = given.held_out_nmse();
     let searched = Searched::new(effects, fitted, recording, split, monitor)?;
-    let Searched { mut search, design, counterpart, refused, drops, absorbed, mut not_known } = searched;
+    let Searched { mut search, design, counterpart, refused, drops, mut not_known } = searched;
     let (fitted, before) = match &counterpart {
         Some(counterpart) => (counterpart, Evaluation::of(counterpart, recording, split)?),
         None => (fitted, given),
@@ -102,9 +102,12 @@ pub fn diagnose_among(
     let blocks = search.library.equations.block_count();
     let judged = Judged::of(&search, Calibration::learned())?;
     let presence = search.active.iter().map(|&group| (group, judged.presence_of(&search, group)));
-    let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(_, presence)| *presence >= presence::LIKELY);
+    // What most of the other joints have as well is named as soon as it is likelier there than not: whoever models such an arm
+    // gives it to all of them.
+    let least = |group| if search.is_usual(group) { presence::EVEN } else { presence::LIKELY };
+    let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(group, presence)| *presence >= least(*group));
     search.active = likely.into_iter().map(|(group, _)| group).collect();
-    let comparison = stated_arm::compare(&search, &fitted.model, recording.stated_arm.as_ref(), &absorbed);
+    let comparison = stated_arm::compare(&search, &fitted.model, recording.stated_arm.as_ref(), &search.absorbed);
     let named = naming::name_effects(&search, &comparison, recording, &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
     let Steps { mut effects, last, fitted: last_fitted, rival_of } =
@@ -123,7 +126,7 @@ pub fn diagnose_among(
             let group = &search.library.groups[group];
             NotKnown::AbsorbedByBody { effect: group.effect, joint: group.joint }
         };
-        not_known.extend(absorbed.iter().map(unknown));
+        not_known.extend(search.absorbed.iter().map(unknown));
     }
     not_known.dedup();
     let hiding = recording.torque.iter().filter(|fact| fact.hides().is_some());
@@ -131,7 +134,7 @@ pub fn diagnose_among(
     let mut notes = conclusion::notes(verdict, &effects, &unexplained_joints, &comparison, blocks, recording.encoders);
     let of_torque = last.noise_floor_nmse.as_deref();
     notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(judged.completeness(), noise)));
-    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &comparison, &absorbed);
+    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &comparison);
     monitor.report(1.0, "diagnosed")?;
     Ok(Report {
         verdict,
@@ -172,8 +175,6 @@ struct Searched<'a> {
     refused: Vec<(usize, Refusal)>,
     /// What each candidate does alone, by group.
     drops: Vec<f64>,
-    /// Candidates of which the model's own columns leave nothing to see.
-    absorbed: Vec<usize>,
     not_known: Vec<NotKnown>,
 }
 
@@ -194,10 +195,9 @@ impl<'a> Searched<'a> {
         let (library, not_known) =
             Library::new(counterpart.as_ref().unwrap_or(fitted), design.clone(), effects, monitor)?;
         let mut search = Search::new(library);
-        let absorbed = search.absorbed();
         let drops = ranking::error_drops(&search, monitor)?;
         let refused = search.run(monitor)?;
-        Ok(Searched { search, design, counterpart, refused, drops, absorbed, not_known })
+        Ok(Searched { search, design, counterpart, refused, drops, not_known })
     }
 }
 

@@ -23,6 +23,8 @@ pub struct Named {
     pub effect: &'static Effect,
     /// Counted from 0.
     pub joints: Vec<usize>,
+    /// Those of them where it is what most of the other joints have, too.
+    pub usual: Vec<usize>,
     /// Drop of the weighted squared error.
     pub gain: f64,
     /// Probability that something of its family is there.
@@ -56,6 +58,7 @@ pub fn name_effects(search: &Search, comparison: &Comparison, recording: &Record
         let named = by_effect.entry(place.effect.id).or_insert(Named {
             effect: place.effect,
             joints: Vec::new(),
+            usual: Vec::new(),
             gain: 0.0,
             presence: 1.0,
             form: 1.0,
@@ -68,6 +71,7 @@ pub fn name_effects(search: &Search, comparison: &Comparison, recording: &Record
             Some(joint) => named.joints.push(joint),
             None => named.joints.extend(0..recording.joint_count()),
         }
+        named.usual.extend(place.joint.filter(|_| search.is_usual(group)));
         named.gain += judgement.gain;
         named.presence = named.presence.min(judgement.presence);
         named.form = named.form.min(judgement.form);
@@ -150,7 +154,7 @@ fn judge_absorbed(search: &Search, arm: &Arm, found: &[usize], group: usize) -> 
     let groups = &search.library.groups;
     let mut judgement =
         Judgement { gain: 0.0, presence: SUREST_FORM, form: SUREST_FORM, alternatives: Vec::new(), rival: None };
-    for rival in search.absorbed().into_iter().filter(|rival| !found.contains(rival)) {
+    for rival in search.absorbed.iter().copied().filter(|rival| !found.contains(rival)) {
         if groups[rival].same_place_and_effect(&groups[group]) {
             continue;
         }

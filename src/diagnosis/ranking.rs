@@ -57,7 +57,6 @@ pub fn rank(
     refused: &[(usize, Refusal)],
     doubtful: &[(usize, f64)],
     comparison: &Comparison,
-    absorbed: &[usize],
 ) -> Vec<Candidate> {
     let groups = &search.library.groups;
     let blocks = search.library.equations.block_count();
@@ -73,7 +72,7 @@ pub fn rank(
             if blocks < FEWEST_BLOCKS { Ground::NotConfirmable { blocks } } else { Ground::Confirmed }
         } else if explained.iter().any(same) {
             Ground::TellsFromStatedArm
-        } else if absorbed.iter().any(same) {
+        } else if search.absorbed.iter().any(same) {
             Ground::AbsorbedByBody
         } else if let Some((_, presence)) = doubtful.iter().find(|(other, _)| same(other)) {
             Ground::Doubtful { presence: *presence }

@@ -66,8 +66,9 @@ pub fn measure(
     }
 }
 
-/// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says. What
-/// stays, and the model with it.
+/// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says. What most of
+/// the other joints have stays as long as it is possible: two kinds of friction may share what is sure of their sum. What stays, and
+/// the model with it.
 fn only_shown(
     mut named: Vec<Named>,
     fitted: &Fitted,
@@ -86,7 +87,11 @@ fn only_shown(
         let whole = fit::fit_design(&model, design, monitor)?;
         let places = named.iter().enumerate().flat_map(|(number, effect)| {
             let parameters = parameters_of(&whole, effect.effect);
-            let shown = |&joint: &usize| (shown(effect.effect, &parameters, joint), number, joint);
+            let shown = |&joint: &usize| {
+                let shown = shown(effect.effect, &parameters, joint);
+                let stays = shown > 0.0 && effect.usual.contains(&joint);
+                (if stays { f64::INFINITY } else { shown }, number, joint)
+            };
             effect.joints.iter().map(shown).collect::<Vec<_>>()
         });
         let Some((shown, number, joint)) = places.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok((named, whole)) };

@@ -45,14 +45,14 @@ pub fn sufficiency(
         search.reshape(group, suspect.shape.clone())?;
         groups.push(group);
     }
+    search.find_absorbed();
     search.active = groups.clone();
     search.reload()?;
     search.refine_other_forms()?;
     let truth = search.priced_cost(&groups);
     let mut least = f64::INFINITY;
-    let absorbed = search.absorbed();
     for &group in &groups {
-        if absorbed.contains(&group) {
+        if search.absorbed.contains(&group) {
             least = if recording.stated_arm.is_some() { least } else { 0.0 };
             continue;
         }

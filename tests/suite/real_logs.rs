@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use torquescope::arm::Posture;
-use torquescope::diagnosis::Verdict;
+use torquescope::diagnosis::{Verdict, diagnose};
+use torquescope::effect::Family;
 use torquescope::effect::registry::find;
-use torquescope::model::{Preset, fit_plain};
+use torquescope::model::{Preset, fit, fit_plain};
 use torquescope::progress::Monitor;
 use torquescope::recording::finding::Finding;
 use torquescope::recording::mapping::MappingSpec;
@@ -78,6 +79,36 @@ fn what_the_slide_of_emps_lacks_is_named() {
     let truth: [(&str, &[usize]); 3] =
         [("coulomb-friction", &[1]), ("viscous-friction", &[1]), ("torque-offset", &[1])];
     assert_eq!(named(&session), expected(&truth));
+}
+
+/// A torque that is logged eight samples early or late is a lag of the drive. Nothing else may say it in its place: behind a lag a
+/// rotor's inertia is not that of the slide any more, and the two together would turn the torque as the lag does.
+#[test]
+fn a_late_or_early_torque_of_the_slide_is_a_lag() {
+    let Some(folder) = real_logs("emps") else { return };
+    let session = open(&[folder.join("DATA_EMPS.mat")], mapping("emps.toml"), &[]);
+    for samples in [-8, 8] {
+        let mut recording = session.recording.as_deref().unwrap().clone();
+        let trajectory = &mut recording.trajectories[0];
+        let late = trajectory.tau.map_joints(|torque| {
+            let mut torque = torque.to_vec();
+            if samples > 0 {
+                torque.rotate_right(8)
+            } else {
+                torque.rotate_left(8)
+            }
+            torque
+        });
+        trajectory.set_torque(late).unwrap();
+        let body = fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &session.split, &Monitor::new());
+        let report = diagnose(&body.unwrap(), &recording, &session.split, &Monitor::new()).unwrap();
+        let lag = report.effects.iter().find(|named| named.effect.id == "actuator-lag");
+        let found = lag.unwrap_or_else(|| panic!("{:?}", report.advice())).parameters[0].value;
+        // The log itself has a fraction of a millisecond.
+        assert!((1000.0 * found - f64::from(samples)).abs() < 1.0, "{found} s of {samples} ms");
+        let inertia = report.presence.iter().find(|one| one.family == Family::RotorInertia);
+        assert!(inertia.is_none(), "a slide's mass is a rotor's, too: {inertia:?}");
+    }
 }
 
 #[test]

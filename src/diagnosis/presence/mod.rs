@@ -2,8 +2,7 @@
 //!
 //! A [`Sighting`] is what the data say of one family at one place once the search has spoken: how much torque it carries, how
 //! much of that nothing else explains, how steady it is from block to block, in how many halves of the data it is found again
-//! (`halves`), and how much is left beside it. Each clue is a
-//! ratio, so none has a unit. A posterior of the same data would be too sure of itself wherever the residual is not the noise that
+//! (`halves`), whether the other joints have it too if it is what nearly every joint has, and how much is left beside it. Each clue is a ratio, so none has a unit. A posterior of the same data would be too sure of itself wherever the residual is not the noise that
 //! it assumes, which is on every real robot; so the clues pass a small map that was learned where the truth is known
 //! ([`calibration`]).
 //!
@@ -22,7 +21,7 @@ use serde::Serialize;
 
 use super::flexible;
 use super::search::{MARGIN, Search, gates};
-use crate::effect::{Effect, Family};
+use crate::effect::{Effect, Family, registry};
 use crate::model::ModelError;
 use crate::model::fit::{ALONG_A_COLUMN, unseen};
 use crate::model::least_squares::NormalEquations;
@@ -37,7 +36,7 @@ pub const EVEN: f64 = 0.5;
 pub const SURE: f64 = 0.9;
 
 /// Names of the clues, in their order.
-pub const CLUES: [&str; 12] = [
+pub const CLUES: [&str; 13] = [
     "ln(1 + Wald)",
     "ln(share / 2 %)",
     "ln(unique share / 1 %)",
@@ -49,6 +48,7 @@ pub const CLUES: [&str; 12] = [
     "ln(share / unique share)",
     "ln(1 + families for each joint)",
     "share of the halves that find it",
+    "the same on the other joints, of what nearly every joint has",
     "asinh(evidence over its price)",
 ];
 /// Shares below this are taken for it: an exact fit leaves rounding only.
@@ -132,9 +132,25 @@ pub(super) fn look(search: &Search) -> Result<(Vec<Sighting>, Rest), ModelError>
     let seen: Vec<Seen> = places.into_par_iter().filter_map(|place| Seen::of(search, place)).collect();
     let groups: Vec<Vec<usize>> = seen.iter().map(|seen| seen.groups.clone()).collect();
     let steady = halves::steadiness(search, &groups);
-    let sight = |(seen, steady): (Seen, f64)| sighting(search, &rest, &energies, beside, seen, steady);
+    let elsewhere = elsewhere(&seen, &steady);
+    let sight = |(seen, steady): (Seen, [f64; 2])| sighting(search, &rest, &energies, beside, seen, steady);
+    let steady: Vec<[f64; 2]> = steady.into_iter().zip(elsewhere).map(<[f64; 2]>::from).collect();
     let sightings = seen.into_par_iter().zip(steady).filter_map(sight).collect();
     Ok((sightings, rest))
+}
+
+/// How steady each of these is on the other joints of the arm, on which motors and gears are mostly of one make. 0 for what not
+/// nearly every joint has, and for what is of the whole arm.
+fn elsewhere(seen: &[Seen], steady: &[f64]) -> Vec<f64> {
+    let is_everyday =
+        |family: Family| registry::sought().iter().any(|effect| effect.family == family && effect.facts.everyday);
+    let of_one = |one: &Seen| {
+        let is_other = |(other, _): &(&Seen, &f64)| other.family == one.family && other.joint != one.joint;
+        let others: Vec<f64> = seen.iter().zip(steady).filter(is_other).map(|(_, steady)| *steady).collect();
+        let counts = one.joint.is_some() && !others.is_empty() && is_everyday(one.family);
+        if counts { others.iter().sum::<f64>() / others.len() as f64 } else { 0.0 }
+    };
+    seen.iter().map(of_one).collect()
 }
 
 /// A family at a place, in the form in which it explains most.
@@ -156,7 +172,8 @@ impl Seen {
         let (mut groups, others): (Vec<usize>, Vec<usize>) = search.active.iter().copied().partition(is_it);
         let found = !groups.is_empty();
         if !found {
-            groups = vec![search.best_beside(&others, (0..all.len()).filter(is_it))?];
+            let seen = (0..all.len()).filter(|group| is_it(group) && !search.absorbed.contains(group));
+            groups = vec![search.best_beside(&others, seen)?];
         }
         Some(Seen { family, joint, found, groups, others })
     }
@@ -209,7 +226,7 @@ fn sighting(
     energies: &Energies,
     beside: f64,
     seen: Seen,
-    steady: f64,
+    [steady, elsewhere]: [f64; 2],
 ) -> Option<Sighting> {
     let groups = &search.library.groups;
     let Seen { family, joint: place, found, groups: mine, others } = seen;
@@ -242,6 +259,7 @@ fn sighting(
         (share / unique).max(1.0).ln(),
         families.ln_1p(),
         steady,
+        elsewhere,
         (gain / (MARGIN * price)).asinh(),
     ];
     let main = mine.iter().copied().max_by(|&a, &b| {

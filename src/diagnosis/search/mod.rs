@@ -2,10 +2,12 @@
 //!
 //! [`forward`]: of all candidates the one with the best evidence is tried; it must pass every gate of [`gates`]. Then effects
 //! that others made superfluous leave again ([`backward`] elimination), and each one is swapped for a rival if that explains
-//! more for its price ([`swap`]); [`shape`] refines the shape of each beside the others. The model's own parameters (the base
+//! more for its price ([`swap`]); [`shape`] refines the shape of each beside the others; last, friction that the other joints have is
+//! looked for once more ([`common`]). The model's own parameters (the base
 //! parameters above all) are estimated anew with every candidate: a biased rigid body hides effects and fakes others.
 
 mod backward;
+mod common;
 mod forward;
 pub(super) mod gates;
 mod left_out;
@@ -79,6 +81,7 @@ impl Search<'_> {
         if self.simplify() {
             self.refine_found()?;
         }
+        self.complete();
         refused.retain(|(group, _)| !self.active.contains(group));
         Ok(refused)
     }

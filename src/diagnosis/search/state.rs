@@ -30,6 +30,9 @@ pub struct Search<'a> {
     pub active: Vec<usize>,
     /// ln of the number of samples: the price of one parameter.
     pub price: f64,
+    /// The groups of which the model's own columns leave nothing to see. They stay out: where what was found delays their columns, they
+    /// would come to light only to say the delay in other words.
+    pub absorbed: Vec<usize>,
     pub(super) left_out: LeftOut,
     blocks: Vec<NormalEquations>,
     whole: NormalEquations,
@@ -47,6 +50,7 @@ impl<'a> Search<'a> {
             weights: (0..joints).map(|joint| 1.0 / library.design.energy(joint).max(f64::MIN_POSITIVE)).collect(),
             price: (samples.max(2) as f64).ln(),
             active: Vec::new(),
+            absorbed: Vec::new(),
             left_out: LeftOut::default(),
             blocks: Vec::new(),
             whole: empty,
@@ -55,7 +59,15 @@ impl<'a> Search<'a> {
         };
         search.weights = (0..joints).map(|joint| search.library.certainty(joint)).collect();
         search.update();
+        search.find_absorbed();
         search
+    }
+
+    /// Looks anew for what is absorbed, after shapes were changed from outside.
+    pub fn find_absorbed(&mut self) {
+        let own = Base::new(self, Vec::new());
+        let groups = 0..self.library.groups.len();
+        self.absorbed = groups.into_par_iter().filter(|&group| !own.with(self, group).shows).collect();
     }
 
     /// Recomputes the weighted sums after the weights changed.
@@ -189,19 +201,14 @@ impl<'a> Search<'a> {
         tests.map(|test| of(test).residual_energy(&factors))
     }
 
-    /// The groups of which the model's own columns leave nothing to see.
-    pub fn absorbed(&self) -> Vec<usize> {
-        let own = Base::new(self, Vec::new());
-        (0..self.library.groups.len()).into_par_iter().filter(|&group| !own.with(self, group).shows).collect()
-    }
-
-    /// Whether a group may enter: nothing that covers it is in the set.
+    /// Whether a group may enter: neither the model nor anything in the set covers it.
     pub(super) fn is_open(&self, group: usize) -> bool {
         let candidate = &self.library.groups[group];
-        !self.active.iter().any(|&other| {
-            let other: &Group = &self.library.groups[other];
-            other.same_place_and_effect(candidate) || other.includes(candidate)
-        })
+        !self.absorbed.contains(&group)
+            && !self.active.iter().any(|&other| {
+                let other: &Group = &self.library.groups[other];
+                other.same_place_and_effect(candidate) || other.includes(candidate)
+            })
     }
 
     /// The set with this group more, and without those that it includes or excludes.

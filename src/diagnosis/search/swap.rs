@@ -88,7 +88,12 @@ impl Search<'_> {
                     || candidate_group.includes(other)
                     || candidate_group.excludes(other)
             };
-            if !meets || candidate_group.same_place_and_effect(&groups[group]) || base.groups.iter().any(excludes) {
+            let is_absorbed = self.absorbed.contains(&candidate);
+            if !meets
+                || is_absorbed
+                || candidate_group.same_place_and_effect(&groups[group])
+                || base.groups.iter().any(excludes)
+            {
                 return None;
             }
             let beside = base.with(self, candidate);

@@ -1,0 +1,89 @@
+//! What the other joints have: friction that most of them show is looked for once more on those where the search did not find it.
+//!
+//! Motors and gears of an arm are mostly of one make, so that what its other joints have is likely on this one, too. On one joint
+//! alone dry friction and friction that grows with speed may each pass for the other, and an odd form of one for both.
+//!
+//! Source: of n joints k have it, so one more has it with probability (k + 1)/(n + 2): the rule of succession, Laplace, Essai
+//! philosophique sur les probabilités (1814).
+
+use super::Search;
+use super::gates;
+use crate::effect::Family;
+
+impl Search<'_> {
+    /// Adds such friction where its evidence and the other joints together speak for it.
+    pub(super) fn complete(&mut self) {
+        let mut families: Vec<Family> = self.common().map(|group| self.library.groups[group].effect.family).collect();
+        families.sort_unstable();
+        families.dedup();
+        for joint in 0..self.weights.len() {
+            for &family in &families {
+                let odds = self.odds_of(family, Some(joint));
+                if odds <= 1.0 || self.shows(family, joint) {
+                    continue;
+                }
+                let sets = self.sets_with(family, joint).into_iter().map(|set| (self.priced_cost(&set), set));
+                let Some((cost, set)) = sets.min_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+                if cost - 2.0 * odds.ln() < self.priced_cost(&self.active) {
+                    self.active = set;
+                }
+            }
+        }
+    }
+
+    /// The sets with an everyday form of a family on a joint. Beside it an odd form of the other kind of friction may have nothing left to
+    /// say that the common one does not.
+    fn sets_with(&self, family: Family, joint: usize) -> Vec<Vec<usize>> {
+        let groups = &self.library.groups;
+        let is_here = |group: usize| groups[group].joint == Some(joint);
+        let is_form = |&group: &usize| {
+            let effect = groups[group].effect;
+            is_here(group) && effect.family == family && effect.facts.everyday && self.is_open(group)
+        };
+        let commons: Vec<usize> = self.common().filter(|&group| is_here(group) && self.is_open(group)).collect();
+        let mut sets = Vec::new();
+        for form in (0..groups.len()).filter(is_form) {
+            sets.push(self.with(form));
+            for &common in commons.iter().filter(|&&common| groups[common].effect.family != family) {
+                let other = groups[common].effect.family;
+                let stays = |&group: &usize| !is_here(group) || groups[group].effect.family != other;
+                let rest: Vec<usize> = self.active.iter().copied().filter(stays).collect();
+                if rest.len() < self.active.len() {
+                    sets.push(rest.into_iter().chain([common, form]).collect());
+                }
+            }
+        }
+        sets.retain(|set: &Vec<usize>| {
+            let mut new = set.iter().filter(|group| !self.active.contains(group));
+            new.all(|&group| gates::is_physical(self, set, group))
+        });
+        sets
+    }
+
+    /// Whether a group is of such friction, and most of the other joints have it.
+    pub fn is_usual(&self, group: usize) -> bool {
+        let groups = &self.library.groups;
+        let (family, joint) = (groups[group].effect.family, groups[group].joint);
+        self.common().any(|common| groups[common].effect.family == family) && self.odds_of(family, joint) > 1.0
+    }
+
+    /// The candidates of friction that nearly every joint has.
+    fn common(&self) -> impl Iterator<Item = usize> {
+        let groups = &self.library.groups;
+        let is_common = |group: &usize| groups[*group].effect.is_common() && !groups[*group].effect.facts.is_offset;
+        (0..groups.len()).filter(is_common)
+    }
+
+    /// Odds that a joint has something of a family, from the other joints alone.
+    fn odds_of(&self, family: Family, joint: Option<usize>) -> f64 {
+        let others: Vec<usize> = (0..self.weights.len()).filter(|&other| Some(other) != joint).collect();
+        let having = others.iter().filter(|&&other| self.shows(family, other)).count();
+        (having as f64 + 1.0) / ((others.len() - having) as f64 + 1.0)
+    }
+
+    /// Whether something of a family was found on a joint.
+    fn shows(&self, family: Family, joint: usize) -> bool {
+        let mut groups = self.active.iter().map(|&group| &self.library.groups[group]);
+        groups.any(|group| group.effect.family == family && group.joint == Some(joint))
+    }
+}
