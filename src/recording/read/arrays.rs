@@ -253,6 +253,58 @@ pub(super) fn table(
     Ok(table)
 }
 
+/// Columns of lists of arrays, one array a run: of those whose runs are as long as most have them. Of arrays beside them the small
+/// ones are constants.
+pub(super) fn table_of_runs(
+    lists: Vec<(String, Vec<ArrayD<f64>>)>,
+    beside: Vec<(String, ArrayD<f64>)>,
+    mut passed_over: Vec<String>,
+    budget: &mut Budget,
+) -> Result<Table, ArraysError> {
+    let lengths =
+        |runs: &[ArrayD<f64>]| runs.iter().map(|run| run.shape().first().copied().unwrap_or(0)).collect::<Vec<_>>();
+    let mut votes: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
+    lists.iter().for_each(|(_, runs)| *votes.entry(lengths(runs)).or_default() += 1);
+    let winner = votes.into_iter().max_by_key(|(lengths, votes)| (*votes, lengths.iter().sum::<usize>()));
+    let Some((usual, _)) = winner else { return Err(ArraysError::None(passed_over)) };
+    let mut table = Table::default();
+    let mut start = 0;
+    for &length in &usual {
+        table.runs.push(start..start + length);
+        start += length;
+    }
+    for (name, runs) in lists {
+        let width = runs.first().map_or(&[][..], |run| &run.shape()[1.min(run.ndim())..]).to_vec();
+        let is_alike = runs.iter().all(|run| run.ndim() == width.len() + 1 && run.shape()[1..] == width[..]);
+        if lengths(&runs) != usual || !is_alike || width.len() > 1 {
+            passed_over.push(format!("`{name}` (its runs are not like those of the others)"));
+            continue;
+        }
+        budget.unpack(runs.iter().map(|run| run.len() as u64 * BYTES).sum())?;
+        budget.name(&name)?;
+        let width = width.first().copied();
+        if table.columns.len().saturating_add(width.unwrap_or(1)) > MOST_COLUMNS {
+            return Err(ArraysError::TooWide);
+        }
+        for joint in 0..width.unwrap_or(1) {
+            let values =
+                |run: &ArrayD<f64>| run.iter().copied().skip(joint).step_by(width.unwrap_or(1)).collect::<Vec<_>>();
+            let values = runs.iter().flat_map(values).collect();
+            let name = if width.is_some() { format!("{name}[{joint}]") } else { name.clone() };
+            table.columns.push(Column { name, values, text: None });
+        }
+    }
+    for (name, array) in beside {
+        match stated_step(&name, &array) {
+            Some(step) => table.step = Some(step),
+            None if array.len() <= LARGEST_CONSTANT => drop(table.constants.insert(name, array)),
+            None => passed_over.push(format!("`{name}` (not one array a run)")),
+        }
+    }
+    table.passed_over = passed_over;
+    Ok(table)
+}
+
 /// The numbers of an array, row after row. Those that lie so in memory are not copied: a log of one joint may be all that fits.
 fn flat(array: ArrayD<f64>) -> Vec<f64> {
     let count = array.len();

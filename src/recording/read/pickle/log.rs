@@ -9,7 +9,7 @@ use super::{DEEPEST, PickleError};
 use crate::progress::Monitor;
 use crate::recording::read::arrays::{self, ArraysError, BYTES};
 use crate::recording::read::budget::Budget;
-use crate::recording::read::table::{Column, MOST_COLUMNS, Table};
+use crate::recording::read::table::Table;
 
 /// What an array takes beside its numbers \[bytes\].
 const ARRAY: u64 = 160;
@@ -167,48 +167,11 @@ impl<'a, 'b> Log<'a, 'b> {
         Ok(table)
     }
 
-    fn columns(mut self) -> Result<Table, PickleError> {
-        let lengths =
-            |runs: &[ArrayD<f64>]| runs.iter().map(|run| run.shape().first().copied().unwrap_or(0)).collect::<Vec<_>>();
-        let mut votes: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
-        self.runs.iter().for_each(|(_, runs)| *votes.entry(lengths(runs)).or_default() += 1);
-        let Some((usual, _)) = votes.into_iter().max_by_key(|(lengths, votes)| (*votes, lengths.iter().sum::<usize>()))
-        else {
-            return Ok(arrays::table(self.arrays, self.passed_over, self.budget)?);
-        };
-        let mut joined = Vec::new();
-        for (name, runs) in std::mem::take(&mut self.runs) {
-            let width = runs.first().map_or(&[][..], |run| &run.shape()[1.min(run.ndim())..]).to_vec();
-            let is_alike = runs.iter().all(|run| run.ndim() == width.len() + 1 && run.shape()[1..] == width[..]);
-            if lengths(&runs) != usual || !is_alike || width.len() > 1 {
-                self.passed_over.push(format!("`{name}` (its runs are not like those of the others)"));
-                continue;
-            }
-            self.budget.unpack(runs.iter().map(|run| run.len() as u64 * BYTES).sum())?;
-            joined.push((name, width.first().copied(), runs));
-        }
-        let mut table = Table::default();
-        let mut start = 0;
-        for length in usual {
-            table.runs.push(start..start + length);
-            start += length;
-        }
-        for (name, width, runs) in joined {
-            self.budget.name(&name)?;
-            for joint in 0..width.unwrap_or(1) {
-                let values =
-                    |run: &ArrayD<f64>| run.iter().copied().skip(joint).step_by(width.unwrap_or(1)).collect::<Vec<_>>();
-                let values = runs.iter().flat_map(values).collect();
-                let name = if width.is_some() { format!("{name}[{joint}]") } else { name.clone() };
-                table.columns.push(Column { name, values, text: None });
-            }
-            if table.columns.len() > MOST_COLUMNS {
-                return Err(ArraysError::TooWide.into());
-            }
-        }
-        table.passed_over = self.passed_over;
-        table.passed_over.extend(self.arrays.iter().map(|(name, _)| format!("`{name}` (not one array a run)")));
-        Ok(table)
+    fn columns(self) -> Result<Table, PickleError> {
+        Ok(match self.runs.is_empty() {
+            true => arrays::table(self.arrays, self.passed_over, self.budget)?,
+            false => arrays::table_of_runs(self.runs, self.arrays, self.passed_over, self.budget)?,
+        })
     }
 }
 

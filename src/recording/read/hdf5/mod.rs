@@ -1,6 +1,11 @@
 //! HDF5, and MATLAB 7.3, which is HDF5 behind a header of its own: a tree of datasets, named by their paths with dots between.
 //!
+//! A table of rows ([`compound`]) has a column for each of its fields. Groups beside each other with the same datasets may be runs
+//! ([`groups`]).
 //! MATLAB writes its arrays with their dimensions turned round, and a vector as a matrix with one column.
+
+mod compound;
+mod groups;
 
 use std::collections::HashSet;
 
@@ -58,27 +63,45 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     let mut found = Found { datasets: Vec::new(), passed_over: Vec::new(), groups: HashSet::new() };
     found.collect(&root, "", 0, budget, monitor)?;
     let turned = bytes.starts_with(MATLAB);
+    let names: Vec<&str> = found.datasets.iter().map(|(name, _)| name.as_str()).collect();
     let shapes: Vec<Vec<usize>> = found.datasets.iter().map(|(_, dataset)| shape(dataset, turned)).collect();
+    let length = |dataset: usize| shapes[dataset].first().copied().unwrap_or(0);
+    let runs = groups::runs(&names, length);
+    let is_in_run = |dataset: usize| runs.as_ref().is_some_and(|runs| runs.has(dataset));
     let usual = arrays::usual_extent(shapes.iter().map(Vec::as_slice));
     let mut arrays = Vec::new();
     let size = |shape: &Vec<usize>| shape.iter().fold(1u64, |product, size| product.saturating_mul(*size as u64));
     let whole = shapes.iter().map(size).fold(0, u64::saturating_add);
     let mut watch = Watch { share: Share::of(whole, monitor), done: 0 };
-    for ((name, dataset), shape) in found.datasets.iter().zip(&shapes) {
+    for (number, ((name, dataset), shape)) in found.datasets.iter().zip(&shapes).enumerate() {
         watch.share.is(watch.done)?;
         let count = shape.iter().fold(1usize, |product, size| product.saturating_mul(*size));
-        if !arrays::is_of_use(shape, count, usual) {
+        if !is_in_run(number) && !arrays::is_of_use(shape, count, usual) {
             found.passed_over.push(format!("`{name}` (its shape is {shape:?})"));
             continue;
+        }
+        if let Datatype::Compound { fields, .. } = dataset.dtype() {
+            let columns = compound::columns(dataset, name, fields, budget)?;
+            let is_empty = columns.is_empty();
+            arrays.extend(columns.into_iter().map(|(name, array)| (number, name, array)));
+            if !is_empty {
+                continue;
+            }
         }
         // What is read, and what becomes of it.
         budget.unpack((count as u64).saturating_mul(2 * BYTES))?;
         match values(dataset, name, &mut watch)? {
-            Some(array) => arrays.push((name.clone(), laid_out(array, turned))),
+            Some(array) => arrays.push((number, name.clone(), laid_out(array, turned))),
             None => found.passed_over.push(format!("`{name}` (no numbers)")),
         }
     }
-    Ok(arrays::table(arrays, found.passed_over, budget)?)
+    let alone = |arrays: Vec<(usize, String, ArrayD<f64>)>| arrays.into_iter().map(|(_, name, array)| (name, array));
+    let Some(runs) = runs else { return Ok(arrays::table(alone(arrays).collect(), found.passed_over, budget)?) };
+    let (inside, beside): (Vec<_>, Vec<_>) = arrays.into_iter().partition(|(dataset, ..)| runs.has(*dataset));
+    let (lists, one_sided) = runs.lists(inside);
+    found.passed_over.extend(one_sided.into_iter().map(|name| format!("`{name}` (not in every run)")));
+    let table = arrays::table_of_runs(lists, alone(beside).collect(), found.passed_over, budget)?;
+    Ok(Table { run_names: Some(runs.names()), ..table })
 }
 
 /// With these bytes begins what MATLAB wrote.
@@ -233,9 +256,9 @@ mod tests {
     use super::*;
 
     /// Written by h5py 3.16 (`tests/data/README.md` tells how): chunks with gzip and shuffle, groups, integers, texts.
-    const H5: &[u8] = include_bytes!("../../../tests/data/log.h5");
+    const H5: &[u8] = include_bytes!("../../../../tests/data/log.h5");
     /// The same layout as MATLAB 7.3 writes it.
-    const MAT: &[u8] = include_bytes!("../../../tests/data/log73.mat");
+    const MAT: &[u8] = include_bytes!("../../../../tests/data/log73.mat");
 
     fn table(bytes: &[u8]) -> Result<Table, Hdf5Error> {
         read(bytes, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new())
@@ -254,8 +277,54 @@ mod tests {
         }
     }
 
+    /// Runs of 30 and 20 samples in groups of their own, written by h5py.
+    const RUNS: &[u8] = include_bytes!("../../../../tests/data/runs.h5");
+    /// A table whose rows have fields, in chunks with gzip.
+    const ROWS: &[u8] = include_bytes!("../../../../tests/data/rows.h5");
+
+    #[test]
+    fn groups_may_be_runs() {
+        let table = table(RUNS).unwrap();
+        assert_eq!(
+            (table.runs.as_slice(), table.run_names.as_deref().unwrap()),
+            (&[0..30, 30..50][..], &["demo_2", "demo_10"].map(str::to_owned)[..])
+        );
+        assert_eq!(table.names(), ["obs.q[0]", "obs.q[1]", "obs.tau[0]", "obs.tau[1]", "t"]);
+        let value = |name: &str, row: usize| table.column(name).unwrap().values[row];
+        assert_eq!((value("obs.q[1]", 29), value("obs.q[0]", 30), value("obs.tau[0]", 49)), (-27.0, 10.0, 19.5));
+        assert_eq!(table.constants["data.gear"].as_slice().unwrap(), [50.0, 80.0]);
+        assert_eq!(table.passed_over, ["`data.demo_2.notes` (not in every run)"]);
+    }
+
+    #[test]
+    fn a_table_of_rows_has_a_column_for_each_field() {
+        let table = table(ROWS).unwrap();
+        let names = [
+            "robot.log.stamp",
+            "robot.log.q[0]",
+            "robot.log.q[1]",
+            "robot.log.tau[0]",
+            "robot.log.tau[1]",
+            "robot.log.count",
+        ];
+        assert_eq!(table.names(), names);
+        let value = |name: &str, row: usize| table.column(name).unwrap().values[row];
+        assert_eq!(
+            (value(names[0], 39), value(names[2], 17), value(names[4], 3), value(names[5], 5)),
+            (0.39, -17.0, 3.5, -5.0)
+        );
+    }
+
     #[test]
     fn cut_and_damaged_files_are_errors_and_never_more() {
+        for (whole, place) in
+            [RUNS, ROWS].iter().flat_map(|whole| (8..whole.len()).step_by(29).map(move |place| (whole, place)))
+        {
+            let mut damaged = whole.to_vec();
+            damaged[place] ^= 0xff;
+            let _ = table(&damaged);
+            let _ = table(&whole[..place]);
+        }
         for end in (8..H5.len()).step_by(61) {
             let _ = table(&H5[..end]);
         }
