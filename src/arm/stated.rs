@@ -22,9 +22,12 @@ pub struct Stated {
     /// How far, how fast and how strongly it moves.
     #[serde(skip_serializing_if = "Limits::is_none")]
     pub limits: Limits,
+    /// Where what moves with it ends, in the frame of its axis \[m\]: the place of a tool.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tip: Option<[f64; 3]>,
 }
 
-/// What resists the motion of a joint beside its links: τ = rotor_inertia q̈ + damping q̇ + friction sign(q̇).
+/// What resists the motion of a joint beside its links: τ = rotor_inertia q̈ + damping q̇ + friction sign(q̇) + stiffness q + preload.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Resistance {
@@ -37,6 +40,12 @@ pub struct Resistance {
     /// The size of dry friction \[N m or N\].
     #[serde(skip_serializing_if = "is_nothing")]
     pub friction: f64,
+    /// Of a spring in the joint \[N m/rad or N/m\].
+    #[serde(skip_serializing_if = "is_nothing")]
+    pub stiffness: f64,
+    /// The torque of that spring at q = 0 \[N m or N\].
+    #[serde(skip_serializing_if = "is_nothing")]
+    pub preload: f64,
 }
 
 /// Within what a joint moves.
@@ -71,10 +80,15 @@ fn is_nothing(value: &f64) -> bool {
 impl Stated {
     /// Whether all its numbers are finite.
     pub fn is_finite(&self) -> bool {
-        let Stated { link, resistance, limits } = self;
-        let Resistance { rotor_inertia, damping, friction } = *resistance;
+        let Stated { link, resistance, limits, tip } = self;
+        let Resistance { rotor_inertia, damping, friction, stiffness, preload } = *resistance;
         let of_limits = limits.position.iter().flatten().chain(&limits.velocity).chain(&limits.effort);
-        link.iter().flatten().chain(of_limits).chain(&[rotor_inertia, damping, friction]).all(|value| value.is_finite())
+        link.iter()
+            .flatten()
+            .chain(tip.iter().flatten())
+            .chain(of_limits)
+            .chain(&[rotor_inertia, damping, friction, stiffness, preload])
+            .all(|value| value.is_finite())
     }
 
     /// What is stated, if anything is.
@@ -89,9 +103,10 @@ impl Resistance {
         *self == Resistance::default()
     }
 
-    /// The torque \[N m or N\] at this speed and acceleration; `direction` is that of the motion, −1 to 1.
-    pub fn torque(&self, qd: f64, qdd: f64, direction: f64) -> f64 {
-        self.rotor_inertia * qdd + self.damping * qd + self.friction * direction
+    /// The torque \[N m or N\] at this position, speed and acceleration; `direction` is that of the motion, −1 to 1.
+    pub fn torque(&self, [q, qd, qdd]: [f64; 3], direction: f64) -> f64 {
+        let Resistance { rotor_inertia, damping, friction, stiffness, preload } = self;
+        rotor_inertia * qdd + damping * qd + friction * direction + stiffness * q + preload
     }
 }
 
@@ -125,14 +140,6 @@ impl StatedArm {
         match self {
             StatedArm::Planar(arm) => arm.lumped_parameters(),
             StatedArm::Spatial(chain) => chain.stated_parameters(),
-        }
-    }
-
-    /// What resists each of its joints; empty where nothing is stated of that.
-    pub fn resistances(&self) -> Vec<Resistance> {
-        match self {
-            StatedArm::Planar(_) => Vec::new(),
-            StatedArm::Spatial(chain) => chain.resistances(),
         }
     }
 }

@@ -149,7 +149,7 @@ fn stated_table(recording: &Recording) -> Option<String> {
     let chain = recording.chain.as_ref()?;
     let [q, qd, _, tau] = recording.units();
     type Told = fn(&Stated) -> Option<String>;
-    let of: [(String, Told); 7] = [
+    let of: [(String, Told); 9] = [
         (format!("q [{q}]"), |stated| {
             stated.limits.position.map(|[low, high]| format!("{} … {}", number(low), number(high)))
         }),
@@ -159,6 +159,8 @@ fn stated_table(recording: &Recording) -> Option<String> {
         ("rotor inertia".to_owned(), |stated| nonzero(stated.resistance.rotor_inertia)),
         ("damping".to_owned(), |stated| nonzero(stated.resistance.damping)),
         ("friction".to_owned(), |stated| nonzero(stated.resistance.friction)),
+        ("stiffness".to_owned(), |stated| nonzero(stated.resistance.stiffness)),
+        ("preload".to_owned(), |stated| nonzero(stated.resistance.preload)),
     ];
     let stated: Vec<Stated> = chain.axes.iter().map(|axis| axis.stated.unwrap_or_default()).collect();
     let shown: Vec<&(String, Told)> =
@@ -184,6 +186,9 @@ fn nonzero(value: f64) -> Option<String> {
 
 fn stated_text(recording: &Recording) -> &'static str {
     match (&recording.chain, &recording.stated_arm) {
+        (Some(_), Some(_)) => {
+            "masses and lengths of a planar arm: its axes are parallel, and gravity lies in their plane"
+        }
         (Some(chain), _) if chain.states_links() => "masses and axes (the model `stated-arm` has its torque)",
         (Some(_), _) => "its axes, without masses",
         (None, Some(_)) => "masses and lengths",

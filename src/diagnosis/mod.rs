@@ -34,7 +34,7 @@ use candidates::Library;
 use presence::Judged;
 use presence::calibration::Calibration;
 use search::Search;
-use stated_arm::Comparison;
+use stated_arm::{Comparison, StatedBody};
 use steps::Steps;
 
 pub use presence::{Rest, Sighting};
@@ -107,11 +107,12 @@ pub fn diagnose_among(
     let least = |group| if search.is_usual(group) { presence::EVEN } else { presence::LIKELY };
     let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(group, presence)| *presence >= least(*group));
     search.active = likely.into_iter().map(|(group, _)| group).collect();
-    let comparison = stated_arm::compare(&search, &fitted.model, recording.stated_arm.as_ref(), &search.absorbed);
-    let named = naming::name_effects(&search, &comparison, recording, &judged);
+    let stated = StatedBody::of(&search, &fitted.model, &search.absorbed);
+    let comparison = stated_arm::compare(&search, stated.as_ref(), &search.absorbed);
+    let named = naming::name_effects(&search, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
     let Steps { mut effects, last, fitted: last_fitted, rival_of } =
-        steps::measure(named, fitted, &before, recording, split, &design, monitor)?;
+        steps::measure(named, fitted, stated.as_ref(), &before, recording, split, &design, monitor)?;
     let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
         effect.telling_motion = rivals.and_then(motion);

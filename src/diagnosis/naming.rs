@@ -5,10 +5,8 @@ use std::collections::BTreeMap;
 use super::presence::Judged;
 use super::report::Alternative;
 use super::search::{CLOSE, Rival, Search};
-use super::stated_arm::{self, Comparison};
-use crate::arm::Arm;
+use super::stated_arm::{self, Comparison, StatedBody};
 use crate::effect::{Effect, registry};
-use crate::recording::Recording;
 
 /// A rival counts as an alternative too if it explains all but this share of what the effect explains.
 const NEARLY_AS_MUCH: f64 = 0.05;
@@ -51,7 +49,12 @@ struct Judgement {
 
 /// The groups that were found, the same effect on several joints once, the largest gain first; those that need the stated
 /// arm last.
-pub fn name_effects(search: &Search, comparison: &Comparison, recording: &Recording, judged: &Judged) -> Vec<Named> {
+pub fn name_effects(
+    search: &Search,
+    comparison: &Comparison,
+    stated: Option<&StatedBody>,
+    judged: &Judged,
+) -> Vec<Named> {
     let mut by_effect: BTreeMap<&'static str, Named> = BTreeMap::new();
     let mut add = |group: usize, judgement: Judgement, pins: bool| {
         let place = &search.library.groups[group];
@@ -69,7 +72,7 @@ pub fn name_effects(search: &Search, comparison: &Comparison, recording: &Record
         named.pins |= pins;
         match place.joint {
             Some(joint) => named.joints.push(joint),
-            None => named.joints.extend(0..recording.joint_count()),
+            None => named.joints.extend(0..search.library.design.joint_count()),
         }
         named.usual.extend(place.joint.filter(|_| search.is_usual(group)));
         named.gain += judgement.gain;
@@ -83,9 +86,9 @@ pub fn name_effects(search: &Search, comparison: &Comparison, recording: &Record
     for &group in &search.active {
         add(group, judge(search, judged, group), false);
     }
-    if let (Comparison::Explained(found), Some(arm)) = (comparison, &recording.stated_arm) {
+    if let (Comparison::Explained(found), Some(stated)) = (comparison, stated) {
         for &group in found {
-            add(group, judge_absorbed(search, arm, found, group), true);
+            add(group, judge_absorbed(search, stated, found, group), true);
         }
     }
     let mut named: Vec<Named> = by_effect.into_values().collect();
@@ -150,7 +153,7 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
 }
 
 /// The same for an effect that the base parameters absorb and the stated arm brings to light.
-fn judge_absorbed(search: &Search, arm: &Arm, found: &[usize], group: usize) -> Judgement {
+fn judge_absorbed(search: &Search, stated: &StatedBody, found: &[usize], group: usize) -> Judgement {
     let groups = &search.library.groups;
     let mut judgement =
         Judgement { gain: 0.0, presence: SUREST_FORM, form: SUREST_FORM, alternatives: Vec::new(), rival: None };
@@ -158,7 +161,7 @@ fn judge_absorbed(search: &Search, arm: &Arm, found: &[usize], group: usize) -> 
         if groups[rival].same_place_and_effect(&groups[group]) {
             continue;
         }
-        let worse = stated_arm::rival_cost(search, arm, found, group, rival);
+        let worse = stated_arm::rival_cost(search, stated, found, group, rival);
         judgement.presence = judgement.presence.min(odds(worse));
         if worse < CLOSE {
             judgement.alternatives.push(Alternative { effect: groups[rival].effect, elsewhere: groups[rival].joint });

@@ -6,8 +6,9 @@
 
 use super::candidates::Library;
 use super::search::{MARGIN, Search};
-use crate::arm::Arm;
+use crate::arm::stated::{Resistance, StatedArm};
 use crate::model::least_squares::NormalEquations;
+use crate::model::property::{Property, plain_columns};
 use crate::model::{Model, RigidBody, Term};
 
 /// Smallest share of the torque (RMS) by which the two must differ: less is what filters and encoders make.
@@ -28,16 +29,60 @@ pub enum Comparison {
     Differs,
 }
 
-/// Compares identified and stated base parameters, beside the effects found so far.
-pub fn compare(search: &Search, model: &Model, arm: Option<&Arm>, absorbed: &[usize]) -> Comparison {
-    let identifies = model.terms.first() == Some(&Term::RigidBody(RigidBody::Identified));
-    let Some(arm) = arm.filter(|_| identifies) else { return Comparison::NotPossible };
-    let stated = arm.lumped_parameters();
-    if stated.len() > search.library.base {
-        return Comparison::NotPossible;
+/// What a stated arm says of the columns of a search: in the plane or in space, the links, and the inertia of rotors where that can't
+/// be told from a link's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StatedBody {
+    arm: StatedArm,
+    /// What is stated to resist joints whose rotor the links take up: its inertia alone, as friction is found beside either.
+    rotors: Vec<Resistance>,
+    /// The columns of links and of these rotors, with what is stated of them.
+    factors: Vec<(usize, f64)>,
+    /// How many of them are of the links; in the library they are the first.
+    of_links: usize,
+}
+
+impl StatedBody {
+    /// Of the arm that the recording states, beside a model that identifies a rigid body; `absorbed` are the groups that it takes up.
+    pub fn of(search: &Search, model: &Model, absorbed: &[usize]) -> Option<StatedBody> {
+        let setting = search.library.design.setting();
+        let identifies = model.terms.first() == Some(&Term::RigidBody(RigidBody::Identified));
+        let arm = setting.stated_arm().filter(|_| identifies)?;
+        let parameters = arm.parameters();
+        let of_links = parameters.len();
+        if of_links > search.library.base {
+            return None;
+        }
+        let mut factors: Vec<(usize, f64)> = parameters.into_iter().enumerate().collect();
+        let joints = search.library.design.joint_count();
+        let mut rotors = vec![Resistance::default(); joints];
+        for group in absorbed.iter().map(|&group| &search.library.groups[group]) {
+            let resistance = group.joint.and_then(|joint| setting.resistances.get(joint));
+            let (Some(joint), Some(resistance)) = (group.joint, resistance) else { continue };
+            let is_rotor = plain_columns(&group.term(), joints) == [Some(Property::Armature)];
+            if is_rotor && resistance.rotor_inertia != 0.0 {
+                factors.push((group.columns.start, resistance.rotor_inertia));
+                rotors[joint].rotor_inertia = resistance.rotor_inertia;
+            }
+        }
+        Some(StatedBody { arm, rotors, factors, of_links })
     }
+
+    /// The model with its rigid body held at what is stated.
+    pub fn held(&self, model: &Model) -> Model {
+        let mut model = model.pinned_to(&self.arm);
+        if self.rotors.iter().any(|rotor| !rotor.is_none()) {
+            model.terms.insert(1, Term::Resistance(self.rotors.clone()));
+        }
+        model
+    }
+}
+
+/// Compares identified and stated base parameters, beside the effects found so far.
+pub fn compare(search: &Search, stated: Option<&StatedBody>, absorbed: &[usize]) -> Comparison {
+    let Some(stated) = stated else { return Comparison::NotPossible };
     let free = search.cost(&search.active);
-    let pinned = |extra: &[usize]| pinned_cost(search, &stated, extra);
+    let pinned = |extra: &[usize]| pinned_cost(search, stated, extra);
     let difference = pinned(&[]) - free;
     let mut found: Vec<usize> = Vec::new();
     let mut cost = pinned(&[]);
@@ -53,7 +98,7 @@ pub fn compare(search: &Search, model: &Model, arm: Option<&Arm>, absorbed: &[us
             groups
         };
         let best = open
-            .filter(|&group| is_physical(search, &stated, &with(group)))
+            .filter(|&group| is_physical(search, stated, &with(group)))
             .map(|group| (group, pinned(&with(group))))
             .min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((group, better)) = best else { break };
@@ -66,7 +111,7 @@ pub fn compare(search: &Search, model: &Model, arm: Option<&Arm>, absorbed: &[us
         cost = better;
     }
     let remainder = cost - free;
-    let price = stated.len() as f64 * search.price;
+    let price = stated.of_links as f64 * search.price;
     if remainder > REMAINDER * difference && remainder > MARGIN * price {
         return Comparison::Differs;
     }
@@ -74,18 +119,17 @@ pub fn compare(search: &Search, model: &Model, arm: Option<&Arm>, absorbed: &[us
 }
 
 /// How much worse it gets if `rival` stands for `group` beside the stated arm.
-pub fn rival_cost(search: &Search, arm: &Arm, found: &[usize], group: usize, rival: usize) -> f64 {
-    let stated = arm.lumped_parameters();
+pub fn rival_cost(search: &Search, stated: &StatedBody, found: &[usize], group: usize, rival: usize) -> f64 {
     let swapped: Vec<usize> = found.iter().map(|&other| if other == group { rival } else { other }).collect();
-    pinned_cost(search, &stated, &swapped) - pinned_cost(search, &stated, found)
+    pinned_cost(search, stated, &swapped) - pinned_cost(search, stated, found)
 }
 
 /// Weighted squared error with the rigid body held at the stated parameters, beside the effects found and `extra`.
-fn pinned_cost(search: &Search, stated: &[f64], extra: &[usize]) -> f64 {
+fn pinned_cost(search: &Search, stated: &StatedBody, extra: &[usize]) -> f64 {
     pinned_equations(search, stated, extra).solve().residual_energy
 }
 
-fn is_physical(search: &Search, stated: &[f64], extra: &[usize]) -> bool {
+fn is_physical(search: &Search, stated: &StatedBody, extra: &[usize]) -> bool {
     let solution = pinned_equations(search, stated, extra).solve();
     let Library { groups, .. } = &search.library;
     let mut factors = solution.factors.iter().rev();
@@ -100,16 +144,17 @@ fn is_physical(search: &Search, stated: &[f64], extra: &[usize]) -> bool {
 }
 
 /// The equations of everything but the rigid body, whose torque is taken as known: y − Yβ stands for y.
-fn pinned_equations(search: &Search, stated: &[f64], extra: &[usize]) -> NormalEquations {
+fn pinned_equations(search: &Search, stated: &StatedBody, extra: &[usize]) -> NormalEquations {
     let mut groups = search.active.clone();
     groups.extend(extra);
-    let all = search.equations_of(&groups);
-    let body = stated.len();
-    let beta = nalgebra::DVector::from_row_slice(stated);
-    let rest: Vec<usize> = (body..all.moment.len()).collect();
+    let rest = search.columns(&groups).split_off(stated.of_links);
+    let (known, values): (Vec<usize>, Vec<f64>) = stated.factors.iter().copied().unzip();
+    let (beta, count) = (nalgebra::DVector::from_vec(values), known.len());
+    let all = search.whole_of(&[known, rest].concat());
+    let rest: Vec<usize> = (count..all.moment.len()).collect();
     let mut pinned = all.select(&rest);
-    let known = all.gram.view((0, 0), (body, body)) * &beta;
-    pinned.energy += beta.dot(&known) - 2.0 * beta.dot(&all.moment.rows(0, body));
-    pinned.moment -= all.gram.view((body, 0), (rest.len(), body)) * &beta;
+    let known = all.gram.view((0, 0), (count, count)) * &beta;
+    pinned.energy += beta.dot(&known) - 2.0 * beta.dot(&all.moment.rows(0, count));
+    pinned.moment -= all.gram.view((count, 0), (rest.len(), count)) * &beta;
     pinned
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::evidence;
 use super::naming::Named;
 use super::report::MissingEffect;
-use crate::arm::stated::StatedArm;
+use super::stated_arm::StatedBody;
 use crate::effect::{Effect, ParameterSpec, Scope, registry};
 use crate::model::design::Design;
 use crate::model::{Evaluation, Fitted, Model, ModelError, Parameter, Term, fit};
@@ -39,16 +39,17 @@ pub struct Steps {
 pub fn measure(
     named: Vec<Named>,
     fitted: &Fitted,
+    stated: Option<&StatedBody>,
     start: &Evaluation,
     recording: &Recording,
     split: &Split,
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
-    let (mut named, whole) = only_shown(named, fitted, recording, design, monitor)?;
+    let (mut named, whole) = only_shown(named, fitted, stated, design, monitor)?;
     let mut may_reorder = true;
     loop {
-        let ladder = climb(&named, fitted, &whole, start, recording, split, design, monitor)?;
+        let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
         let rises = |(effect, (before, after)): (&Named, &(Vec<f64>, Vec<f64>))| {
             effect.joints.iter().all(|&joint| after[joint] > before[joint])
         };
@@ -72,14 +73,14 @@ pub fn measure(
 fn only_shown(
     mut named: Vec<Named>,
     fitted: &Fitted,
-    recording: &Recording,
+    stated: Option<&StatedBody>,
     design: &Design,
     monitor: &Monitor,
 ) -> Result<(Vec<Named>, Fitted), ModelError> {
     loop {
         let mut model = fitted.model.clone();
-        if let (true, Some(arm)) = (named.iter().any(|effect| effect.pins), recording.arm_in_torque()) {
-            model = model.pinned_to(&StatedArm::Planar(arm));
+        if let (true, Some(stated)) = (named.iter().any(|effect| effect.pins), stated) {
+            model = stated.held(&model);
         }
         for effect in &named {
             model = model.with_effect(effect.effect, &effect.joints)?;
@@ -133,12 +134,11 @@ struct Rung {
     with: Model,
 }
 
-fn rungs(named: &[Named], model: &Model, recording: &Recording) -> Result<Vec<Rung>, ModelError> {
+fn rungs(named: &[Named], model: &Model, stated: Option<&StatedBody>) -> Result<Vec<Rung>, ModelError> {
     let mut model = model.clone();
-    let stated = recording.arm_in_torque().map(StatedArm::Planar);
     let rung = |effect: &Named| {
-        let arm = stated.as_ref().filter(|_| effect.pins && !model.is_pinned());
-        let pinned = arm.map(|arm| model.clone().pinned_to(arm));
+        let stated = stated.filter(|_| effect.pins && !model.is_pinned());
+        let pinned = stated.map(|stated| stated.held(&model));
         model = pinned.as_ref().unwrap_or(&model).with_effect(effect.effect, &effect.joints)?;
         Ok(Rung { pinned, with: model.clone() })
     };
@@ -155,6 +155,7 @@ struct Ladder {
 fn climb(
     named: &[Named],
     fitted: &Fitted,
+    stated: Option<&StatedBody>,
     whole: &Fitted,
     start: &Evaluation,
     recording: &Recording,
@@ -171,7 +172,7 @@ fn climb(
         let evaluation = Evaluation::of(&fitted, recording, split)?;
         Ok((fitted, evaluation))
     };
-    let rungs: Vec<Rung> = rungs(named, &fitted.model, recording)?;
+    let rungs: Vec<Rung> = rungs(named, &fitted.model, stated)?;
     let climbed = |rung: Rung| Ok((rung.pinned.map(measured).transpose()?, measured(rung.with)?));
     let measured: Vec<_> = rungs.into_par_iter().map(climbed).collect::<Result<_, ModelError>>()?;
     let (mut last_fitted, mut last) = (fitted.clone(), start.clone());

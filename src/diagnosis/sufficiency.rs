@@ -53,7 +53,7 @@ pub fn sufficiency(
     let mut least = f64::INFINITY;
     for &group in &groups {
         if search.absorbed.contains(&group) {
-            least = if recording.stated_arm.is_some() { least } else { 0.0 };
+            least = if recording.states_arm() { least } else { 0.0 };
             continue;
         }
         let without: Vec<usize> = groups.iter().copied().filter(|&other| other != group).collect();

@@ -124,6 +124,7 @@ mod tests {
             posture: arm.posture,
             gravity: arm.gravity,
             arm: None,
+            chain: None,
             load: Some(&load),
             reversal_widths: &[],
         };

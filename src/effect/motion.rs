@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use super::sign;
+use crate::arm::chain::Chain;
 use crate::arm::{Arm, Posture};
 use crate::recording::encoders::Side;
 use crate::recording::{JointKind, Trajectory};
@@ -24,6 +25,8 @@ pub struct Motion<'a> {
     pub gravity: f64,
     /// The arm's geometry, where it is known.
     pub arm: Option<&'a Arm>,
+    /// The axes of an arm that is not planar, where they are known.
+    pub chain: Option<&'a Chain>,
     /// What the rigid body needs, where it is known.
     pub load: Option<&'a Load>,
     /// The speed within which each joint's dry friction turns round; none for joints that are not listed.
@@ -157,6 +160,11 @@ pub enum Lack {
     /// The arm's geometry.
     #[error("it needs the link lengths: state the arm")]
     Arm,
+    /// The end of an arm in space.
+    #[error(
+        "it needs the place of the tip: state a frame that is fixed to the last link (a fixed joint of the robot's file)"
+    )]
+    Tip,
     /// An arm of as many links as there are joints.
     #[error("the stated arm has {links} links, the motion has {joints} joints: state an arm that fits")]
     OtherArm {

@@ -49,6 +49,7 @@ impl Sample {
             posture: self.arm.posture,
             gravity: self.arm.gravity,
             arm: Some(&self.arm),
+            chain: None,
             load: Some(&self.load),
             reversal_widths: &[],
         }

@@ -1,5 +1,10 @@
+use nalgebra::{Matrix3, Vector3};
+
 use super::*;
 use crate::arm::Link;
+use crate::arm::body::Body;
+use crate::arm::chain::{Chain, PER_LINK};
+use crate::signals::Signals;
 
 /// A point mass at the end of the last link.
 pub static EFFECT: Effect = Effect {
@@ -23,6 +28,9 @@ struct TipPayload;
 
 impl AddsTorque for TipPayload {
     fn columns(&self, motion: &Motion, _joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
+        if let Some(chain) = motion.chain {
+            return Ok(vec![Column::on_all(in_space(chain, motion).ok_or(Lack::Tip)?)]);
+        }
         let arm = motion.arm.ok_or(Lack::Arm)?;
         let (links, joints) = (arm.joint_count(), motion.trajectory.joint_count());
         if links != joints {
@@ -45,9 +53,33 @@ impl AddsTorque for TipPayload {
     }
 }
 
+/// The torque of a unit mass at the tip of an arm in space; `None` where nothing says where that is.
+fn in_space(chain: &Chain, motion: &Motion) -> Option<Signals> {
+    let tip = chain.axes.last()?.stated?.tip?;
+    let (mass, inertia) = (1.0, Matrix3::zeros());
+    let point = Body { mass, com: Vector3::from(tip), inertia }.parameters();
+    let joints = chain.axes.len();
+    let mut parameters = vec![0.0; joints * PER_LINK];
+    parameters[(joints - 1) * PER_LINK..].copy_from_slice(&point);
+    let sliding: Vec<bool> = motion.kinds.iter().map(|kind| *kind == JointKind::Prismatic).collect();
+    let regressor = chain.regressor(&sliding);
+    let trajectory = motion.trajectory;
+    let mut torque = Signals::zeros(joints, trajectory.len());
+    let mut now = vec![0.0; joints];
+    for sample in 0..trajectory.len() {
+        let [q, qd, qdd] = [&trajectory.q, &trajectory.qd, &trajectory.qdd]
+            .map(|channel| channel.iter().map(|joint| joint[sample]).collect::<Vec<f64>>());
+        regressor.torque(&q, &qd, &qdd, &parameters, &mut now);
+        now.iter().enumerate().for_each(|(joint, value)| torque[joint][sample] = *value);
+    }
+    Some(torque)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arm::chain::{Axis as ChainAxis, Convention};
+    use crate::arm::stated::Stated;
     use crate::arm::{Arm, Posture};
     use testing::Sample;
 
@@ -80,6 +112,27 @@ mod tests {
                     assert!((torque[joint][t] - expected).abs() < 1e-11, "{} is not {expected}", torque[joint][t]);
                 }
             }
+        }
+    }
+
+    /// A planar arm as a chain whose tip is stated gives the same torque.
+    #[test]
+    fn in_space_it_is_the_same_point() {
+        let sample = Sample::new();
+        let plane = EFFECT.torque(&sample.motion(), 0, &[0.9]).unwrap();
+        let lengths: Vec<f64> = sample.arm.links.iter().map(|link| link.length).collect();
+        let before = [0.0].into_iter().chain(lengths.iter().copied());
+        let mut axes: Vec<ChainAxis> = before.take(3).map(|a| ChainAxis { a, ..ChainAxis::default() }).collect();
+        axes[0].theta = sample.arm.posture.zero_angle;
+        let gravity = [0.0, -sample.arm.gravity, 0.0];
+        let mut chain = Chain { convention: Convention::Modified, axes, gravity };
+        let reason = EFFECT.columns(&Motion { arm: None, chain: Some(&chain), ..sample.motion() }, 0, &[]).unwrap_err();
+        assert_eq!(reason.lack, Lack::Tip);
+        chain.axes[2].stated = Some(Stated { tip: Some([lengths[2], 0.0, 0.0]), ..Stated::default() });
+        let motion = Motion { arm: None, chain: Some(&chain), ..sample.motion() };
+        let space = EFFECT.torque(&motion, 0, &[0.9]).unwrap();
+        for (one, other) in plane.iter().flatten().zip(space.iter().flatten()) {
+            assert!((one - other).abs() < 1e-9, "{one} {other}");
         }
     }
 

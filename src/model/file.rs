@@ -167,7 +167,11 @@ fn check_setting(fitted: &Fitted) -> Result<(), ModelFileError> {
         |other: &Alteration| is_placed(&other.term) && other.linear.len() == other.term.effect.linear().count();
     let fits = [
         ("stated arm", stated.chain(&own).all(|arm| arm.can_be_of(joints))),
-        ("stated resistance", resistances.all(|stated| stated.len() == joints)),
+        (
+            "stated resistance",
+            resistances.all(|stated| stated.len() == joints)
+                && (setting.resistances.is_empty() || setting.resistances.len() == joints),
+        ),
         ("chain", setting.chain.as_ref().is_none_or(|chain| chain.check_for(joints).is_ok())),
         ("rigid body", setting.body.as_ref().is_none_or(|factors| factors.len() == body_factors)),
         ("list of effects", fitted.model.effects().all(is_placed) && setting.alterations.iter().all(is_whole)),

@@ -451,7 +451,7 @@ impl ShapeSearch<'_> {
         let setting = self.design.setting();
         let Some(arm) = setting.stated_arm() else { return };
         let is_body = |factor: &Factor| self.model.terms[factor.term] == Term::RigidBody(RigidBody::Identified);
-        let (stated, resistances) = (arm.parameters(), arm.resistances());
+        let (stated, resistances) = (arm.parameters(), &setting.resistances);
         if factors.iter().filter(|factor| is_body(factor)).count() != stated.len() {
             return;
         }
@@ -469,7 +469,7 @@ impl ShapeSearch<'_> {
         let largest = solution.factors.amax();
         let shown = |place: usize| Some(solution.factors[place]).filter(|value| value.abs() > ROUNDING * largest);
         for (place, factor) in factors.iter().enumerate().filter(|(place, _)| solution.identified[*place]) {
-            if is_body(factor) || self.is_stated(factors, place, &resistances) {
+            if is_body(factor) || self.is_stated(factors, place, resistances) {
                 let is_it = |own: &&mut Parameter| {
                     own.term == factor.term && own.joint == factor.joint && own.name == factor.name
                 };
@@ -490,7 +490,9 @@ impl ShapeSearch<'_> {
             Some(Property::Damping) => resistance.damping,
             Some(Property::Friction) => resistance.friction,
             Some(Property::Armature) => resistance.rotor_inertia,
-            Some(Property::Stiffness | Property::Preload) | None => 0.0,
+            Some(Property::Stiffness) => resistance.stiffness,
+            Some(Property::Preload) => resistance.preload,
+            None => 0.0,
         };
         stated != 0.0
     }

@@ -203,8 +203,9 @@ impl Preset {
         let terms = match self {
             Preset::RigidBody => vec![Term::RigidBody(RigidBody::Identified)],
             Preset::StatedArm => {
-                let arm = Setting::of(recording)?.stated_arm().ok_or(ModelError::NoStatedArm)?;
-                let resistances = arm.resistances();
+                let setting = Setting::of(recording)?;
+                let arm = setting.stated_arm().ok_or(ModelError::NoStatedArm)?;
+                let resistances = setting.resistances;
                 let body = Term::RigidBody(RigidBody::Stated(arm));
                 let resists = (!resistances.is_empty()).then_some(Term::Resistance(resistances));
                 [body].into_iter().chain(resists).collect()

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::least_squares::dot;
 use super::{EffectTerm, Model, ModelError, RigidBody, Term};
 use crate::arm::chain::{Chain, PER_LINK};
-use crate::arm::stated::StatedArm;
+use crate::arm::stated::{Resistance, StatedArm};
 use crate::arm::{Arm, GRAVITY, MOST_JOINTS, Posture, regressor};
 use crate::effect::{Column, Load, Motion, ParameterSpec};
 use crate::recording::{JointKind, Recording, Trajectory};
@@ -35,6 +35,9 @@ pub struct Setting {
     /// Where the axes of an arm are that is not planar.
     #[serde(default)]
     pub chain: Option<Chain>,
+    /// What is stated to resist each joint; empty where nothing is.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub resistances: Vec<Resistance>,
     /// Whether gravity was taken out of the torque; arm and chain are without weight then.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub weightless: bool,
@@ -126,7 +129,7 @@ impl Setting {
         if !(1..=MOST_JOINTS).contains(&joints) {
             return Err(ModelError::JointCount { joints });
         }
-        if joints > 1 && kinds.contains(&JointKind::Prismatic) && recording.chain.is_none() {
+        if joints > 1 && kinds.contains(&JointKind::Prismatic) && recording.spatial().is_none() {
             return Err(ModelError::Prismatic { joints });
         }
         if let Some(arm) = &recording.stated_arm
@@ -140,6 +143,7 @@ impl Setting {
             posture,
             arm: recording.arm_in_torque(),
             chain: recording.chain_in_torque(),
+            resistances: recording.chain.as_ref().map(Chain::resistances).unwrap_or_default(),
             weightless: recording.is_weightless(),
             body: None,
             alterations: Vec::new(),
@@ -163,8 +167,16 @@ impl Setting {
 
     /// What an effect is told.
     pub fn motion<'a>(&'a self, trajectory: &'a Trajectory) -> Motion<'a> {
-        let (posture, arm, reversal_widths) = (self.posture, self.arm.as_ref(), self.reversal_widths.as_slice());
-        Motion { trajectory, kinds: &self.kinds, posture, gravity: self.gravity(), arm, load: None, reversal_widths }
+        Motion {
+            trajectory,
+            kinds: &self.kinds,
+            posture: self.posture,
+            gravity: self.gravity(),
+            arm: self.arm.as_ref(),
+            chain: self.chain.as_ref(),
+            load: None,
+            reversal_widths: &self.reversal_widths,
+        }
     }
 
     /// What the rigid body needs along a trajectory that is read: by its rough factors, or by the stated arm if there are none.
@@ -287,8 +299,8 @@ impl Term {
             Term::Resistance(joints) => {
                 let motion = setting.motion(trajectory);
                 Some(Signals::from_fn(joints.len(), trajectory.len(), |joint, sample| {
-                    let [qd, qdd] = [trajectory.qd[joint][sample], trajectory.qdd[joint][sample]];
-                    joints[joint].torque(qd, qdd, motion.direction(joint, qd))
+                    let state = [&trajectory.q, &trajectory.qd, &trajectory.qdd].map(|channel| channel[joint][sample]);
+                    joints[joint].torque(state, motion.direction(joint, state[1]))
                 }))
             }
             Term::Effect(_) | Term::Learned(_) => None,

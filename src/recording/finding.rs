@@ -93,6 +93,8 @@ pub enum FindingKind {
     Commanded,
     /// The torque is that of a motor's current, in amperes.
     Amperes,
+    /// What a current is worth as a torque, by the masses that are stated.
+    Gains,
     /// The torque is that of the motors, and nothing says the ratio of the gears.
     MotorSide,
     /// The torque follows from a command by the law of the drive.

@@ -20,6 +20,7 @@ mod glitch;
 mod layout;
 mod limits;
 pub mod mapping;
+pub mod noise_filter;
 pub mod npy;
 pub mod read;
 pub mod seal;
@@ -225,12 +226,24 @@ impl Recording {
 
     /// Whether it is stated what the links weigh.
     pub fn states_arm(&self) -> bool {
-        self.chain.as_ref().map_or(self.stated_arm.is_some(), Chain::states_links)
+        self.spatial().map_or(self.stated_arm.is_some(), Chain::states_links)
+    }
+
+    /// The axes of an arm that is not planar. Those of the planar arm that is stated say only what its file states of each joint.
+    pub fn spatial(&self) -> Option<&Chain> {
+        self.chain.as_ref().filter(|chain| self.stated_arm.is_none() || chain.planar().is_none())
+    }
+
+    /// Takes an arm whose axes are stated for the planar one that it is, if it is one: see [`Chain::planar`].
+    fn settle_plane(&mut self) {
+        if self.stated_arm.is_none() && self.joints.iter().all(|joint| joint.kind == JointKind::Revolute) {
+            self.stated_arm = self.chain.as_ref().and_then(Chain::planar);
+        }
     }
 
     /// The stated axes as the torque shows them: without weight where gravity was taken out.
     pub fn chain_in_torque(&self) -> Option<Chain> {
-        let chain = self.chain.clone()?;
+        let chain = self.spatial()?.clone();
         Some(if self.is_weightless() { Chain { gravity: [0.0; 3], ..chain } } else { chain })
     }
 

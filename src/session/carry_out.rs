@@ -243,6 +243,8 @@ fn split(
     let split = Split::as_asked(recording, held_out, unusable)?;
     let set_up = diagnosis::setup::check(recording, findings, monitor)?;
     findings.extend(set_up);
+    let gains = diagnosis::setup::gains(recording, &split, findings, monitor)?;
+    findings.extend(gains);
     Ok(split)
 }
 
@@ -250,7 +252,12 @@ fn split(
 fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -> Result<Session, SessionError> {
     let mut recording = session.recording.as_deref().ok_or(SessionError::NoRecording)?.clone();
     // What the import said of its files, and what was set right before, still holds; the rest is asked anew.
-    let still_holds = |finding: &&Finding| finding.place.file.is_some() || finding.kind == FindingKind::SetRight;
+    let is_scaled = corrections.iter().any(Correction::scales_torque);
+    let still_holds = |finding: &&Finding| match finding.kind {
+        FindingKind::SetRight => true,
+        FindingKind::Amperes => !is_scaled,
+        _ => finding.place.file.is_some(),
+    };
     let mut findings: Vec<Finding> = session.findings.iter().filter(still_holds).cloned().collect();
     findings.extend(read::set_right(&mut recording, corrections)?);
     let Checked { findings: odd, unusable } = check(&recording);

@@ -70,6 +70,7 @@ impl<'a> Hidden<'a> {
             posture: arm.posture,
             gravity: arm.gravity,
             arm: Some(arm),
+            chain: None,
             load: load.as_ref(),
             reversal_widths: &[],
         };

@@ -471,6 +471,7 @@ fn a_hidden_friction_is_found_beside_a_learned_arm() {
         posture: Posture::RIGHT,
         arm: None,
         chain: None,
+        resistances: Vec::new(),
         weightless: false,
         body: None,
         alterations: Vec::new(),

@@ -292,3 +292,108 @@ fn a_log_without_torque_is_opened_by_the_law_of_its_drive() {
     assert!(window.query_all_by_label_contains("(kd is 0.5000").count() > 1, "on Data and in the dialog");
     assert!(is_enabled(&window, "Open it so"));
 }
+
+/// What stands in a log of its messages.
+const JOINT_STATE: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n\
+    ===\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
+    ===\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+
+/// A message of one joint, as ROS 2 writes it; measured at this time [s].
+fn joint_state(time: f64, q: f64, tau: f64) -> Vec<u8> {
+    let mut bytes = vec![0, 1, 0, 0];
+    let align = |bytes: &mut Vec<u8>, to: usize| bytes.resize(4 + (bytes.len() - 4).next_multiple_of(to), 0);
+    bytes.extend((time.floor() as i32).to_le_bytes());
+    bytes.extend((((time - time.floor()) * 1e9) as u32).to_le_bytes());
+    let text = |bytes: &mut Vec<u8>, text: &str| {
+        align(bytes, 4);
+        bytes.extend((text.len() as u32 + 1).to_le_bytes());
+        bytes.extend(text.bytes().chain([0]));
+    };
+    text(&mut bytes, "");
+    align(&mut bytes, 4);
+    bytes.extend(1u32.to_le_bytes());
+    text(&mut bytes, "elbow");
+    for values in [&[q][..], &[], &[tau]] {
+        align(&mut bytes, 4);
+        bytes.extend((values.len() as u32).to_le_bytes());
+        for value in values {
+            align(&mut bytes, 8);
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+/// An MCAP log of these topics, each with its amplitude; it received their messages half a second after they were measured.
+fn topics(of: &[(&str, f64)]) -> Vec<u8> {
+    let mut file = std::io::Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new().create(&mut file).unwrap();
+    let schema = writer.add_schema("sensor_msgs/msg/JointState", "ros2msg", JOINT_STATE.as_bytes()).unwrap();
+    let channels: Vec<u16> =
+        of.iter().map(|(topic, _)| writer.add_channel(schema, topic, "cdr", &Default::default()).unwrap()).collect();
+    for sample in 0..400u32 {
+        for (channel_id, (_, amplitude)) in channels.iter().copied().zip(of) {
+            let time = 10.0 + 0.01 * f64::from(sample);
+            let log_time = ((time + 0.5) * 1e9) as u64;
+            let q = amplitude * (2.0 * time).sin();
+            let header =
+                mcap::records::MessageHeader { channel_id, sequence: sample, log_time, publish_time: log_time };
+            writer.write_to_known_channel(&header, &joint_state(time, q, 3.0 * q)).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    file.into_inner()
+}
+
+/// Of a log with several topics one is chosen; how far its clock is from that of the log is told, and the template names it.
+#[test]
+fn the_topic_of_a_log_of_messages_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, template] = ["two.mcap", "two.toml"].map(|name| folder.path().join(name));
+    std::fs::write(&log, topics(&[("/left", 1.0), ("/right", 2.0)])).unwrap();
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    window.state_mut().order(Order::Import(vec![log], Box::default()));
+    settle(&mut window);
+    assert!(window.query_by_label_contains("the clock of the log is 500.000 ms ahead").is_some());
+    choose(&mut window, "Topic", "/right (sensor_msgs/msg/JointState, 400 messages)");
+    settle(&mut window);
+    type_into(&mut window, "Template for logs like this one", template.display());
+    click(&mut window, "Save as template");
+    let saved = MappingSpec::from_toml(&std::fs::read_to_string(&template).unwrap()).unwrap();
+    assert_eq!(saved.topic, Some(vec!["/right".to_owned()]));
+    click(&mut window, "Open it so");
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    let largest = recording.trajectories[0].q[0].iter().fold(0.0, |most: f64, q| most.max(q.abs()));
+    assert!((largest - 2.0).abs() < 1e-2 && recording.joints[0].name == "elbow", "{largest}");
+}
+
+/// The cut-off that the noise of a log asks for is told with its reason, and taken by a click.
+#[test]
+fn the_noise_of_a_log_proposes_a_filter() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("noisy.csv");
+    let row = |sample: u32| {
+        let t = 0.01 * f64::from(sample);
+        // Noise that no seed is needed for.
+        let noise = 1e-3 * ((78.233 * f64::from(sample * sample % 9973)).sin() * 43758.5453).fract();
+        format!("{t},{},{}\n", (2.0 * t).sin() + noise, -3.0 * (2.0 * t).sin())
+    };
+    std::fs::write(&log, format!("time,q1,tau1\n{}", (0..4000).map(row).collect::<String>())).unwrap();
+    let mut window = window(Session::default(), &data::ABOUT, Theme::Light);
+    window.state_mut().order(Order::Import(vec![log], Box::default()));
+    settle(&mut window);
+    assert!(window.query_by_label_contains("as the noise asks for: motion stands out of the noise up to").is_some());
+    let button = window.get_by_label_contains("Take ");
+    let hertz: f64 = button.accesskit_node().label().unwrap().split(' ').nth(1).unwrap().parse().unwrap();
+    assert!((0.5..4.0).contains(&hertz), "{hertz}");
+    button.scroll_to_me();
+    window.run_steps(4);
+    window.get_by_label_contains("Take ").click();
+    window.run_steps(4);
+    click(&mut window, "Open it so");
+    settle(&mut window);
+    let recording = window.state().session().recording.clone().unwrap();
+    assert_eq!(recording.provenance.low_pass_hz, Some(hertz));
+}

@@ -12,11 +12,9 @@ use crate::recording::differentiate::{
     central_difference, default_cutoff, default_cutoff_of_positions, low_pass, median_step,
 };
 use crate::recording::mapping::{Channel, Draft};
+use crate::recording::noise_filter::{Proposal, Sampled};
 use crate::recording::read::Preview;
-use crate::signals::Signals;
 
-/// So many samples are looked at.
-const MOST: usize = 20_000;
 /// How much of its colour the raw slope has.
 const PALE: f64 = 0.4;
 
@@ -47,6 +45,8 @@ struct Slope {
     raw: Vec<f64>,
     filtered: Vec<f64>,
     cutoff_hz: f64,
+    /// What the noise of the log asks for.
+    proposal: Option<Proposal>,
 }
 
 impl Filter {
@@ -80,6 +80,15 @@ impl Filter {
                 widgets::weak(ui, format!("0: as suits the motion{suits}"));
             }
         });
+        if let Some(proposal) = slope.and_then(|slope| slope.proposal) {
+            ui.horizontal_wrapped(|ui| {
+                let hertz = proposal.told_hz();
+                if ui.button(format!("Take {hertz} Hz")).clicked() {
+                    self.cutoff_hz = hertz;
+                }
+                widgets::weak(ui, format!("as the noise asks for: {}.", proposal.reason()));
+            });
+        }
         if let Some(slope) = slope {
             let view = PanelView::new(slope.panel()).height(150.0);
             view.show(ui, &mut shell.desk.focus.views, &mut shell.desk.memo.decimator);
@@ -99,49 +108,31 @@ fn derived(draft: &Draft) -> Option<&'static str> {
     }
 }
 
-/// The slope of what is differentiated first, of the joint of a column; `None` without a clock, or where numbers are missing.
+/// The slope of what is differentiated first, of the joint of a column, and what its noise asks for; `None` without a clock, or where
+/// numbers are missing.
 fn slope(draft: &Draft, preview: &Preview, shown: usize, cutoff_hz: Option<f64>) -> Option<Slope> {
     let joint = draft.columns.get(shown).filter(|role| role.of_joint().is_some()).map_or(0, |role| role.joint);
-    let of_channel = |channel: Channel| {
-        let columns = draft.columns.iter().zip(&preview.columns);
-        columns.filter(move |(role, _)| role.channel == Some(channel)).map(|(role, seen)| {
-            let values = seen.values.iter().take(MOST).map(|value| role.to_si() * value).collect::<Vec<f64>>();
-            (role.joint, values)
-        })
-    };
-    let positions: Vec<(usize, Vec<f64>)> = of_channel(Channel::Position).collect();
-    let velocities: Vec<(usize, Vec<f64>)> = of_channel(Channel::Velocity).collect();
-    let count = positions.first()?.1.len();
-    let time = match (of_channel(Channel::Time).next(), draft.rate_hz) {
-        (Some((_, time)), _) => time,
-        (None, Some(rate)) => (0..count).map(|sample| sample as f64 / rate).collect(),
-        (None, None) => return None,
-    };
-    let is_whole = |values: &[f64]| values.len() == count && values.iter().all(|value| value.is_finite());
-    let all = || positions.iter().chain(&velocities).map(|(_, values)| values).chain([&time]);
-    if count < 3 || !all().all(|values| is_whole(values)) || time.windows(2).any(|pair| pair[1] <= pair[0]) {
-        return None;
-    }
-    let signals = |of: &[(usize, Vec<f64>)]| Signals::from_joints(of.iter().map(|(_, values)| values.clone())).ok();
-    let q = signals(&positions)?;
+    let sampled = Sampled::derived_from(draft, preview)?;
+    let proposal = sampled.proposal();
+    let Sampled { time, q, qd } = sampled;
     let step = median_step(&time);
-    let cutoff_hz = match (cutoff_hz, velocities.is_empty()) {
+    let cutoff_hz = match (cutoff_hz, &qd) {
         (Some(stated), _) => stated,
-        (None, true) => default_cutoff_of_positions(&q, &time),
-        (None, false) => default_cutoff(&q, &signals(&velocities)?, step),
+        (None, None) => default_cutoff_of_positions(&q, &time),
+        (None, Some(qd)) => default_cutoff(&q, qd, step),
     };
-    let of = if velocities.is_empty() { &positions } else { &velocities };
-    let (_, values) = of.iter().find(|(other, _)| *other == joint).or(of.first())?;
-    let raw = central_difference(values, &time);
+    let measured = qd.as_ref().unwrap_or(&q);
+    let joint = if joint < measured.joint_count() { joint } else { 0 };
+    let raw = central_difference(&measured[joint], &time);
     let slides = draft.columns.iter().any(|role| role.channel == Some(Channel::Position) && role.unit.ends_with('m'));
-    let (name, unit) = match (velocities.is_empty(), slides) {
+    let (name, unit) = match (qd.is_none(), slides) {
         (true, false) => ("velocity", "rad/s"),
         (true, true) => ("velocity", "m/s"),
         (false, false) => ("acceleration", "rad/s²"),
         (false, true) => ("acceleration", "m/s²"),
     };
     let filtered = low_pass(&raw, step, cutoff_hz);
-    Some(Slope { name, unit, joint: joint + 1, filtered, time, raw, cutoff_hz })
+    Some(Slope { name, unit, joint: joint + 1, filtered, time, raw, cutoff_hz, proposal })
 }
 
 impl Slope {

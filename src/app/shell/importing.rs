@@ -9,6 +9,7 @@ use super::frame::Shell;
 use super::hanging::hanging;
 use super::law::Law;
 use super::primary::primary;
+use super::topics::Topics;
 use crate::app::desk::{Order, Templates};
 use crate::app::facts;
 use crate::app::plot::PanelView;
@@ -55,6 +56,8 @@ pub struct Importing {
     filter: Filter,
     job: Option<Job<Preview>>,
     log: Option<Result<Log, String>>,
+    /// The topics of a log of messages, as they were seen last.
+    topics: Topics,
     /// The file for the template, as it is typed.
     template: String,
     /// The template that was there for a log like this one when it was looked into.
@@ -116,11 +119,21 @@ impl Importing {
             side_by_side,
             options,
             log: None,
+            topics: Topics::default(),
             template,
             offered: None,
             ready: Vec::new(),
             problem: None,
         }
+    }
+
+    /// Looks into the log again for columns of other topics; what was said of the rest stays.
+    fn of_topics(&mut self, asked: Vec<String>, ctx: &egui::Context) {
+        let options = self.options.clone().on_topics(asked.clone());
+        let fresh = Importing::of(self.paths.clone(), self.side_by_side, options, ctx);
+        let topics = std::mem::take(&mut self.topics).taking(asked);
+        let (torque, template) = (self.torque.clone(), std::mem::take(&mut self.template));
+        *self = Importing { torque, encoders: self.encoders, topics, template, ..fresh };
     }
 
     /// Whether the file is being read.
@@ -147,6 +160,7 @@ impl Importing {
                     draft.state_command(drive, &found.tau);
                 }
                 self.law = Law::of(draft.drive.as_ref());
+                self.topics = Topics::of(&preview);
                 let shown = first_torque(&draft).unwrap_or(0);
                 Ok(Log { preview, draft, shown, made: None })
             }
@@ -180,6 +194,9 @@ pub fn show(ui: &mut Ui, shell: &mut Shell, place: &mut Option<Importing>) {
         which(ui, &mut open);
         ui.add_space(GAP);
         let top = ui.cursor().top();
+        if let Some(asked) = open.topics.ask(ui) {
+            open.of_topics(asked, ui.ctx());
+        }
         is_over = offer(ui, shell, &mut open);
         let height = (room.height() - AROUND - (ui.cursor().top() - top)).max(80.0);
         ScrollArea::vertical().max_height(height).min_scrolled_height(80.0).show(ui, |ui| match &mut open.log {
@@ -500,7 +517,9 @@ fn completed(spec: MappingSpec, open: &Importing) -> MappingSpec {
     let low_pass_hz = open.filter.cutoff_hz();
     let gaussian_samples = before.gaussian_samples.filter(|_| low_pass_hz.is_none());
     let kind = before.kind.or(spec.kind);
-    let (chain, topic) = (before.chain, before.topic);
+    let chain = before.chain;
+    let read = open.log.iter().flatten().next();
+    let topic = read.and_then(|log| log.preview.stated_topics()).or(before.topic);
     let (torque, encoders) = (open.torque.clone(), open.encoders);
     MappingSpec { low_pass_hz, gaussian_samples, kind, chain, topic, torque, encoders, ..spec }
 }

@@ -23,6 +23,7 @@ mod primary;
 mod reporting;
 mod robot;
 mod status;
+mod topics;
 mod which_model;
 
 use std::path::PathBuf;

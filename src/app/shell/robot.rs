@@ -168,6 +168,7 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut RobotFile, read: &Read) -> 
         )),
         _ => Ok(()),
     };
+    let plane = arm.as_ref().ok().and_then(SerialArm::plane_told);
     let weighs = arm.as_ref().is_ok_and(|arm| arm.mass() > 0.0);
     let command = arm.and_then(|arm| fits.and_then(|()| reading(&arm, shell.desk.session)));
     match &command {
@@ -177,6 +178,9 @@ fn choose(ui: &mut Ui, shell: &mut Shell, open: &mut RobotFile, read: &Read) -> 
         )),
         Ok(_) => drop(widgets::weak(ui, "Its axes are taken; what its links weigh is identified from the log.")),
         Err(problem) => drop(ui.label(RichText::new(problem).color(Palette::in_ui(ui).warning))),
+    }
+    if let (Ok(_), Some(told)) = (&command, plane) {
+        widgets::weak(ui, widgets::sentence_case(&told) + ".");
     }
     ui.add_space(GAP);
     ui.horizontal(|ui| {

@@ -1,7 +1,6 @@
 //! The frames of an MJCF: bodies stand in each other, and each may have joints, which are passed one after the other.
 //!
-//! Classes of defaults are followed for joints, angles are those of the compiler. Springs of joints are passed over. What would change the arm and is not understood
-//! (other files, frames that are repeated or attached, joints that are no hinge and no slide) is refused with its place.
+//! Classes of defaults are followed for joints, angles are those of the compiler. What would change the arm and is not understood (other files, frames that are repeated or attached, joints that are no hinge and no slide) is refused with its place.
 //! Source: MuJoCo, XML reference (`compiler`, `default`, `body`, `joint`, `inertial`, `equality`, `option`).
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -185,7 +184,13 @@ impl<'a, 'input> Setting<'a, 'input> {
         let origin = Vector3::from(numbers(own("pos"), "pos", &name, Some([0.0; 3]))?);
         let slides = kind == "slide";
         let stated = |key: &str| numbers(own(key), key, &name, Some([0.0])).map(|[value]| value);
+        let stiffness = stated("stiffness")?;
+        let angle = |value: f64| if self.in_degrees && !slides { value.to_radians() } else { value };
+        // Where the spring is at rest.
+        let rest = stated("springref").map(angle)?;
         let resistance = Resistance {
+            stiffness,
+            preload: if rest == 0.0 { 0.0 } else { -stiffness * rest },
             rotor_inertia: stated("armature")?,
             damping: stated("damping")?,
             friction: stated("frictionloss")?,

@@ -223,11 +223,27 @@ impl SerialArm {
         let (mut chain, placed) = axes::chain(&frames, self.gravity);
         for (number, joint) in self.joints.iter().enumerate() {
             // The frame of the row, in that of the joint of the file: both are fixed to the link.
-            let link = joint.parameters_in(&(frames[number].inverse() * placed[number]));
+            let row = frames[number].inverse() * placed[number];
+            let link = joint.parameters_in(&row);
+            let is_last = number + 1 == self.joints.len();
+            let tip = joint.tip().filter(|_| is_last).map(|tip| row.inverse_transform_point(&tip.into()).coords.into());
             let SerialJoint { resistance, limits, .. } = *joint;
-            chain.axes[number].stated = Stated { link, resistance, limits }.if_any();
+            chain.axes[number].stated = Stated { link, resistance, limits, tip }.if_any();
         }
         chain
+    }
+
+    /// That it is a planar arm and is taken for one, if it is, and where its last link ends; as a sentence without its end.
+    pub fn plane_told(&self) -> Option<String> {
+        let (chain, turns) = (self.chain(), !self.sliding().contains(&true));
+        let arm = chain.planar().filter(|_| turns)?;
+        let length = arm.links.last()?.length;
+        let has_tip = self.joints.last().is_some_and(|last| last.tip().is_some());
+        let end =
+            if has_tip { "" } else { " (twice as far as its centre of mass, unless a frame there says otherwise)" };
+        Some(format!(
+            "all axes are parallel and gravity lies in their plane: it is the planar arm with these links, the last {length:.3} m long{end}"
+        ))
     }
 
     /// Links that move of which the file does not say what they weigh.
@@ -260,6 +276,13 @@ impl SerialJoint {
     /// What moves with it and with no joint behind it weighs \[kg\], if the file says it of anything.
     pub fn mass(&self) -> Option<f64> {
         self.parts.iter().filter_map(|part| part.body).map(|body| body.mass).reduce(|sum, own| sum + own)
+    }
+
+    /// The farthest of the frames that are fixed to it, in its own: where a tool is; `None` where there is none but that of its link.
+    fn tip(&self) -> Option<Vector3<f64>> {
+        let places = self.parts.iter().map(|part| part.frame.translation.vector);
+        let farthest = places.max_by(|one, other| one.norm().total_cmp(&other.norm()))?;
+        (farthest.norm() > SHORTEST_AXIS).then_some(farthest)
     }
 
     /// The parameters of all that moves with it, in a frame that stands so in its own; `None` if nothing is said to weigh anything.

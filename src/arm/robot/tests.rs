@@ -154,7 +154,7 @@ fn limits_and_resistance_are_those_of_the_file() {
         .replace("<axis xyz=\"1 0 0\"/>", "<axis xyz=\"1 0 0\"/><limit lower=\"-1\" upper=\"1\" velocity=\"0\" effort=\"7\"/>");
     let stated = |arm: &SerialArm, joint: usize| (arm.joints[joint].limits, arm.joints[joint].resistance);
     let first = Limits { position: Some([-2.0, 1.5]), velocity: Some(3.0), effort: Some(40.0) };
-    let resists = Resistance { rotor_inertia: 0.0, damping: 0.5, friction: 2.0 };
+    let resists = Resistance { damping: 0.5, friction: 2.0, ..Resistance::default() };
     let arm = SerialArm::parse(&urdf).unwrap();
     assert_eq!(stated(&arm, 0), (first, resists));
     assert_eq!(stated(&arm, 1).0, Limits { effort: Some(7.0), ..Limits::default() }, "an endless joint has no ends");
@@ -168,6 +168,16 @@ fn limits_and_resistance_are_those_of_the_file() {
     let arm = SerialArm::parse(&mjcf).unwrap();
     let with_rotor = Resistance { rotor_inertia: 0.1, ..resists };
     assert_eq!(stated(&arm, 0), (Limits { velocity: None, ..first }, with_rotor));
+    // A spring of 3 N m/rad that is at rest at 0.5 rad, or at 90°.
+    let spring = |said: &str| {
+        let Resistance { stiffness, preload, .. } = stated(&SerialArm::parse(said).unwrap(), 0).1;
+        (stiffness, preload)
+    };
+    let sprung = joint("stiffness=\"3\" springref=\"0.5\"");
+    assert_eq!(spring(&sprung), (3.0, -1.5));
+    assert_eq!(spring(&joint("stiffness=\"3\"")), (3.0, 0.0));
+    let (_, preload) = spring(&sprung.replace("angle=\"radian\" ", "").replace("\"0.5\"", "\"90\""));
+    assert!((preload + 3.0 * FRAC_PI_2).abs() < 1e-15);
     let unlimited = SerialArm::parse(&joint("range=\"-2 1.5\" limited=\"false\"")).unwrap();
     assert_eq!(stated(&unlimited, 0).0.position, None);
     let by_word = joint("range=\"-2 1.5\"").replace("<compiler ", "<compiler autolimits=\"false\" ");

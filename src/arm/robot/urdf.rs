@@ -67,7 +67,7 @@ fn optional(of: Option<Element>, key: &str, name: &str) -> Result<Option<f64>, R
 /// What `dynamics` says.
 fn resistance(joint: Element, name: &str) -> Result<Resistance, RobotError> {
     let said = |key: &str| optional(child(joint, "dynamics"), key, name).map(Option::unwrap_or_default);
-    Ok(Resistance { damping: said("damping")?, friction: said("friction")?, rotor_inertia: 0.0 })
+    Ok(Resistance { damping: said("damping")?, friction: said("friction")?, ..Resistance::default() })
 }
 
 /// What `limit` says; a speed or an effort of 0 stands for none that is known. Ends that are absent are 0 there.

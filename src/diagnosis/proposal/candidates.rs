@@ -296,6 +296,7 @@ mod tests {
             gravity: arm.gravity,
             reversal_widths: &[],
             arm: Some(&arm),
+            chain: None,
             load: Some(&load),
         };
         let library = Library::new(1, &kinds);

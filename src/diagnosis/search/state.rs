@@ -106,7 +106,7 @@ impl<'a> Search<'a> {
     }
 
     /// Normal equations of these columns on all blocks.
-    pub(super) fn whole_of(&self, columns: &[usize]) -> NormalEquations {
+    pub fn whole_of(&self, columns: &[usize]) -> NormalEquations {
         self.whole.select(columns)
     }
 

@@ -93,7 +93,7 @@ impl Bench {
         let pieces = recording.with_trajectories(pieces.collect());
         let thin = recording.with_trajectories(pieces.trajectories.iter().filter_map(thinned).collect());
         let kept = thin.sample_count();
-        let most = MOST_JUDGED[usize::from(thin.chain.is_some())];
+        let most = MOST_JUDGED[usize::from(thin.spatial().is_some())];
         let step = recording.trajectories.first()?.time_step();
         (kept >= 10 * STRETCHES).then_some(Bench { pieces, thin, step, every: kept.div_ceil(most) })
     }
@@ -188,7 +188,7 @@ impl Body {
     fn of(recording: &Recording) -> Option<Body> {
         let joints = recording.joint_count();
         let slides: Vec<bool> = recording.joints.iter().map(|joint| joint.kind == JointKind::Prismatic).collect();
-        if let Some(chain) = &recording.chain {
+        if let Some(chain) = recording.spatial() {
             let mut weightless = chain.clone();
             weightless.gravity = [0.0; 3];
             return Some(Body::InSpace {

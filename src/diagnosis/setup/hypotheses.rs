@@ -49,8 +49,8 @@ pub(super) fn listed(bench: &Bench) -> Vec<Correction> {
     if is_planar(thin) {
         list.extend(other_directions(bench));
     }
-    if thin.chain.is_some() || joints > 1 {
-        let first = usize::from(thin.chain.is_none());
+    if thin.spatial().is_some() || joints > 1 {
+        let first = usize::from(thin.spatial().is_none());
         for joint in (first..joints).filter(|&joint| thin.joints[joint].kind == JointKind::Revolute) {
             for quarters in [1.0, -1.0, 2.0] {
                 list.push(Correction::Offset { joints: vec![joint], angles: vec![quarters * FRAC_PI_2] });

@@ -6,9 +6,10 @@
 //! explanations can't be told apart, or none is decisive, nothing is told: a false alarm is worse than a miss.
 //!
 //! `bench` fits a set-up, `hypotheses` lists what may be wrong, `kinematics` what the derivatives say by themselves,
-//! `judgement` decides.
+//! `judgement` decides. `gain` asks what a current is worth where the masses are stated.
 
 mod bench;
+mod gain;
 mod hypotheses;
 mod judgement;
 mod kinematics;
@@ -16,6 +17,7 @@ mod kinematics;
 use rayon::prelude::*;
 
 use bench::{Bench, Fit};
+pub use gain::gains;
 use judgement::{Told, Trial};
 
 use crate::progress::{Monitor, Stopped};

@@ -250,11 +250,18 @@ fn add_effect(fitted: &Fitted, number: usize, placed: &EffectTerm, body: &Body, 
 
 /// Adds what is stated to resist each joint.
 fn add_resistance(fitted: &Fitted, joints: &[Resistance], tape: &mut Tape, total: &mut [Value]) {
-    tape.heading("stated resistance of joints: I_r * qdd + d * qd + tau_c * direction");
-    for (joint, Resistance { rotor_inertia, damping, friction }) in joints.iter().enumerate() {
-        let (qd, qdd) = (tape.channel(Quantity::Velocity, joint), tape.channel(Quantity::Acceleration, joint));
+    tape.heading("stated resistance of joints: I_r * qdd + d * qd + tau_c * direction + k * q + tau_0");
+    for (joint, Resistance { rotor_inertia, damping, friction, stiffness, preload }) in joints.iter().enumerate() {
+        let [q, qd, qdd] = [Quantity::Position, Quantity::Velocity, Quantity::Acceleration]
+            .map(|quantity| tape.channel(quantity, joint));
         let turns = direction(tape, qd, joint, fitted.setting().reversal_widths[joint]);
-        let parts = [("rotor_inertia", rotor_inertia, qdd), ("damping", damping, qd), ("friction", friction, turns)];
+        let parts = [
+            ("rotor_inertia", rotor_inertia, qdd),
+            ("damping", damping, qd),
+            ("friction", friction, turns),
+            ("stiffness", stiffness, q),
+            ("preload", preload, Value::Number(1.0)),
+        ];
         for (name, value, channel) in parts {
             let factor = tape.constant(&format!("stated_{name}_{}", joint + 1), *value, "SI");
             let torque = tape.mul(factor, channel);

@@ -38,6 +38,8 @@ pub(super) fn parameters(sheet: &Sheet, remarks: &[String]) -> String {
         entry(1, "rotor_inertia", &values(|joint| joint.rotor_inertia));
         entry(1, "damping", &values(|joint| joint.damping));
         entry(1, "friction", &values(|joint| joint.friction));
+        entry(1, "stiffness", &values(|joint| joint.stiffness));
+        entry(1, "preload", &values(|joint| joint.preload));
     }
     entry(0, "effects", "");
     for (number_of_term, term) in sheet.kept.model.terms.iter().enumerate() {

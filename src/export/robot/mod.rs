@@ -234,8 +234,12 @@ fn sorted(fitted: &Fitted, format: Format, recording: Option<&Recording>) -> Res
                     (Property::Damping, stated.damping),
                     (Property::Friction, stated.friction),
                     (Property::Armature, stated.rotor_inertia),
+                    (Property::Stiffness, stated.stiffness),
+                    (Property::Preload, stated.preload),
                 ];
-                let held = own.into_iter().filter(|(property, value)| property.is_held(format, false) && *value != 0.0);
+                let has_spring = stated.stiffness != 0.0;
+                let is_held = |property: Property| property.is_held(format, has_spring);
+                let held = own.into_iter().filter(|(property, value)| is_held(*property) && *value != 0.0);
                 held.for_each(|(property, value)| *found.entry((joint, property)).or_default() += value);
             }
             continue;

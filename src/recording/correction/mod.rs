@@ -130,6 +130,13 @@ pub enum CorrectionError {
 /// A trajectory has at least so many samples.
 const FEWEST: usize = 3;
 
+impl Correction {
+    /// Whether it states what the numbers of the torque are worth.
+    pub fn scales_torque(&self) -> bool {
+        matches!(self, Correction::Factor { part: Part::Torque | Part::All, .. })
+    }
+}
+
 impl Part {
     /// The channels of this part, to change them.
     fn of(self, trajectory: &mut Trajectory) -> Vec<SignalsMut<'_>> {
@@ -210,7 +217,7 @@ impl Correction {
         let joints = recording.joint_count();
         let correction = || self.to_string();
         match self {
-            Correction::Zero { .. } if recording.chain.is_some() => Err(CorrectionError::NotPlanar(correction())),
+            Correction::Zero { .. } if recording.spatial().is_some() => Err(CorrectionError::NotPlanar(correction())),
             Correction::Order { order, .. } => {
                 let mut sorted = order.clone();
                 sorted.sort_unstable();

@@ -50,7 +50,7 @@ pub use npz::NpzError;
 pub use parquet::ParquetError;
 pub use pickle::PickleError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
-pub use topics::TopicError;
+pub use topics::{SeenTopic, TopicError};
 
 use self::arrays::{Gathered, Source};
 use self::budget::Budget;
@@ -124,6 +124,13 @@ impl ReadOptions {
     #[must_use]
     pub fn by(self, mapping: MappingSpec) -> Self {
         ReadOptions { mapping: Some(mapping), torque: None, encoders: None, ..self }
+    }
+
+    /// The same of these topics of a log of messages.
+    #[must_use]
+    pub fn on_topics(self, topics: Vec<String>) -> Self {
+        let mapping = MappingSpec { topic: Some(topics), ..self.mapping.unwrap_or_default() };
+        ReadOptions { mapping: Some(mapping), ..self }
     }
 
     /// What is said of the torque, here or in the mapping; `None` where nothing is.
@@ -463,7 +470,28 @@ impl ReadError {
         matches!(
             self,
             ReadError::Mapping { .. } | ReadError::NoTime { .. } | ReadError::NoValues { .. } | ReadError::Text { .. }
-        )
+        ) || self.fullest_topic().is_some()
+    }
+}
+
+impl ReadError {
+    /// Of a log of messages none of whose topics has positions and torques by their names, the topic with most numbers.
+    fn fullest_topic(&self) -> Option<&str> {
+        let problem = match self {
+            ReadError::Bag { problem, .. } => match &**problem {
+                BagError::Topics(problem) => problem,
+                _ => return None,
+            },
+            ReadError::Mcap { problem, .. } => match &**problem {
+                McapError::Topics(problem) => problem,
+                _ => return None,
+            },
+            _ => return None,
+        };
+        match problem {
+            TopicError::NoStates { fullest, .. } => fullest.as_deref(),
+            _ => None,
+        }
     }
 }
 
@@ -567,6 +595,10 @@ pub fn own_recording(bytes: &[u8], monitor: &Monitor) -> Result<Recording, ReadE
 pub struct Preview {
     /// In the order of the file.
     pub columns: Vec<Seen>,
+    /// The topics of a log of messages, by their names; empty for all other logs.
+    pub topics: Vec<SeenTopic>,
+    /// What is to be said of their clocks.
+    pub clocks: Vec<String>,
 }
 
 /// A column as it stands in a log.
@@ -583,19 +615,42 @@ impl Preview {
     pub fn names(&self) -> Vec<String> {
         self.columns.iter().map(|column| column.name.clone()).collect()
     }
+
+    /// The topics that the columns are from, the one that gives the times first.
+    pub fn taken(&self) -> Vec<String> {
+        let mut taken: Vec<&SeenTopic> = self.topics.iter().filter(|topic| topic.taken.is_some()).collect();
+        taken.sort_by_key(|topic| topic.taken);
+        taken.into_iter().map(|topic| topic.name.clone()).collect()
+    }
+
+    /// The topics for a mapping: none where the log has no choice.
+    pub fn stated_topics(&self) -> Option<Vec<String>> {
+        (self.topics.len() > 1).then(|| self.taken())
+    }
 }
 
-/// Looks into a log, or the first one of a folder, without making anything of it.
+/// Looks into a log, or the first one of a folder, without making anything of it. Where no topic of a log of messages has positions and
+/// torques by their names, it is the one with most numbers, for a mapping by hand.
 ///
 /// # Errors
 /// [`ReadError`] as for [`read`], and [`ReadError::NeedsNone`] for a recording of our own, which has no columns.
 pub fn preview(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Preview, ReadError> {
     let logs = folder::logs(path).map_err(|problem| ReadError::File { path: path.to_owned(), problem })?;
     let first = logs.and_then(|logs| logs.into_iter().next());
-    match open(first.as_deref().unwrap_or(path), options, monitor)? {
+    let path = first.as_deref().unwrap_or(path);
+    let content = match open(path, options, monitor) {
+        Err(error) => match error.fullest_topic() {
+            Some(topic) => open(path, &options.clone().on_topics(vec![topic.to_owned()]), monitor)?,
+            None => return Err(error),
+        },
+        content => content?,
+    };
+    match content {
         Content::Table(table) => {
+            let Table { columns, topics, clocks, .. } = *table;
             let seen = |column: table::Column| Seen { name: column.name, values: column.values };
-            Ok(Preview { columns: table.columns.into_iter().map(seen).collect() })
+            let clocks = clocks.into_iter().map(|told| told.what).collect();
+            Ok(Preview { columns: columns.into_iter().map(seen).collect(), topics, clocks })
         }
         Content::Recording(_) => Err(ReadError::NeedsNone { file: file_name(path) }),
     }
@@ -797,9 +852,13 @@ fn stem(path: &Path) -> String {
 
 /// A recording of our own is complete; only the posture and the stated arm may be said anew.
 fn own(mut recording: Recording, options: &ReadOptions) -> Result<Import, ReadError> {
+    if let Some(chain) = options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()) {
+        // Who states axes states the arm.
+        (recording.posture, recording.stated_arm, recording.chain) = (None, None, Some(chain));
+    }
     recording.posture = options.zero.or(recording.posture);
     recording.stated_arm = options.arm.clone().or(recording.stated_arm);
-    recording.chain = options.mapping.as_ref().and_then(|mapping| mapping.chain.clone()).or(recording.chain);
+    recording.settle_plane();
     recording.torque = options.stated_torque().cloned().unwrap_or(recording.torque);
     recording.encoders = options.stated_encoders().or(recording.encoders);
     let names = |array: &str| (0..recording.joint_count()).map(|joint| format!("{array}[{joint}]")).collect();
@@ -952,8 +1011,12 @@ impl Merge {
             encoders: options.stated_encoders(),
             seal: None,
         };
+        recording.settle_plane();
         recording.verify()?;
         self.findings.extend(set_right(&mut recording, &options.set_right)?);
+        if options.set_right.iter().any(Correction::scales_torque) {
+            self.findings.retain(|finding| finding.kind != FindingKind::Amperes);
+        }
         let Checked { findings, unusable } = check(&recording);
         self.findings.extend(findings);
         Ok(Import { recording, findings: self.findings, unusable, mapping: self.mapping })
@@ -1010,7 +1073,7 @@ fn about_mapping(mapping: &Mapping, spec: &MappingSpec, torque: &TorqueFacts, fi
             what: format!("the torque is taken from `{name}`, which is a current [A]: no gain is stated."),
             place: Place::file(file),
             remedy: "All torques and parameters are in amperes then. State the motor's constant times the gear's ratio as factor \
-                     of tau in a mapping file."
+                     of tau in a mapping file; where the masses of the arm are stated (`--arm robot.urdf`) it is identified."
                 .to_owned(),
             set_right: Vec::new(),
         });

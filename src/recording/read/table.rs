@@ -6,6 +6,7 @@ use std::ops::Range;
 use ndarray::ArrayD;
 
 use super::clocks::Told;
+use super::topics::SeenTopic;
 
 /// More columns are not believed: each takes memory, and its name is compared with others.
 pub(super) const MOST_COLUMNS: usize = 10_000;
@@ -30,6 +31,8 @@ pub(super) struct Table {
     pub joints: Option<Vec<String>>,
     /// What is to be said of the clocks of a log of messages.
     pub clocks: Vec<Told>,
+    /// The topics of a log of messages.
+    pub topics: Vec<SeenTopic>,
     /// Parts of the file that no column was made of, each with the reason.
     pub passed_over: Vec<String>,
     /// Of files side by side those whose last row was left out, because the others have one less.

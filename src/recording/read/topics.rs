@@ -19,9 +19,15 @@ pub enum TopicError {
     /// No topic has what is needed.
     #[error(
         "no topic of the log has positions and torques{}; record /joint_states or /dynamic_joint_states, or name the topic and \
-         its columns (`topic=…,q=…,tau=…`)", only(.0)
+         its columns (`topic=…,q=…,tau=…`)",
+        only(there)
     )]
-    NoStates(Vec<String>),
+    NoStates {
+        /// All topics.
+        there: Vec<String>,
+        /// The one with most numbers, which may be mapped by hand.
+        fullest: Option<String>,
+    },
     /// The topic that was asked for is not there, or none of its messages can be read.
     #[error("no topic `{asked}` with numbers is in the log; it has {}", there.join("; "))]
     NoTopic {
@@ -61,6 +67,19 @@ pub enum TopicError {
 
 fn only(topics: &[String]) -> String {
     if topics.is_empty() { String::new() } else { format!(", only {}", topics.join("; ")) }
+}
+
+/// A topic of a log of messages, for one to be chosen.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SeenTopic {
+    /// Its name.
+    pub name: String,
+    /// The type of its messages.
+    pub kind: String,
+    /// How many messages it has.
+    pub messages: usize,
+    /// Whether columns were made of it: as the first, which gives the times (0), or beside it (1).
+    pub taken: Option<usize>,
 }
 
 /// The topics of a log, by the numbers that the log gives them.
@@ -127,14 +146,33 @@ impl<'a> Topics<'a> {
         };
         let others = topics.iter().enumerate().filter(|(index, _)| !is_chosen(*index));
         let mut passed_over: Vec<String> = others.map(|(_, topic)| topic.told()).collect();
-        match chosen {
-            Chosen::One(one) => Ok(topics[one].side(&mut passed_over).alone(passed_over)),
+        let seen = seen(&topics, &chosen, budget)?;
+        let table = match chosen {
+            Chosen::One(one) => topics[one].side(&mut passed_over).alone(passed_over),
             Chosen::Two(first, other) => {
                 let [side, other] = [first, other].map(|index| topics[index].side(&mut passed_over));
-                side.beside(other, passed_over, budget)
+                side.beside(other, passed_over, budget)?
             }
-        }
+        };
+        Ok(Table { topics: seen, ..table })
     }
+}
+
+/// The topics that one can choose from, by their names: those whose messages can be read.
+fn seen(topics: &[Topic], chosen: &Chosen, budget: &mut Budget) -> Result<Vec<SeenTopic>, TooMuch> {
+    let place = |index: usize| match *chosen {
+        Chosen::One(first) => (index == first).then_some(0),
+        Chosen::Two(first, other) => [first, other].iter().position(|taken| *taken == index),
+    };
+    let mut seen = Vec::new();
+    for (index, topic) in topics.iter().enumerate().filter(|(_, topic)| topic.definition.is_ok() && topic.count > 0) {
+        budget.text(&topic.name)?;
+        budget.text(&topic.kind)?;
+        let Topic { name, kind, count, .. } = topic;
+        seen.push(SeenTopic { name: name.clone(), kind: kind.clone(), messages: *count, taken: place(index) });
+    }
+    seen.sort_by(|one, other| one.name.cmp(&other.name));
+    Ok(seen)
 }
 
 /// Where the topic that is asked for stands.
@@ -157,7 +195,8 @@ fn told(topics: &[Topic]) -> Vec<String> {
 fn choose(topics: &[Topic]) -> Result<Chosen, TopicError> {
     let complete = topics.iter().position(Topic::has_states).map(Chosen::One);
     let chosen = complete.or_else(|| pair(topics).map(|(first, other)| Chosen::Two(first, other)));
-    chosen.ok_or_else(|| TopicError::NoStates(told(topics)))
+    let fullest = || topics.iter().find(|topic| topic.values() > 0).map(|topic| topic.name.clone());
+    chosen.ok_or_else(|| TopicError::NoStates { there: told(topics), fullest: fullest() })
 }
 
 /// More topics are not paired: each pair is looked at.

@@ -27,7 +27,7 @@ impl Body {
     /// Of the arm of a recording; `None` if it slides in the plane.
     pub fn of(recording: &Recording) -> Option<Body> {
         let sliding: Vec<bool> = recording.joints.iter().map(|joint| joint.kind == JointKind::Prismatic).collect();
-        if let Some(chain) = &recording.chain {
+        if let Some(chain) = recording.spatial() {
             return Some(Body::Spatial(chain.clone(), sliding));
         }
         let mut arm = recording.stated_arm.clone().unwrap_or_else(|| Arm::uniform(recording.joint_count()));

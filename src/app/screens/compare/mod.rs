@@ -316,7 +316,7 @@ fn at_cursor(ui: &mut Ui, desk: &mut Desk) {
         };
         let (q, measured, predicted) = (at(&run.q), at(&run.tau), at(&prediction.total));
         if let Some(panel) = arm::panel(&recording, &step, &facts, index, Some(time), desk.focus.sight) {
-            let is_spatial = recording.chain.is_some();
+            let is_spatial = recording.spatial().is_some();
             let unit_links = recording.stated_arm.is_none() && !is_spatial;
             let drawing = PanelView::new(panel).drawing().spoken("the arm at the time cursor").height(250.0);
             let drawn = drawing.show(ui, &mut desk.focus.views, &mut desk.memo.decimator).response;
