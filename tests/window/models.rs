@@ -314,3 +314,23 @@ fn tables_are_copied_for_papers() {
     assert!(models.starts_with("model,nMSE of joint 1,") && models.lines().count() == 3, "{models}");
     assert!(window.query_by_label("Copy as CSV").is_none(), "the menu is closed");
 }
+
+/// What is identified as published values were is the same as on the command line, and changes nothing in the session.
+#[test]
+fn a_model_is_identified_plainly_too() {
+    let session = demonstration();
+    let mut window = window(session.clone(), &model::ABOUT, Theme::Light);
+    settle(&mut window);
+    click(&mut window, "Plain least squares");
+    assert!(window.query_by_label("nMSE over all").is_none());
+    click(&mut window, "Identify so");
+    settle(&mut window);
+    assert!(window.query_by_label("nMSE over all").is_some());
+    let recording = session.recording.clone().unwrap();
+    let model = &session.current().unwrap().fitted.model;
+    let plain = torquescope::model::fit_plain(model, &recording, 0.0, &torquescope::progress::Monitor::new()).unwrap();
+    let value = plain.parameters.iter().find(|parameter| parameter.identified).unwrap().value;
+    let shown = torquescope::figure::ticks::number(value);
+    assert!(window.query_all_by_label(&shown).next().is_some(), "{shown}");
+    assert_eq!(window.state().session().all_models().count(), session.all_models().count());
+}

@@ -3,6 +3,7 @@
 mod diagram;
 mod figures;
 mod inside;
+mod plain;
 mod share;
 
 use egui::{Align, Button, CollapsingHeader, ComboBox, Layout, RadioButton, RichText, Ui, WidgetInfo};
@@ -44,6 +45,7 @@ const PANELS: Part<Terms> = Part::Beside(&[
         Part::Tabs(&[
             Part::Panel("Terms", |_, ui, desk| terms(ui, desk)),
             Part::Panel("What it has learned", |screen, ui, desk| screen.inside.show(ui, desk)),
+            Part::Panel("Plain least squares", |screen, ui, desk| screen.plain.show(ui, desk)),
         ]),
     ),
     (1.0, Part::Panel("Change the model", Terms::change)),
@@ -57,6 +59,8 @@ pub struct Terms {
     joints: Vec<bool>,
     /// What of its inside is looked at.
     inside: inside::Wish,
+    /// Identification as published values have it.
+    plain: plain::Plain,
     /// Whether somebody has looked at this recording here.
     was_seen: bool,
 }
@@ -96,6 +100,9 @@ impl Screen for Terms {
 
     fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
         self.was_seen &= before.has_recording_of(after);
+        if !before.has_recording_of(after) {
+            self.plain.forget();
+        }
     }
 
     fn setup(&self) -> Value {
@@ -217,7 +224,7 @@ fn told(term: &Term, recording: &Recording) -> Told {
     match term {
         Term::RigidBody(RigidBody::Identified) => {
             let slides = recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic);
-            match (&recording.chain, slides) {
+            match (recording.spatial(), slides) {
                 (None, true) => {
                     of([r"\tau = M_1\,\ddot q", "τ = M1 q̈"], "A mass that slides; it is identified from the data.")
                 }
@@ -235,8 +242,11 @@ fn told(term: &Term, recording: &Recording) -> Told {
             of(BODY, "Links about the axes that are stated, with the masses that the maker states.")
         }
         Term::Resistance(_) => of(
-            [r"\tau = I_r\,\ddot q + d\,\dot q + \tau_c\,\mathrm{sign}(\dot q)", "τ = I_r q̈ + d q̇ + τ_c sign(q̇)"],
-            "Rotor inertia, damping and dry friction of each joint as the maker states them.",
+            [
+                r"\tau = I_r\,\ddot q + d\,\dot q + \tau_c\,\mathrm{sign}(\dot q) + k\,q + \tau_0",
+                "τ = I_r q̈ + d q̇ + τ_c sign(q̇) + k q + τ₀",
+            ],
+            "Rotor inertia, damping, dry friction and spring of each joint as the maker states them.",
         ),
         Term::Effect(term) => {
             of([term.effect.typeset, &widgets::formula(term.effect.formula)], term.effect.description)
