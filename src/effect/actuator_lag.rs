@@ -18,7 +18,7 @@ pub static EFFECT: Effect = Effect {
     scope: Scope::Joint,
     axis: Axis::Velocity,
     parameters: &[ParameterSpec::linear("lag", "T", Dimension::Time).between(-LONGEST_DELAY, LONGEST_DELAY)],
-    facts: Facts { depends_on_load: true, ..Facts::USUAL },
+    facts: Facts { depends_on_load: true, also_said_as: &["derivative-delay"], ..Facts::USUAL },
 };
 
 struct ActuatorLag;

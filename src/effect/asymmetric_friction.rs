@@ -24,6 +24,7 @@ pub static EFFECT: Effect = Effect {
             effects: &["coulomb-friction", "torque-offset"],
             told_by: "Standstill in a known direction: an offset stays, friction does not.",
         }],
+        goes_with: &["torque-offset"], // it is the same friction with an offset
         ..Facts::USUAL
     },
 };

@@ -23,7 +23,13 @@ pub static EFFECT: Effect = Effect {
         ParameterSpec::linear("crossing_torque", "τ_b", Dimension::Torque).at_least(0.0),
         ParameterSpec::shape("crossing_time", "T_b", Dimension::Time, &[0.05, 0.08, 0.13, 0.2]).between(1e-3, 2.0),
     ],
-    facts: Facts { depends_on_load: true, encoder: Some(Side::Link), ..Facts::USUAL },
+    facts: Facts {
+        depends_on_load: true,
+        encoder: Some(Side::Link),
+        other_side: Some("motor-side-backlash"),
+        goes_with: &["rotor-inertia"],
+        ..Facts::USUAL
+    },
 };
 
 struct Backlash;

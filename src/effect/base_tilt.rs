@@ -16,7 +16,7 @@ pub static EFFECT: Effect = Effect {
     scope: Scope::Arm,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("tilt", "ε", Dimension::Angle).between(-0.5, 0.5)],
-    facts: Facts { depends_on_load: true, ..Facts::USUAL },
+    facts: Facts { depends_on_load: true, also_said_as: &["com-offset"], ..Facts::USUAL },
 };
 
 struct BaseTilt;

@@ -18,7 +18,7 @@ pub static EFFECT: Effect = Effect {
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("lean", "λ", Dimension::Angle).between(-1.5, 1.5)],
-    facts: Facts { depends_on_load: true, ..Facts::USUAL },
+    facts: Facts { depends_on_load: true, also_said_as: &["base-tilt"], ..Facts::USUAL },
 };
 
 struct ComOffset;

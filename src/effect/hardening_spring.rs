@@ -17,7 +17,7 @@ pub static EFFECT: Effect = Effect {
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("cubic_stiffness", "k_3", Dimension::CubicStiffness).at_least(0.0)],
-    facts: Facts::USUAL,
+    facts: Facts { goes_with: &["torque-offset"], ..Facts::USUAL },
 };
 
 struct HardeningSpring;

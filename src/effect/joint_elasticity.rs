@@ -18,7 +18,14 @@ pub static EFFECT: Effect = Effect {
     scope: Scope::Joint,
     axis: Axis::Acceleration,
     parameters: &[ParameterSpec::linear("inertia_over_stiffness", "c", Dimension::TimeSquared).between(0.0, 1.0)],
-    facts: Facts { depends_on_load: true, encoder: Some(Side::Link), left_by: Some(LEFT_BY_LAG), ..Facts::USUAL },
+    facts: Facts {
+        depends_on_load: true,
+        encoder: Some(Side::Link),
+        other_side: Some("motor-side-elasticity"),
+        goes_with: &["rotor-inertia"],
+        left_by: Some(LEFT_BY_LAG),
+        ..Facts::USUAL
+    },
 };
 
 /// A lag T is a delay or a filter of first order, which differ by T² / 2 of the second derivative; sampling adds to that.

@@ -18,7 +18,7 @@ pub static EFFECT: Effect = Effect {
         ParameterSpec::linear("stiffness", "k", Dimension::Stiffness).at_least(0.0),
         ParameterSpec::linear("preload", "τ_0", Dimension::Torque),
     ],
-    facts: Facts { includes: &["torque-offset"], ..Facts::USUAL },
+    facts: Facts { includes: &["torque-offset"], goes_with: &["torque-offset"], ..Facts::USUAL },
 };
 
 struct JointSpring;

@@ -21,7 +21,7 @@ pub static EFFECT: Effect = Effect {
         // A stop that is touched most of the time is a spring.
         ParameterSpec::place("stop_position", "q_l", &[0.1, 0.2, 0.3, 0.4, 0.5]),
     ],
-    facts: Facts::USUAL,
+    facts: Facts { goes_with: &["torque-offset"], ..Facts::USUAL },
 };
 
 struct LowerStop;

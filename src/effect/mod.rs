@@ -134,6 +134,8 @@ pub struct Facts {
     pub learned_friction: bool,
     /// The side of the gear on which its formula takes the encoder to be, if that matters.
     pub encoder: Option<Side>,
+    /// The id of what it is called where the encoder is on the other side.
+    pub other_side: Option<&'static str>,
     /// Whether it is an error of measured velocities or accelerations: those that are derived from the position by no filter that runs
     /// forward only can't have it.
     pub of_measured_derivatives: bool,
@@ -141,6 +143,10 @@ pub struct Facts {
     pub includes: &'static [&'static str],
     /// What usual data can hardly tell from it, so that whoever names it must name these too.
     pub look_alikes: &'static [LookAlike],
+    /// Ids of effects of other families that say the same of most motions, so that either name is right.
+    pub also_said_as: &'static [&'static str],
+    /// Ids of effects that may be named beside this one, since a fit shares it out among them.
+    pub goes_with: &'static [&'static str],
     /// An effect whose formula is only so exact that it leaves a little of this one.
     pub left_by: Option<LeftBy>,
     /// The text of the file that states it, if it is one of somebody's own: whatever is saved with it keeps the text, too.
@@ -205,9 +211,12 @@ impl Facts {
         absorbed_by_body: false,
         learned_friction: false,
         encoder: None,
+        other_side: None,
         of_measured_derivatives: false,
         includes: &[],
         look_alikes: &[],
+        also_said_as: &[],
+        goes_with: &[],
         left_by: None,
         written: None,
     };

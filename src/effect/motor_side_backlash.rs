@@ -25,7 +25,13 @@ pub static EFFECT: Effect = Effect {
         ParameterSpec::linear("gap", "δ", Dimension::Position).between(0.0, 0.5),
         ParameterSpec::shape("crossing_time", "T_b", Dimension::Time, &[0.06, 0.15]).between(1e-3, 2.0),
     ],
-    facts: Facts { depends_on_load: true, encoder: Some(Side::Motor), ..Facts::USUAL },
+    facts: Facts {
+        depends_on_load: true,
+        encoder: Some(Side::Motor),
+        other_side: Some("backlash"),
+        goes_with: &["rotor-inertia"],
+        ..Facts::USUAL
+    },
 };
 
 struct MotorSideBacklash;

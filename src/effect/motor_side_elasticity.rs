@@ -19,7 +19,13 @@ pub static EFFECT: Effect = Effect {
     scope: Scope::Joint,
     axis: Axis::Acceleration,
     parameters: &[ParameterSpec::linear("compliance", "κ", Dimension::Compliance).at_least(0.0)],
-    facts: Facts { depends_on_load: true, encoder: Some(Side::Motor), ..Facts::USUAL },
+    facts: Facts {
+        depends_on_load: true,
+        encoder: Some(Side::Motor),
+        other_side: Some("joint-elasticity"),
+        goes_with: &["rotor-inertia"],
+        ..Facts::USUAL
+    },
 };
 
 struct MotorSideElasticity;

@@ -214,6 +214,21 @@ mod tests {
     }
 
     #[test]
+    fn names_in_facts_exist_and_sides_are_two() {
+        for effect in ALL {
+            for id in effect.facts.also_said_as.iter().chain(effect.facts.goes_with) {
+                assert_ne!(find(id).unwrap().family, effect.family, "{}: {id} is its form already", effect.id);
+            }
+            let other = effect.facts.other_side.map(|id| find(id).unwrap());
+            assert_eq!(other.is_some(), effect.facts.encoder.is_some(), "{}", effect.id);
+            if let Some(other) = other {
+                assert!(other.facts.encoder != effect.facts.encoder && other.family == effect.family, "{}", effect.id);
+                assert_eq!(other.facts.other_side, Some(effect.id));
+            }
+        }
+    }
+
+    #[test]
     fn what_an_effect_includes_exists_and_is_among_its_columns() {
         let sample = Sample::new();
         for effect in addable() {

@@ -15,7 +15,7 @@ pub static EFFECT: Effect = Effect {
     scope: Scope::Joint,
     axis: Axis::Time,
     parameters: &[ParameterSpec::linear("offset", "τ_0", Dimension::Torque)],
-    facts: Facts { everyday: true, is_offset: true, ..Facts::USUAL },
+    facts: Facts { everyday: true, is_offset: true, also_said_as: &["joint-spring"], ..Facts::USUAL },
 };
 
 struct TorqueOffset;

@@ -21,7 +21,7 @@ pub static EFFECT: Effect = Effect {
         // A stop that is touched most of the time is a spring.
         ParameterSpec::place("stop_position", "q_u", &[0.5, 0.6, 0.7, 0.8, 0.9]),
     ],
-    facts: Facts::USUAL,
+    facts: Facts { goes_with: &["torque-offset"], ..Facts::USUAL },
 };
 
 struct UpperStop;

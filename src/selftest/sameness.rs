@@ -3,8 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::{Bench, Measure, Score, SelftestError, seeds};
+use crate::effect::{Effect, Stage, registry};
 use crate::model::learned::{Layers, LearnedPreset};
 use crate::progress::Monitor;
+use crate::recording::encoders::Side;
 use crate::recording::write::to_npz_bytes;
 use crate::session::{Command, Session, SessionError};
 use crate::simulation::Scenario;
@@ -69,7 +71,12 @@ fn made(seed: u64, threads: usize) -> Result<[Vec<u8>; 3], SessionError> {
 /// A diagnosis where effects alter others: what was read late is set right for those that the rigid body's load makes, and candidates
 /// that share what follows from that load are computed side by side.
 fn late(seed: u64) -> Result<Vec<u8>, TrialError> {
-    let only = ["derivative-delay", "motor-side-elasticity", "coulomb-friction"].map(str::to_owned).to_vec();
+    let first = |is_it: fn(&Effect) -> bool| {
+        registry::addable().find(|effect| is_it(effect)).map(|effect| effect.id.to_owned())
+    };
+    let late = first(|effect| matches!(effect.stage, Stage::Reading(..)));
+    let of_load = first(|effect| effect.facts.encoder == Some(Side::Motor));
+    let only = [late, of_load, first(|effect| effect.facts.everyday)].into_iter().flatten().collect();
     let drawing = Drawing { only, hidden: Some(3), ..Drawing::default() };
     let trial = drawing.case(seed).run(&Monitor::new())?;
     Ok(serde_json::to_vec(&trial.report).unwrap_or_default())

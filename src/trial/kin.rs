@@ -3,34 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::verdict::Planted;
-use crate::effect::registry;
+use crate::effect::{Effect, Family, Scope, registry};
+use crate::recording::encoders::Side;
 
 /// Share of the torque from which on an effect has to be named.
 pub const TO_BE_NAMED: f64 = 0.03;
-
-/// Friction that stays when the speed falls. In a motion that does not dwell on what tells them apart each is a form of the others.
-const DRY: [&str; 11] = [
-    "coulomb-friction",
-    "asymmetric-friction",
-    "stribeck-friction",
-    "dahl-hysteresis",
-    "maxwell-slip",
-    "bouc-wen-hysteresis",
-    "lugre-friction",
-    "friction-drift",
-    "friction-warm-up",
-    "load-friction",
-    "position-friction",
-];
-
-/// Friction that grows with the speed.
-const SPEED: [&str; 3] = ["viscous-friction", "quadratic-drag", "concave-friction"];
-
-/// What pulls a joint back by where it is.
-const SPRINGS: [&str; 4] = ["joint-spring", "hardening-spring", "upper-stop", "lower-stop"];
-
-/// What is soft or loose between motor and link, seen from either side.
-const ELASTIC: [&str; 4] = ["joint-elasticity", "backlash", "motor-side-elasticity", "motor-side-backlash"];
 
 /// Names with their places; joints from 1.
 pub type Names = Vec<(String, Option<usize>)>;
@@ -49,14 +26,15 @@ pub struct Place<'a> {
 impl Place<'_> {
     /// What a judge has to know of an effect that acts here and makes this share of the torque. No rigid body takes it up.
     pub fn planted(&self, share: f64, parameters: BTreeMap<String, f64>) -> Planted {
-        let [equal, also] = self.kin();
+        let effect = registry::find(self.effect).ok();
+        let [equal, also] = effect.map(|effect| self.kin(effect)).unwrap_or_default();
         Planted {
             effect: self.effect.to_owned(),
             joint: self.joint,
             strong: share >= TO_BE_NAMED,
             equal,
             also,
-            unknown: registry::find(self.effect).is_err(),
+            unknown: effect.is_none(),
             absorbed: false,
             assumed: false,
             parameters,
@@ -66,55 +44,60 @@ impl Place<'_> {
     /// Whether the base parameters of a planar arm take it up by its nature. The rotor of the first joint turns with the first
     /// link.
     pub fn is_absorbed(&self) -> bool {
-        self.effect == "tip-payload" || (self.effect == "rotor-inertia" && self.joint == Some(1))
+        let is_of_arm_or_first = |effect: &Effect| effect.scope == Scope::Arm || self.joint == Some(1);
+        registry::find(self.effect).is_ok_and(|effect| effect.facts.absorbed_by_body && is_of_arm_or_first(effect))
     }
 
     /// What else says the same of the motion, and what goes with it.
-    fn kin(&self) -> [Names; 2] {
-        let Place { effect, joint, joints } = *self;
-        let here = |names: &[&str]| -> Names { names.iter().map(|name| ((*name).to_owned(), joint)).collect() };
-        let of_arm = |name: &str| vec![(name.to_owned(), None)];
-        match effect {
-            _ if DRY.contains(&effect) => {
-                // Different in the two directions is the same friction with an offset.
-                let also = if effect == "asymmetric-friction" { here(&["torque-offset"]) } else { Vec::new() };
-                [here(&DRY), also]
-            }
-            _ if SPEED.contains(&effect) => [here(&SPEED), Vec::new()],
-            _ if SPRINGS.contains(&effect) => [here(&SPRINGS), here(&["torque-offset"])],
-            "torque-offset" => [here(&["offset-drift", "joint-spring"]), Vec::new()],
-            "offset-drift" => [here(&["torque-offset"]), Vec::new()],
-            // A body that is identified has no scale of its own: too much on one joint is too little on the other.
-            "torque-gain" if joints == 2 => [vec![(effect.to_owned(), joint.map(|joint| 3 - joint))], Vec::new()],
-            _ if ELASTIC.contains(&effect) => [here(&ELASTIC), here(&["rotor-inertia"])],
-            "actuator-lag" => [of_arm("derivative-delay"), Vec::new()],
-            "base-tilt" => {
-                let leaning = (1..=joints).map(|joint| ("com-offset".to_owned(), Some(joint)));
-                [leaning.collect(), Vec::new()]
-            }
-            "com-offset" => [of_arm("base-tilt"), Vec::new()],
-            _ => [Vec::new(), Vec::new()],
+    fn kin(&self, effect: &'static Effect) -> [Names; 2] {
+        let mut equal: Names = forms(effect).flat_map(|form| self.at(form)).collect();
+        equal.extend(effect.facts.also_said_as.iter().flat_map(|id| self.named(id)));
+        // A body that is identified has no scale of its own: too much on one joint is too little on the other.
+        if let (Family::Gain, 2, Some(joint)) = (effect.family, self.joints, self.joint) {
+            equal.push((effect.id.to_owned(), Some(3 - joint)));
         }
+        [equal, effect.facts.goes_with.iter().flat_map(|id| self.named(id)).collect()]
     }
+
+    fn named(&self, id: &str) -> Names {
+        registry::find(id).map(|effect| self.at(effect)).unwrap_or_default()
+    }
+
+    /// Another effect where this one acts: on each joint, if this one acts on the whole arm and the other on a joint.
+    fn at(&self, effect: &Effect) -> Names {
+        let places = match (effect.scope, self.joint) {
+            (Scope::Arm, _) => vec![None],
+            (_, Some(joint)) => vec![Some(joint)],
+            (_, None) => (1..=self.joints).map(Some).collect(),
+        };
+        places.into_iter().map(|joint| (effect.id.to_owned(), joint)).collect()
+    }
+}
+
+/// The other forms in which a model can have what this effect is: those of its family. In a motion that does not dwell on what
+/// tells them apart each says the same as the others. What is soft or loose is one, from whichever side it is seen.
+fn forms(of: &'static Effect) -> impl Iterator<Item = &'static Effect> {
+    let is_form = move |other: &&Effect| {
+        *other != of && other.family == of.family && other.facts.encoder.is_some() == of.facts.encoder.is_some()
+    };
+    registry::addable().filter(is_form)
 }
 
 /// Takes account of the side of the encoder, which a truth states beside the name of what is soft or loose: the catalogue has a
 /// name for each side. Of all else it changes nothing.
 pub fn tell_the_side(planted: &mut Planted, on_motor: bool) {
-    if !ELASTIC.contains(&planted.effect.as_str()) {
-        return;
-    }
-    let from_motor = match planted.effect.as_str() {
-        "joint-elasticity" => Some("motor-side-elasticity"),
-        "backlash" => Some("motor-side-backlash"),
-        _ => None,
-    };
-    if let Some(from_motor) = from_motor.filter(|_| on_motor) {
-        from_motor.clone_into(&mut planted.effect);
+    let Ok(mut effect) = registry::find(&planted.effect) else { return };
+    let Some(side) = effect.facts.encoder else { return };
+    if on_motor
+        && side == Side::Link
+        && let Some(from_motor) = effect.facts.other_side.and_then(|id| registry::find(id).ok())
+    {
+        effect = from_motor;
+        effect.id.clone_into(&mut planted.effect);
         // They are those of the other side.
         planted.parameters.clear();
     }
-    planted.equal.extend(ELASTIC.map(|name| (name.to_owned(), planted.joint)));
+    planted.equal.extend(forms(effect).map(|form| (form.id.to_owned(), planted.joint)));
 }
 
 /// Values of parameters by the catalogue's names; none of what is not in it.
@@ -125,16 +108,24 @@ pub fn parameters(effect: &str, values: &[f64]) -> BTreeMap<String, f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::verdict::Verdict::{Beside, Form, Right};
     use super::*;
 
+    /// What the judge holds to be the same, told by its forms and by what effects say of themselves.
     #[test]
-    fn every_kin_is_in_the_catalogue() {
-        for effect in registry::ALL {
-            let place = Place { effect: effect.id, joint: Some(1), joints: 3 };
-            for (name, _) in place.kin().concat() {
-                assert!(registry::find(&name).is_ok(), "{}: {name}", effect.id);
-            }
-        }
+    fn effects_of_a_family_are_forms_of_each_other() {
+        let planted = |effect| Place { effect, joint: Some(1), joints: 3 }.planted(0.1, BTreeMap::new());
+        let dry = planted("asymmetric-friction");
+        assert_eq!(dry.equal.len(), 10, "{dry:?}");
+        assert_eq!((dry.judge("stribeck-friction", Some(1)), dry.judge("torque-offset", Some(1))), (Form, Beside));
+        let lag = planted("actuator-lag");
+        assert_eq!((lag.judge("derivative-delay", None), lag.equal.len()), (Form, 1));
+        let spring = planted("upper-stop");
+        assert_eq!((spring.judge("joint-spring", Some(1)), spring.judge("torque-offset", Some(1))), (Form, Beside));
+        assert_eq!(planted("torque-offset").judge("joint-spring", Some(1)), Form);
+        // It hides small torques, and is nothing soft.
+        assert_eq!(planted("dead-zone").equal, Vec::new());
+        assert_eq!(planted("backlash").judge("rotor-inertia", Some(1)), Beside);
     }
 
     #[test]
@@ -147,7 +138,6 @@ mod tests {
         };
         let verdicts =
             |on_motor: bool| ["backlash", "motor-side-backlash"].map(|name| planted(on_motor).judge(name, Some(2)));
-        use crate::trial::verdict::Verdict::{Form, Right};
         let mut told = planted(true);
         tell_the_side(&mut told, true);
         assert_eq!(told.effect, "motor-side-backlash", "a truth may use the name of the side itself");

@@ -27,9 +27,9 @@ const FILES: &[&str] = &["file", "recording/read/mod.rs", "session", "experiment
 const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "trial", "simulation"];
 
 /// Where an effect may be named by its id: its own room, what hides a chosen effect on purpose (the embedded scenario and the
-/// benches that state what they measure), the parts of the simulated world, which say what they are in the catalogue, and the
-/// judge of answers there. A rule asks `effect::Facts` instead.
-const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "simulation/world/part", "trial/kin.rs", "cli/bench"];
+/// benches that state what they measure), and the parts of the simulated world, which say what they are in the catalogue. A rule
+/// asks `effect::Facts` instead.
+const EFFECTS: &[&str] = &["effect", "simulation/mod.rs", "simulation/world/part", "cli/bench"];
 
 /// A source file: its path below `src`, and its code without comments and unit tests (`tests.rs` holds nothing else).
 pub struct Source {
