@@ -13,7 +13,7 @@ pub fn table(figure: &Figure) -> Result<Vec<u8>, FigureError> {
         for mark in &panel.marks {
             mark.rows(&panel.x, &mut |row| {
                 if outcome.is_ok() {
-                    outcome = writer.write_record(fields(&panel.title, &panel.x, &row));
+                    outcome = writer.write_record(fields(&panel.title, &panel.x, mark.kind(), &row));
                 }
             });
         }
@@ -25,7 +25,7 @@ pub fn table(figure: &Figure) -> Result<Vec<u8>, FigureError> {
 
 /// What a mark does not have, and what is a hole, is an empty field. Where names stand along the horizontal axis, the last field
 /// is the one that is nearest to the point.
-fn fields(panel: &str, along: &Axis, row: &Row) -> [String; 11] {
+fn fields(panel: &str, along: &Axis, kind: &str, row: &Row) -> [String; 11] {
     let text = |number: f64| if number.is_nan() { String::new() } else { number.to_string() };
     let [x, y, low, high] = [row.x, row.y, row.low, row.high].map(text);
     let [least, most, value] = [row.least, row.most, row.value].map(text);
@@ -33,5 +33,5 @@ fn fields(panel: &str, along: &Axis, row: &Row) -> [String; 11] {
         Scale::Names(names) => names.get(row.x.round() as usize).cloned().unwrap_or_default(),
         Scale::Linear | Scale::Logarithmic => String::new(),
     };
-    [panel.to_owned(), row.kind.to_owned(), row.series.to_owned(), x, y, low, high, least, most, value, name]
+    [panel.to_owned(), kind.to_owned(), row.series.to_owned(), x, y, low, high, least, most, value, name]
 }

@@ -35,6 +35,7 @@ mod shared;
 mod size;
 mod svg;
 pub mod table;
+pub mod tex;
 pub mod ticks;
 
 use std::path::{Path, PathBuf};

@@ -6,8 +6,7 @@ const POINTS_PER_INCH: f64 = 72.0;
 
 /// The script for a table of this name, which stands beside it.
 ///
-/// It draws lines, points, bars, bands, cells and what is held out, in the width and the letters of the style; the marks that it does
-/// not know it tells.
+/// It draws the figure's marks in the width and the letters of the style; parts of a drawing, which it does not draw, it tells.
 pub fn script(figure: &Figure, style: &Style, table: &str) -> String {
     let panels: String = figure
         .panels
@@ -19,7 +18,21 @@ pub fn script(figure: &Figure, style: &Style, table: &str) -> String {
         .collect();
     let (width, letter) = (style.size.width() / POINTS_PER_INCH, style.letter.unwrap_or(style.size.letter()));
     let look = format!("WIDTH, LETTER, LINE = {width:.3}, {letter}, {}  # inches, points, points", letter / 8.0);
-    format!("{HEAD}TABLE = {}\n{look}\nPANELS = {{\n{panels}}}\n\n{BODY}", text(table))
+    let (drawn, marks) = branches(figure);
+    format!("{HEAD}TABLE = {}\n{look}\nDRAWN = [{drawn}]\nPANELS = {{\n{panels}}}\n\n{BODY}{marks}{END}", text(table))
+}
+
+/// The kinds of marks of the figure that are drawn, and what draws each.
+fn branches(figure: &Figure) -> (String, String) {
+    let (mut kinds, mut branches): (Vec<String>, String) = Default::default();
+    for mark in figure.panels.iter().flat_map(|panel| &panel.marks) {
+        let kind = text(mark.kind());
+        let Some(python) = mark.matplotlib().filter(|_| !kinds.contains(&kind)) else { continue };
+        let lines: String = python.lines().map(|line| format!("            {line}\n")).collect();
+        branches += &format!("        elif mark == {kind}:\n{lines}");
+        kinds.push(kind);
+    }
+    (kinds.join(", "), branches)
 }
 
 /// Label, scale and range of an axis.
@@ -65,22 +78,12 @@ for ax, (title, panel) in zip(axes[:, 0], PANELS.items()):
         if of != title:
             continue
         x, y = column(rows, "x"), column(rows, "y")
-        if mark == "line":
-            ax.plot(x, y, label=name or None, linewidth=LINE)
-        elif mark == "points":
-            ax.scatter(x, y, label=name or None, s=4)
-        elif mark == "bar":
-            ax.bar(x, y, label=name or None)
-        elif mark == "band":
-            ax.fill_between(x, column(rows, "low"), column(rows, "high"), label=name or None, alpha=0.3)
-        elif mark == "held out":
-            for low, high in zip(column(rows, "low"), column(rows, "high")):
-                ax.axvspan(low, high, color="0.92", zorder=0)
-        elif mark == "cell":
-            ax.scatter(x, y, c=column(rows, "value"), marker="s")
-        else:
+        count = sum(1 for other in series if other[:2] == (of, mark))
+        if mark not in DRAWN:
             print(f"{title}: `{mark}` {name} is not drawn", file=sys.stderr)
-    for axis, along in (("x", panel["x"]), ("y", panel["y"])):
+"#;
+
+const END: &str = r#"    for axis, along in (("x", panel["x"]), ("y", panel["y"])):
         ax.set(**{f"{axis}label": along["label"], f"{axis}scale": along["scale"]})
         if along["range"]:
             ax.set(**{f"{axis}lim": along["range"]})
@@ -97,7 +100,7 @@ else:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::mark::Line;
+    use crate::figure::mark::{Arrow, Boxes, Line};
     use crate::figure::{Ink, Panel};
 
     #[test]
@@ -111,5 +114,17 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("scale=\"log\"") && text.contains("[s]"), "{text}");
+    }
+
+    #[test]
+    fn the_script_draws_the_kinds_of_its_figure_and_no_others() {
+        let ink = Ink::Series(0);
+        let spread = Boxes { name: "errors".to_owned(), boxes: vec![[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]], width: 0.2, ink };
+        let of = |panel: Panel| script(&Figure::new(vec![panel]), &Style::default(), "a.csv");
+        let panel = || Panel::new("errors", [Axis::default(), Axis::default()]);
+        let text = of(panel().with(spread.clone()).with(spread).with(Arrow { ends: [[0.0; 2], [1.0; 2]], ink }));
+        assert!(text.contains("DRAWN = [\"box\"]") && text.matches("elif mark == ").count() == 1, "{text}");
+        assert!(text.contains("        elif mark == \"box\":\n            ends = (column(rows, end)"), "{text}");
+        assert!(of(panel()).contains("DRAWN = []"));
     }
 }

@@ -36,7 +36,11 @@ impl Mark for Arrow {
         canvas.polygon(&[to, side(1.0), side(-1.0)], &Fill { color, opacity: 1.0 });
     }
 
+    fn kind(&self) -> &'static str {
+        "arrow"
+    }
+
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
-        self.ends.into_iter().for_each(|end| write(Row::point("arrow", "", end)));
+        self.ends.into_iter().for_each(|end| write(Row::point("", end)));
     }
 }

@@ -6,6 +6,7 @@ use crate::figure::canvas::{Canvas, Fill};
 use crate::figure::colours::Ink;
 use crate::figure::place::{Place, is_finite};
 use crate::figure::shared::Shared;
+use crate::figure::tex::{Drawn, Paper, coordinates};
 
 /// How much of a band's colour is seen, unless something else is said.
 const FAINT: f64 = 0.2;
@@ -55,10 +56,27 @@ impl Mark for Band {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        "band"
+    }
+
     fn rows(&self, x: &Axis, write: &mut dyn FnMut(Row)) {
         let shown = |point: &&[f64; 3]| x.range.is_none_or(|[from, to]| (from..=to).contains(&point[0]));
         for [x, low, high] in self.points.iter().filter(shown) {
-            write(Row { x: *x, low: *low, high: *high, ..Row::new("band", &self.name) });
+            write(Row { x: *x, low: *low, high: *high, ..Row::new(&self.name) });
         }
+    }
+
+    /// Its outline: the lower line, and back along the upper one.
+    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Option<Drawn> {
+        let seen: Vec<&Row> = rows.iter().filter(|row| row.low.is_finite() && row.high.is_finite()).collect();
+        let lower = seen.iter().map(|row| [row.x, row.low]);
+        let outline: Vec<[f64; 2]> = lower.chain(seen.iter().rev().map(|row| [row.x, row.high])).collect();
+        let filled = "draw=none, fill, fill opacity=0.2".to_owned();
+        Some(Drawn::Plot(filled, format!("{} -- cycle", coordinates(&outline))))
+    }
+
+    fn matplotlib(&self) -> Option<&'static str> {
+        Some(r#"ax.fill_between(x, column(rows, "low"), column(rows, "high"), label=name or None, alpha=0.3)"#)
     }
 }

@@ -5,6 +5,7 @@ use crate::figure::axis::{Axis, Scale};
 use crate::figure::canvas::{Canvas, Fill, Hold, Stroke};
 use crate::figure::colours::Ink;
 use crate::figure::place::{Place, is_finite};
+use crate::figure::tex::{Drawn, Paper, listed, number};
 
 /// Bars from 0, or from the lower end of a logarithmic axis.
 #[derive(Debug, Clone)]
@@ -119,9 +120,37 @@ impl Mark for Bars {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        "bar"
+    }
+
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
         for [x, y, low, high] in &self.bars {
-            write(Row { low: *low, high: *high, ..Row::point("bar", &self.name, [*x, *y]) });
+            write(Row { low: *low, high: *high, ..Row::point(&self.name, [*x, *y]) });
         }
+    }
+
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Option<Drawn> {
+        let origin = if paper.axes[1].scale == Scale::Logarithmic { ", log origin=infty" } else { "" };
+        let width = 0.6 / paper.of_kind.max(1) as f64;
+        let error = |end: f64, from: f64| if end.is_finite() { (end - from).abs() } else { 0.0 };
+        let bar = |row: &Row| {
+            let [x, y, up, down] = [row.x, row.y, error(row.high, row.y), error(row.low, row.y)].map(number);
+            format!("({x},{y}) += (0,{up}) -= (0,{down})")
+        };
+        Some(Drawn::Plot(
+            format!(
+                "ybar, bar width={width:.3}, fill, fill opacity=0.35{origin}, error bars/.cd, y dir=both, y explicit"
+            ),
+            listed(rows.iter().map(bar)),
+        ))
+    }
+
+    fn matplotlib(&self) -> Option<&'static str> {
+        Some(
+            r#"down = [end - low for end, low in zip(y, column(rows, "low"))]
+up = [high - end for end, high in zip(y, column(rows, "high"))]
+ax.bar(x, y, width=0.6 / count, yerr=[down, up], label=name or None, alpha=0.5)"#,
+        )
     }
 }

@@ -5,6 +5,7 @@ use crate::figure::axis::Axis;
 use crate::figure::canvas::{Canvas, Fill};
 use crate::figure::colours::Ink;
 use crate::figure::place::{Place, is_finite};
+use crate::figure::tex::{Drawn, Paper, coordinates};
 
 /// Width of the median, relative to the usual line.
 const MEDIAN: f64 = 1.6;
@@ -60,10 +61,37 @@ impl Mark for Boxes {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        "box"
+    }
+
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
         for [x, least, low, median, high, most] in &self.boxes {
-            let row = Row::point("box", &self.name, [*x, *median]);
+            let row = Row::point(&self.name, [*x, *median]);
             write(Row { low: *low, high: *high, least: *least, most: *most, ..row });
         }
+    }
+
+    /// One line with holes.
+    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Option<Drawn> {
+        let (half, hole) = (self.width / 2.0, [f64::NAN; 2]);
+        let of = |row: &Row| {
+            let [left, right] = [row.x - half, row.x + half];
+            let frame = [[left, row.low], [right, row.low], [right, row.high], [left, row.high], [left, row.low], hole];
+            let lines = [[row.x, row.least], [row.x, row.low], hole, [row.x, row.high], [row.x, row.most], hole];
+            [frame.to_vec(), lines.to_vec(), vec![[left, row.y], [right, row.y], hole]].concat()
+        };
+        let lines: Vec<[f64; 2]> = rows.iter().flat_map(of).collect();
+        Some(Drawn::Plot("line width=0.70pt".to_owned(), coordinates(&lines)))
+    }
+
+    fn matplotlib(&self) -> Option<&'static str> {
+        Some(
+            r#"ends = (column(rows, end) for end in ("least", "low", "y", "high", "most"))
+boxes = [dict(zip(("whislo", "q1", "med", "q3", "whishi"), of)) for of in zip(*ends)]
+look = dict(color=ax.plot([], [], label=name or None)[0].get_color(), linewidth=LINE)
+look = {f"{part}props": look for part in ("box", "whisker", "cap", "median")}
+ax.bxp(boxes, positions=x, widths=0.6 / count, showfliers=False, manage_ticks=False, **look)"#,
+        )
     }
 }

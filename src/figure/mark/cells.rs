@@ -6,6 +6,7 @@ use crate::figure::canvas::{Canvas, Hold};
 use crate::figure::colours::{Colours, Rgb};
 use crate::figure::place::Place;
 use crate::figure::shared::Shared;
+use crate::figure::tex::{Drawn, Paper, listed, number};
 use crate::figure::ticks;
 
 /// Pieces of a bar of colours.
@@ -165,11 +166,25 @@ impl Mark for Cells {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        "cell"
+    }
+
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
         for (index, value) in self.values.iter().enumerate() {
             let [x, y] = self.sides(index).map(|[from, to]| (from + to) / 2.0);
-            write(Row { value: *value, ..Row::point("cell", "", [x, y]) });
+            write(Row { value: *value, ..Row::point("", [x, y]) });
         }
+    }
+
+    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Option<Drawn> {
+        let seen = rows.iter().filter(|row| row.value.is_finite());
+        let valued = seen.map(|row| format!("({},{}) [{}]", number(row.x), number(row.y), number(row.value)));
+        Some(Drawn::Plot("scatter, only marks, mark=square*, scatter src=explicit".to_owned(), listed(valued)))
+    }
+
+    fn matplotlib(&self) -> Option<&'static str> {
+        Some(r#"ax.scatter(x, y, c=column(rows, "value"), marker="s")"#)
     }
 }
 

@@ -28,8 +28,12 @@ impl Mark for Frame {
         canvas.rectangle(sides, &fill, Some(&edge), 0.3 * canvas.letter());
     }
 
+    fn kind(&self) -> &'static str {
+        "frame"
+    }
+
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
         let [[left, right], [low, high]] = self.sides;
-        [[left, low], [right, high]].into_iter().for_each(|corner| write(Row::point("frame", "", corner)));
+        [[left, low], [right, high]].into_iter().for_each(|corner| write(Row::point("", corner)));
     }
 }

@@ -7,6 +7,7 @@ use crate::figure::colours::{Dash, Ink};
 use crate::figure::decimate::{self, Sight};
 use crate::figure::place::{Place, is_finite};
 use crate::figure::shared::Shared;
+use crate::figure::tex::{Drawn, Paper, coordinates};
 
 /// Width of what lies wide and pale under other lines, and how much of its colour it has.
 const WIDE: f64 = 2.4;
@@ -183,9 +184,27 @@ impl Mark for Line {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        "line"
+    }
+
     fn rows(&self, x: &Axis, write: &mut dyn FnMut(Row)) {
         let shown = |point: &[f64; 2]| x.range.is_none_or(|[from, to]| (from..=to).contains(&point[0]));
-        self.points().filter(shown).for_each(|point| write(Row::point("line", &self.name, point)));
+        self.points().filter(shown).for_each(|point| write(Row::point(&self.name, point)));
+    }
+
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Option<Drawn> {
+        let points: Vec<[f64; 2]> = rows.iter().map(|row| [row.x, row.y]).collect();
+        // Dashes are told for lines of the screen; on paper they are half as long.
+        let pairs = self.dash.chunks_exact(2).map(|pair| format!("on {}pt off {}pt", pair[0] / 2.0, pair[1] / 2.0));
+        let pattern = pairs.collect::<Vec<_>>().join(" ");
+        let dashed = if pattern.is_empty() { String::new() } else { format!(", dash pattern={pattern}") };
+        let stroke = format!("line width={:.2}pt, opacity={}{dashed}", 0.7 * self.width, self.opacity);
+        Some(Drawn::Plot(stroke, coordinates(&paper.thinned(&points))))
+    }
+
+    fn matplotlib(&self) -> Option<&'static str> {
+        Some("ax.plot(x, y, label=name or None, linewidth=LINE)")
     }
 
     fn value_at(&self, x: f64) -> Option<f64> {

@@ -1,5 +1,5 @@
 //! What can be drawn over two axes. A mark is one file: its data, what it takes of the axes, its entry in the legend, its
-//! numbers, and how it is drawn on any [`Canvas`]. A new mark is one file and one line here.
+//! numbers, how it is drawn on any [`Canvas`], and by pgfplots and matplotlib. A new mark is one file and one line here.
 
 mod arrow;
 mod band;
@@ -31,6 +31,7 @@ use super::colours::{Dash, Ink};
 use super::decimate::{Decimator, Pieces, Sight};
 use super::place::Place;
 use super::shared::Shared;
+use super::tex::{Drawn, Paper};
 
 /// How much of an area's colour is seen.
 const PALE: f64 = 0.35;
@@ -67,8 +68,22 @@ pub trait Mark: Debug + Send + Sync {
     /// Draws it.
     fn draw(&self, place: &Place, canvas: &mut dyn Canvas);
 
+    /// What it is, in tables.
+    fn kind(&self) -> &'static str;
+
     /// Its numbers, one row a point: all that lie in the shown range.
     fn rows(&self, x: &Axis, write: &mut dyn FnMut(Row));
+
+    /// What draws these rows in a picture of pgfplots; `None` for what only a drawing has.
+    fn pgfplots(&self, _rows: &[Row], _paper: &Paper) -> Option<Drawn> {
+        None
+    }
+
+    /// Lines of Python that draw `rows` of its kind on `ax` by matplotlib, where `x`, `y` and `column(rows, "low")` are lists,
+    /// `name` stands in the legend, and `count` is how many marks of the kind the plot has; `None` for what only a drawing has.
+    fn matplotlib(&self) -> Option<&'static str> {
+        None
+    }
 
     /// Its value at x, if it has one there.
     fn value_at(&self, _x: f64) -> Option<f64> {
@@ -169,8 +184,6 @@ impl Key {
 /// Numbers of one point. What a mark does not have, and what is a hole, is NaN.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
-    /// The kind of mark.
-    pub kind: &'static str,
     /// Its name in the legend.
     pub series: &'a str,
     /// Where.
@@ -191,14 +204,14 @@ pub struct Row<'a> {
 
 impl<'a> Row<'a> {
     /// A row without numbers.
-    pub fn new(kind: &'static str, series: &'a str) -> Self {
+    pub fn new(series: &'a str) -> Self {
         let none = f64::NAN;
-        Row { kind, series, x: none, y: none, low: none, high: none, least: none, most: none, value: none }
+        Row { series, x: none, y: none, low: none, high: none, least: none, most: none, value: none }
     }
 
     /// A row of a point.
-    pub fn point(kind: &'static str, series: &'a str, [x, y]: [f64; 2]) -> Self {
-        Row { x, y, ..Row::new(kind, series) }
+    pub fn point(series: &'a str, [x, y]: [f64; 2]) -> Self {
+        Row { x, y, ..Row::new(series) }
     }
 }
 

@@ -6,6 +6,7 @@ use crate::figure::canvas::{Canvas, Fill};
 use crate::figure::colours::Ink;
 use crate::figure::place::{Place, is_finite};
 use crate::figure::shared::Shared;
+use crate::figure::tex::{Drawn, Paper, coordinates, some};
 
 /// A cloud of points.
 #[derive(Debug, Clone)]
@@ -64,8 +65,21 @@ impl Mark for Points {
         canvas.dots(&centres, radius, &Fill { color: canvas.colours().of(self.ink), opacity: self.opacity });
     }
 
+    fn kind(&self) -> &'static str {
+        "points"
+    }
+
     fn rows(&self, x: &Axis, write: &mut dyn FnMut(Row)) {
         let shown = |point: &&[f64; 2]| x.range.is_none_or(|[from, to]| (from..=to).contains(&point[0]));
-        self.points.iter().filter(shown).for_each(|point| write(Row::point("points", &self.name, *point)));
+        self.points.iter().filter(shown).for_each(|point| write(Row::point(&self.name, *point)));
+    }
+
+    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Option<Drawn> {
+        let points: Vec<[f64; 2]> = rows.iter().map(|row| [row.x, row.y]).collect();
+        Some(Drawn::Plot("only marks, mark size=0.7pt".to_owned(), coordinates(&some(&points))))
+    }
+
+    fn matplotlib(&self) -> Option<&'static str> {
+        Some("ax.scatter(x, y, label=name or None, s=4)")
     }
 }

@@ -4,6 +4,7 @@ use super::{Mark, Reach, Row};
 use crate::figure::axis::Axis;
 use crate::figure::canvas::{Canvas, Fill};
 use crate::figure::place::Place;
+use crate::figure::tex::{Drawn, Paper, color, number};
 
 /// From where to where it is held out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,8 +28,31 @@ impl Mark for Shade {
         }
     }
 
+    fn kind(&self) -> &'static str {
+        "held out"
+    }
+
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
         let [low, high] = self.0;
-        write(Row { low, high, ..Row::new("held out", "") });
+        write(Row { low, high, ..Row::new("") });
+    }
+
+    /// From below to above.
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Option<Drawn> {
+        let fill = color(paper.colours.held_out);
+        // The height of a corner is that of the axis; 1 is a number on a logarithmic one, too.
+        let corner = |x: f64, end: u8| format!("({{axis cs:{},1}} |- {{rel axis cs:0,{end}}})", number(x));
+        let shade = |row: &Row| {
+            let corners = [corner(row.low, 0), corner(row.high, 1)].join(" rectangle ");
+            format!("\\fill[{fill}, fill opacity=0.6] {corners};\n")
+        };
+        Some(Drawn::Ground(rows.iter().map(shade).collect()))
+    }
+
+    fn matplotlib(&self) -> Option<&'static str> {
+        Some(
+            r#"for low, high in zip(column(rows, "low"), column(rows, "high")):
+    ax.axvspan(low, high, color="0.92", zorder=0)"#,
+        )
     }
 }

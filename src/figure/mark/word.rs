@@ -40,7 +40,11 @@ impl Mark for Word {
         canvas.text([at[0], at[1] + 0.35 * size], &self.text, size, color, Hold::Middle);
     }
 
+    fn kind(&self) -> &'static str {
+        "word"
+    }
+
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
-        write(Row::point("word", &self.text, self.at));
+        write(Row::point(&self.text, self.at));
     }
 }
