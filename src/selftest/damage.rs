@@ -3,21 +3,32 @@
 use std::io::{Cursor, Read, Write};
 use std::ops::Range;
 
+use flate2::read::GzDecoder;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+use super::seeds::gzip;
 
 /// No stretch that is taken out, doubled or overwritten is longer \[bytes\].
 const LONGEST: usize = 400;
 /// No entry of an archive that is damaged is larger \[bytes\].
 const LARGEST_ENTRY: u64 = 1 << 24;
 
-/// The bytes with one damage. Half of all archives are damaged in an entry and packed again, so that their checksums are right.
+/// Damages what is packed, and packs it again.
+type Inside = fn(&[u8], &mut ChaCha8Rng) -> Option<Vec<u8>>;
+
+/// The bytes with one damage. Half of all that is packed is damaged inside and packed again, so that its checksums are right.
 pub fn damage(bytes: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
-    if bytes.starts_with(b"PK")
+    let inside: Option<Inside> = match bytes {
+        [b'P', b'K', ..] => Some(in_an_entry),
+        [0x1f, 0x8b, ..] => Some(in_the_packed),
+        _ => None,
+    };
+    if let Some(inside) = inside
         && random.random()
-        && let Some(packed) = in_an_entry(bytes, random)
+        && let Some(packed) = inside(bytes, random)
     {
         return packed;
     }
@@ -77,6 +88,13 @@ fn in_text(bytes: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     lines.concat()
 }
 
+/// `None` if it is nothing whole that gzip has packed.
+fn in_the_packed(bytes: &[u8], random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
+    let mut content = Vec::new();
+    GzDecoder::new(bytes).take(LARGEST_ENTRY).read_to_end(&mut content).ok()?;
+    gzip(&damage(&content, random)).ok()
+}
+
 /// `None` if it is no whole archive.
 fn in_an_entry(bytes: &[u8], random: &mut ChaCha8Rng) -> Option<Vec<u8>> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).ok()?;
@@ -116,7 +134,7 @@ mod tests {
         let changed = (0..100).filter(|&seed| draw(seed) != text).count();
         assert!(changed > 80, "{changed}");
         assert!((0..100).all(|seed| draw(seed) == draw(seed)));
-        for odd in [&b""[..], b"\n", b"PK"] {
+        for odd in [&b""[..], b"\n", b"PK", b"\x1f\x8b"] {
             (0..50).for_each(|seed| drop(damage(odd, &mut ChaCha8Rng::seed_from_u64(seed))));
         }
     }

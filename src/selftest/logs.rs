@@ -1,7 +1,9 @@
 //! Logs that were damaged at random: they are refused, or read as they are and told, or what changed is inside the noise.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 
+use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 use super::damage::damage;
@@ -114,29 +116,48 @@ fn take(bench: &Bench) -> Result<Score, SelftestError> {
     let mut opener = Opener::new(&bench.program);
     let mut score = Score { cases, ..Score::default() };
     for seed in &files {
-        file::write(&bench.path(&seed.name), &seed.bytes)?;
-        let answer = opener.open(&Request { kind: Kind::Log, path: bench.path(&seed.name), clean: None })?;
+        let path = written(bench, &seed.name, &seed.files)?;
+        let answer = opener.open(&Request { kind: Kind::Log, path, clean: None })?;
         score.demand(matches!(answer.opened, Opened::Accepted(_)), || format!("{}: {:?}", seed.name, answer.opened));
     }
     for case in 0..cases {
         bench.report(case, cases, "damaged logs")?;
         let seed = &files[case % files.len()];
         let mut random = bench.random(case);
-        let path = bench.path(&format!("damaged-{}", seed.name));
-        let bytes = damage(&seed.bytes, &mut random);
-        file::write(&path, &bytes)?;
+        let mut damaged = seed.files.clone();
+        let which = random.random_range(0..damaged.len());
+        let (part, bytes) = &mut damaged[which];
+        *bytes = damage(bytes, &mut random);
+        let kept = (format!("{case}-{part}"), bytes.clone());
+        let path = written(bench, &format!("damaged-{}", seed.name), &damaged)?;
         let answer = opener.open(&Request { kind: Kind::Log, path, clean: Some(bench.path(&seed.name)) })?;
         let name = format!("case {case} ({})", seed.name);
         let before = score.broken.len();
-        survived(&mut score, &name, &answer, bytes.len() as u64, seed.bytes.len() as u64);
+        let size = damaged.iter().map(|(_, bytes)| bytes.len() as u64).sum();
+        survived(&mut score, &name, &answer, size, seed.size());
         let is_silent = matches!(answer.opened, Opened::Accepted(Difference::Silent | Difference::SilentlyShorter));
         if is_silent || score.broken.len() > before {
-            bench.keep(&format!("{case}-{}", seed.name), &bytes)?;
+            bench.keep(&kept.0, &kept.1)?;
         }
     }
     let silent = score.of("silently other") + score.of("silently shorter");
     score.demand(silent as f64 <= MOST_SILENT * cases as f64, || format!("{silent} of {cases} were read in silence"));
     Ok(score)
+}
+
+/// Writes the files of a log, and says where it is.
+fn written(bench: &Bench, name: &str, files: &[(String, Vec<u8>)]) -> std::io::Result<PathBuf> {
+    let path = bench.path(name);
+    match files {
+        [(_, bytes)] => file::write(&path, bytes)?,
+        several => {
+            std::fs::create_dir_all(&path)?;
+            for (part, bytes) in several {
+                file::write(&path.join(part), bytes)?;
+            }
+        }
+    }
+    Ok(path)
 }
 
 /// Counts an answer, and demands that it came in time and within memory. Numbers that are kept may take what the largest of the

@@ -1,17 +1,13 @@
 //! A recording as a log in one of the formats that are read: as loggers write them, without acceleration.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 
-use flate2::Compression;
-use flate2::write::GzEncoder;
-use serde_json::json;
 use zip::CompressionMethod;
 
 use crate::recording::table::Table;
 use crate::recording::write::{Form, to_npz_bytes};
 use crate::recording::{Recording, Trajectory};
-use crate::selftest::seeds::{self, bag, channels, hdf5, mat, mcap, pickle};
+use crate::selftest::seeds::{self, bag, channels, hdf5, json, mat, mcap, pickle};
 
 /// The files of a log, by what stands behind the name of the sample.
 pub type Log = anyhow::Result<Vec<(&'static str, Vec<u8>)>>;
@@ -26,9 +22,7 @@ pub fn csv(recording: &Recording) -> Log {
 
 /// The same, packed.
 pub fn packed_csv(recording: &Recording) -> Log {
-    let mut packer = GzEncoder::new(Vec::new(), Compression::best());
-    packer.write_all(&text(&columns(&recording.trajectories[0]), ",", |value| value))?;
-    Ok(vec![(".csv.gz", packer.finish()?)])
+    Ok(vec![(".csv.gz", seeds::gzip(&text(&columns(&recording.trajectories[0]), ",", |value| value))?)])
 }
 
 /// CSV as spreadsheets write it where numbers have commas; angles in degrees.
@@ -72,28 +66,12 @@ pub fn tabs(recording: &Recording) -> Log {
 
 /// JSON: arrays by key.
 pub fn json(recording: &Recording) -> Log {
-    let run = &recording.trajectories[0];
-    let mut arrays = json!({ "time": rounded(&run.time) });
-    for (name, signal) in channels(run) {
-        let samples = (0..run.len()).map(|sample| rounded(&signal.at(sample).collect::<Vec<_>>()));
-        arrays[name] = json!(samples.collect::<Vec<_>>());
-    }
-    Ok(vec![(".json", serde_json::to_vec(&arrays)?)])
+    Ok(vec![(".json", json::arrays(&recording.trajectories[0]))])
 }
 
 /// JSON Lines: an object a sample.
 pub fn json_lines(recording: &Recording) -> Log {
-    let run = &recording.trajectories[0];
-    let mut lines = Vec::new();
-    for (sample, time) in run.time.iter().enumerate() {
-        let mut line = json!({ "t": rounded(&[*time])[0] });
-        for (name, signal) in channels(run) {
-            line[name] = json!(rounded(&signal.at(sample).collect::<Vec<_>>()));
-        }
-        serde_json::to_writer(&mut lines, &line)?;
-        lines.push(b'\n');
-    }
-    Ok(vec![(".jsonl", lines)])
+    Ok(vec![(".jsonl", json::lines(&recording.trajectories[0]))])
 }
 
 /// NPZ in our own layout. The seal stands beside it.
@@ -176,9 +154,4 @@ fn text(columns: &[Column], delimiter: &str, cell: impl Fn(String) -> String) ->
         let _ = writeln!(text, "{}", cells.join(delimiter));
     }
     text.into_bytes()
-}
-
-/// With as many digits as a text needs.
-fn rounded(values: &[f64]) -> Vec<f64> {
-    values.iter().map(|value| (1e5 * value).round() / 1e5).collect()
 }

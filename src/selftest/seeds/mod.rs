@@ -2,6 +2,7 @@
 
 pub mod bag;
 pub mod hdf5;
+pub mod json;
 pub mod mat;
 pub mod mcap;
 mod message;
@@ -11,6 +12,7 @@ use std::fmt::Write as _;
 use std::io::{Cursor, Write as _};
 
 use ::mcap::Compression;
+use flate2::write::GzEncoder;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use zip::write::SimpleFileOptions;
@@ -24,12 +26,19 @@ use crate::recording::{Recording, Trajectory, npy};
 use crate::signals::Signals;
 use crate::simulation::{Excitation, Scenario, simulate};
 
-/// A file, by its name and its bytes.
+/// A log.
 pub struct Seed {
-    /// With the ending of its format.
+    /// With the ending of its format; a folder's has none.
     pub name: String,
-    /// What is in it.
-    pub bytes: Vec<u8>,
+    /// What it holds, by names: one file that is the log, or several of a folder.
+    pub files: Vec<(String, Vec<u8>)>,
+}
+
+impl Seed {
+    /// What all its files take \[bytes\].
+    pub fn size(&self) -> u64 {
+        self.files.iter().map(|(_, bytes)| bytes.len() as u64).sum()
+    }
 }
 
 /// An arm that swings for a few seconds, with noise of 1 % on its torques; others for other seeds.
@@ -69,6 +78,7 @@ pub fn files(recording: &Recording, number: usize) -> Result<Vec<Seed>, Selftest
     let semicolons = dialect(&text, ";", |cell| cell.replace('.', ","));
     let short = dialect(&text, "\t", |cell| cell.parse::<f64>().map_or(cell.to_owned(), |value| format!("{value:.6}")));
     let files = [
+        ("packed.csv.gz", gzip(&text)?),
         ("comma.csv", text),
         ("semicolon.csv", semicolons),
         ("tabs.txt", short),
@@ -83,8 +93,14 @@ pub fn files(recording: &Recording, number: usize) -> Result<Vec<Seed>, Selftest
         ("datasets.h5", hdf5::datasets(run)),
         ("columns.parquet", columns(recording, Form::Parquet)?),
         ("arrays.pickle", pickle::arrays(run)),
+        ("arrays.json", json::arrays(run)),
+        ("samples.jsonl", json::lines(run)),
     ];
-    Ok(files.into_iter().map(|(name, bytes)| Seed { name: format!("{number}-{name}"), bytes }).collect())
+    let of_one = files.into_iter().map(|(name, bytes)| {
+        let name = format!("{number}-{name}");
+        Seed { files: vec![(name.clone(), bytes)], name }
+    });
+    Ok(of_one.chain([Seed { name: format!("{number}-arrays"), files: arrays(run) }]).collect())
 }
 
 /// A recording as it is written.
@@ -127,6 +143,13 @@ pub fn arrays(run: &Trajectory) -> Vec<(String, Vec<u8>)> {
         entries.push((format!("{name}.npy"), npy::encode("<f8", &shape, bytes(&rows(signal)))));
     }
     entries
+}
+
+/// A file that gzip has packed.
+pub fn gzip(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+    let mut packer = GzEncoder::new(Vec::new(), flate2::Compression::best());
+    packer.write_all(bytes)?;
+    packer.finish()
 }
 
 /// An archive of these entries.
