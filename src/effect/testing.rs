@@ -28,11 +28,17 @@ impl Sample {
         let torque = Signals::from_fn(3, 21, |joint, t| load(joint, time[t]));
         let turned_gravity = arm.turned_gravity_along(&q);
         let of_arm = arm.clone();
-        let body = move |motion: &Trajectory| of_arm.inverse_dynamics_along(&motion.q, &motion.qd, &motion.qdd);
+        // What the arm lacks of that load is the same however it moves, so that slopes are the arm's.
+        let mut lack = torque;
+        lack.add(&arm.inverse_dynamics_along(&q, &qd, &qdd), -1.0);
+        let body = move |motion: &Trajectory| {
+            let mut torque = of_arm.inverse_dynamics_along(&motion.q, &motion.qd, &motion.qdd);
+            torque.add(&lack, 1.0);
+            torque
+        };
         let channels = Channels { time, q, qd, qdd, tau: Signals::zeros(3, 21) };
         let trajectory = Trajectory::new("", channels).unwrap();
-        let mut load = Load::by(body, turned_gravity, Some(arm.lumped_parameters()), &trajectory);
-        load.torque = torque;
+        let load = Load::by(body, turned_gravity, Some(arm.lumped_parameters()), &trajectory);
         Sample { arm, trajectory, kinds: vec![JointKind::Revolute; 3], load }
     }
 
