@@ -174,3 +174,15 @@ fn judge_absorbed(search: &Search, stated: &StatedBody, found: &[usize], group: 
 fn odds(difference: f64) -> f64 {
     1.0 / (1.0 + (-0.5 * difference).exp())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Evidence is twice a logarithm of likelihoods.
+    #[test]
+    fn evidence_becomes_a_probability() {
+        assert_eq!(odds(0.0), 0.5);
+        assert!((odds(2.0 * 3f64.ln()) - 0.75).abs() < 1e-12 && (odds(-2.0 * 3f64.ln()) - 0.25).abs() < 1e-12);
+    }
+}

@@ -413,4 +413,12 @@ mod tests {
         assert_eq!(swing(2.0, 0.04), 5.0);
         assert_eq!(default_cutoff(&Signals::from_fn(1, 10, |_, _| 1.0), &Signals::zeros(1, 10), 0.001), 6.0);
     }
+
+    #[test]
+    fn what_was_derived_says_how() {
+        let said = description("q", 2.0..=2.0);
+        assert!(said.starts_with("central difference of q,") && said.contains("cut-off 2 Hz"), "{said}");
+        assert!(description("q", 2.0..=3.00004).contains("cut-off 2 to 3 Hz"));
+        assert!(gaussian_description("qd", 4.0).contains("of qd, then a Gaussian filter of 4 samples"));
+    }
 }

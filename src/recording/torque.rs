@@ -186,4 +186,13 @@ mod tests {
         facts.state(TorqueFact::Link);
         assert_eq!(serde_json::to_string(&facts).unwrap(), r#"["link","without-gravity"]"#);
     }
+
+    #[test]
+    fn facts_are_told_in_words() {
+        assert!(TorqueFacts::default().text().starts_with("nothing is stated"));
+        let facts: TorqueFacts = serde_json::from_str(r#"["motor", "without-gravity"]"#).unwrap();
+        let words = facts.text();
+        assert!(facts.iter().all(|fact| !fact.about().is_empty() && words.contains(fact.about())), "{words}");
+        assert_eq!(words.matches("; ").count(), 1, "{words}");
+    }
 }

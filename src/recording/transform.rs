@@ -197,4 +197,14 @@ mod tests {
         }
         assert!(toml::from_str::<Transform>("factor = true").unwrap_err().to_string().contains("one a joint"));
     }
+
+    #[test]
+    fn it_says_what_it_does() {
+        let said = |toml: &str| transform(toml).describe();
+        assert_eq!(said("factor = 2"), "multiplied by 2");
+        assert_eq!(said("factor = [2, -1]\ninverse = true"), "divided by [2.0, -1.0] joint by joint");
+        assert_eq!(said("factor = [[1, 0], [1, 1]]"), "multiplied by a matrix");
+        assert_eq!(said("factor = [[1, 0], [1, 1]]\ninverse = true"), "multiplied by the inverse of a matrix");
+        assert_eq!(said("factor = 'u'\noffset = [0.5]"), "multiplied by `u` of the file and shifted by [0.5]");
+    }
 }

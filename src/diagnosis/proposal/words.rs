@@ -61,3 +61,13 @@ impl Proposal {
         remarks
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_share_has_a_digit_more() {
+        assert_eq!([0.0, 0.042, -0.042, 0.42, 1.0].map(percent), ["0.0 %", "4.2 %", "-4.2 %", "42 %", "100 %"]);
+    }
+}

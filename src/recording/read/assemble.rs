@@ -463,3 +463,23 @@ fn derive(
     let time = time[trusted.clone()].to_vec();
     Ok((Trajectory::new(name, Channels { time, q, qd, qdd, tau })?, cutoff))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_between_rows_follows_from_a_speed_that_fits() {
+        let table = Table { runs: vec![0..50, 50..100], ..Table::default() };
+        // The second run begins elsewhere: what lies between the two is no step.
+        let q = Signals::from_fn(1, 100, |_, row| (0.02 * row as f64).sin() + if row < 50 { 0.0 } else { 7.0 });
+        let rate = |row: usize| 2.0 * (0.02 * row as f64).cos();
+        let step = step_of_motion(&table, &q, &Signals::from_fn(1, 100, |_, row| rate(row))).unwrap();
+        assert!((step - 0.01).abs() < 1e-5, "{step}");
+        let hole = Signals::from_fn(1, 100, |_, row| if row == 20 { f64::NAN } else { rate(row) });
+        assert!((step_of_motion(&table, &q, &hole).unwrap() - 0.01).abs() < 1e-5);
+        assert_eq!(step_of_motion(&table, &q, &Signals::from_fn(1, 100, |_, row| -rate(row))), None);
+        let other = Signals::from_fn(1, 100, |_, row| if row % 2 == 0 { 1.0 } else { -1.0 });
+        assert_eq!(step_of_motion(&table, &q, &other), None);
+    }
+}

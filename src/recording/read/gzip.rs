@@ -53,3 +53,25 @@ pub(super) fn unpack(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Re
     }
     if unpacked.starts_with(SIGNATURE) { Err(GzipError::Twice) } else { Ok(unpacked) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        crate::selftest::seeds::gzip(bytes).unwrap()
+    }
+
+    #[test]
+    fn what_is_packed_is_unpacked_once_and_whole() {
+        let of = |bytes: &[u8]| unpack(bytes, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new());
+        let text: Vec<u8> = (0..40_000u32).flat_map(|n| format!("{}\n", n * n % 977).into_bytes()).collect();
+        let whole = packed(&text);
+        assert!(of(&whole).unwrap() == text);
+        assert!(of(&[whole.clone(), packed(b"more")].concat()).unwrap().ends_with(b"more"), "parts follow each other");
+        assert!(matches!(of(&packed(&whole)), Err(GzipError::Twice)));
+        assert!(matches!(of(&whole[..whole.len() / 2]), Err(GzipError::Damaged { after, .. }) if after < text.len()));
+        let small = unpack(&whole, &mut Budget::of(whole.len() as u64, 1000), &Monitor::new());
+        assert!(matches!(small, Err(GzipError::TooMuch(_))));
+    }
+}
