@@ -210,4 +210,20 @@ mod tests {
         };
         assert!(examples.iter().map(wrong).sum::<f64>() / 4000.0 < 0.03);
     }
+
+    #[test]
+    fn a_small_remainder_is_complete_unless_it_has_a_law() {
+        let map = Calibration { remainder: 0.05, ..Calibration::learned().clone() };
+        let rest = |share: f64, predicted: f64| Rest {
+            share: vec![share],
+            before: vec![1.0],
+            whiteness: vec![0.75],
+            predicted: vec![predicted],
+        };
+        let noise = rest(0.1, 0.0);
+        assert!((map.remainder_on(&noise, std::iter::empty(), 0) - 0.05).abs() < 1e-12, "a quarter of it has a colour");
+        assert!(map.is_complete(&noise, 0.04, 0) && !map.is_complete(&noise, 0.06, 0));
+        assert!(!map.is_complete(&rest(0.1, 0.6), 0.04, 0), "most of it can be predicted");
+        assert!(map.is_complete(&rest(0.01, 0.6), 0.01, 0) && map.is_complete(&rest(0.1, 0.4), 0.04, 0));
+    }
 }
