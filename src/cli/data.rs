@@ -674,7 +674,7 @@ fn with_axes_of(mapping: MappingSpec, path: &Path, joints: &[String]) -> anyhow:
             unweighed.join(", ")
         ));
     }
-    arm.plane_told().iter().for_each(|told| progress::remark(told));
+    arm.plane_told().iter().for_each(progress::remark);
     mapping.with_axes_of(&arm).with_context(|| path.display().to_string()).or_usage()
 }
 

@@ -69,6 +69,9 @@ fn counted(name: &str) -> (String, u64, String) {
     (word.to_owned(), name[word.len()..].parse().unwrap_or(0), name.to_owned())
 }
 
+/// A name within the runs, and its array in each of them.
+pub type List = (String, Vec<ArrayD<f64>>);
+
 impl Runs {
     /// Whether a dataset is in a run.
     pub fn has(&self, dataset: usize) -> bool {
@@ -82,7 +85,7 @@ impl Runs {
 
     /// The arrays of the runs, each given with its dataset and its path, in lists by their names within; and the paths of those that are
     /// not in every run.
-    pub fn lists(&self, arrays: Vec<(usize, String, ArrayD<f64>)>) -> (Vec<(String, Vec<ArrayD<f64>>)>, Vec<String>) {
+    pub fn lists(&self, arrays: Vec<(usize, String, ArrayD<f64>)>) -> (Vec<List>, Vec<String>) {
         let mut by_name: BTreeMap<String, BTreeMap<usize, (String, ArrayD<f64>)>> = BTreeMap::new();
         for (dataset, path, array) in arrays {
             let Some((run, name)) = self.places.get(&dataset) else { continue };
