@@ -187,7 +187,8 @@ fn nonzero(value: f64) -> Option<String> {
 fn stated_text(recording: &Recording) -> &'static str {
     match (&recording.chain, &recording.stated_arm) {
         (Some(_), Some(_)) => {
-            "masses and lengths of a planar arm: its axes are parallel, and gravity lies in their plane"
+            "masses and lengths of a planar arm, since its axes are parallel and gravity lies in their plane (the model `stated-arm` \
+             has its torque)"
         }
         (Some(chain), _) if chain.states_links() => "masses and axes (the model `stated-arm` has its torque)",
         (Some(_), _) => "its axes, without masses",

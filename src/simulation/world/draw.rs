@@ -191,10 +191,7 @@ impl Drawn {
 
     /// What motors behind gears bring along.
     fn add_gears(&mut self) -> Result<(), SimulationError> {
-        let of = |ids: &[&str]| Kind::ALL.iter().filter(|kind| ids.contains(&kind.id)).collect::<Vec<_>>();
-        let dry = of(&["coulomb-friction", "stribeck-friction"]);
-        let speed = of(&["viscous-friction", "thinning-friction"]);
-        let rotor = of(&["rotor"]);
+        let [dry, speed, rotor] = Kind::of_gears();
         for joint in 0..self.course.joint_count() {
             self.add_on(Some(joint), &dry, GEARED)?;
             self.add_on(Some(joint), &speed, GEARED)?;

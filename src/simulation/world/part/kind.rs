@@ -143,6 +143,13 @@ impl Kind {
         }),
     ];
 
+    /// What motors behind gears bring along: kinds of dry friction, of speed friction, and their rotors.
+    pub(in crate::simulation::world) fn of_gears() -> [Vec<&'static Kind>; 3] {
+        let ids: [&[&str]; 3] =
+            [&["coulomb-friction", "stribeck-friction"], &["viscous-friction", "thinning-friction"], &["rotor"]];
+        ids.map(|ids| Kind::ALL.iter().filter(|kind| ids.contains(&kind.id)).collect())
+    }
+
     /// The kind of this name on the command line.
     pub fn find(id: &str) -> Option<&'static Kind> {
         Kind::ALL.iter().find(|kind| kind.id == id)
