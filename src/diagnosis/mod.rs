@@ -107,8 +107,8 @@ pub fn diagnose_among(
     let least = |group| if search.is_usual(group) { presence::EVEN } else { presence::LIKELY };
     let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(group, presence)| *presence >= least(*group));
     search.active = likely.into_iter().map(|(group, _)| group).collect();
-    let stated = StatedBody::of(&search, &fitted.model, &search.absorbed);
-    let comparison = stated_arm::compare(&search, stated.as_ref(), &search.absorbed);
+    let stated = StatedBody::of(&search, &fitted.model);
+    let comparison = stated_arm::compare(&search, stated.as_ref());
     let named = naming::name_effects(&search, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
     let Steps { mut effects, last, fitted: last_fitted, rival_of } =

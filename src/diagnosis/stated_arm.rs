@@ -43,8 +43,8 @@ pub struct StatedBody {
 }
 
 impl StatedBody {
-    /// Of the arm that the recording states, beside a model that identifies a rigid body; `absorbed` are the groups that it takes up.
-    pub fn of(search: &Search, model: &Model, absorbed: &[usize]) -> Option<StatedBody> {
+    /// Of the arm that the recording states, beside a model that identifies a rigid body.
+    pub fn of(search: &Search, model: &Model) -> Option<StatedBody> {
         let setting = search.library.design.setting();
         let identifies = model.terms.first() == Some(&Term::RigidBody(RigidBody::Identified));
         let arm = setting.stated_arm().filter(|_| identifies)?;
@@ -56,7 +56,7 @@ impl StatedBody {
         let mut factors: Vec<(usize, f64)> = parameters.into_iter().enumerate().collect();
         let joints = search.library.design.joint_count();
         let mut rotors = vec![Resistance::default(); joints];
-        for group in absorbed.iter().map(|&group| &search.library.groups[group]) {
+        for group in search.absorbed.iter().map(|&group| &search.library.groups[group]) {
             let resistance = group.joint.and_then(|joint| setting.resistances.get(joint));
             let (Some(joint), Some(resistance)) = (group.joint, resistance) else { continue };
             let is_rotor = plain_columns(&group.term(), joints) == [Some(Property::Armature)];
@@ -79,7 +79,7 @@ impl StatedBody {
 }
 
 /// Compares identified and stated base parameters, beside the effects found so far.
-pub fn compare(search: &Search, stated: Option<&StatedBody>, absorbed: &[usize]) -> Comparison {
+pub fn compare(search: &Search, stated: Option<&StatedBody>) -> Comparison {
     let Some(stated) = stated else { return Comparison::NotPossible };
     let free = search.cost(&search.active);
     let pinned = |extra: &[usize]| pinned_cost(search, stated, extra);
@@ -90,8 +90,8 @@ pub fn compare(search: &Search, stated: Option<&StatedBody>, absorbed: &[usize])
     if difference < MARGIN * search.price || share < LEAST_SHARE {
         return Comparison::Agrees;
     }
-    while found.len() < absorbed.len() {
-        let open = absorbed.iter().copied().filter(|group| !found.contains(group));
+    while found.len() < search.absorbed.len() {
+        let open = search.absorbed.iter().copied().filter(|group| !found.contains(group));
         let with = |group: usize| {
             let mut groups = found.clone();
             groups.push(group);
