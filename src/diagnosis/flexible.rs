@@ -26,19 +26,19 @@ const SLACKS: [f64; 2] = [0.005, 0.03];
 /// Waves over the joint's range.
 const WAVES: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 
-/// The share of each joint's residual that a flexible basis predicts on left-out blocks; 0 where that is noise.
+/// The share of what a set of groups leaves of each joint that a flexible basis predicts on left-out blocks; 0 where that is noise.
 ///
 /// # Errors
 /// [`ModelError`] if a column can't be computed.
-pub fn predicted(search: &Search) -> Result<Vec<f64>, ModelError> {
-    (0..search.weights.len()).into_par_iter().map(|joint| predicted_of(search, joint)).collect()
+pub fn predicted(search: &Search, set: &[usize]) -> Result<Vec<f64>, ModelError> {
+    (0..search.weights.len()).into_par_iter().map(|joint| predicted_of(search, set, joint)).collect()
 }
 
 /// The same of one joint.
-fn predicted_of(search: &Search, joint: usize) -> Result<f64, ModelError> {
+fn predicted_of(search: &Search, set: &[usize], joint: usize) -> Result<f64, ModelError> {
     let library = &search.library;
     let design = &library.design;
-    let known = search.columns(&search.active);
+    let known = search.columns(set);
     let mut columns: Vec<PreparedColumn> = known.iter().map(|&column| library.columns[column].clone()).collect();
     let largest = |signal: fn(&Trajectory) -> &Signals| -> Vec<f64> {
         let of_joint = |joint: usize| {

@@ -113,6 +113,24 @@ fn friction_tells_the_lag_behind_it() {
     assert!(low < lag && lag < high && high - low < 0.2 * lag, "{found:?}");
 }
 
+/// Teeth that rub at a fifth of the torque that the motor sends, which is a little more than the load: what that leaves of the formula is
+/// no wrong motor constant, and nothing unknown.
+#[test]
+fn friction_under_the_torque_of_the_motor_is_load_friction_alone() {
+    let ratio: f64 = 0.2;
+    let [drives, brakes] = [1.0 / (1.0 - ratio), 1.0 / (1.0 + ratio)];
+    let hidden =
+        |effect: &str, parameter| HiddenEffect { effect: effect.into(), joint: Some(1), parameters: vec![parameter] };
+    let effects =
+        vec![hidden("load-friction", 0.5 * (drives - brakes)), hidden("torque-gain", 0.5 * (drives + brakes) - 1.0)];
+    let session = run(Command::Diagnose, &simulated(Scenario { effects, ..Scenario::embedded() }));
+    let report = report(&session);
+    let named: Vec<(&str, &[usize])> =
+        report.effects.iter().map(|effect| (effect.effect.id, effect.joints.as_slice())).collect();
+    assert_eq!(named, [("load-friction", [1].as_slice())], "{}", report.advice());
+    assert!(report.unexplained_joints.is_empty(), "{}", report.advice());
+}
+
 #[test]
 fn the_diagnosis_can_not_read_the_seal() {
     let honest = simulated(hiding("joint-spring", &[2], 0.1, 3));

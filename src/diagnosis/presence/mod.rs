@@ -101,9 +101,10 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Of the effects that the search has found.
+    /// Of the effects that the search has found, and of what their formulas leave.
     fn of(search: &Search) -> Result<Rest, ModelError> {
-        let [before, factors] = [&[], search.active.as_slice()].map(|set| search.factors(set));
+        let explained = gates::with_what_is_left(search);
+        let [before, factors] = [&[], explained.as_slice()].map(|set| search.factors(set));
         let joints = 0..search.weights.len();
         let energies = Energies::new(search);
         let left = |joint: usize, factors: &DVector<f64>| energies.left(joint, factors).sqrt().max(LEAST_SHARE);
@@ -111,7 +112,7 @@ impl Rest {
             share: joints.clone().map(|joint| left(joint, &factors)).collect(),
             before: joints.clone().map(|joint| left(joint, &before)).collect(),
             whiteness: joints.map(|joint| 1.0 - search.structure(joint, &factors)).collect(),
-            predicted: flexible::predicted(search)?,
+            predicted: flexible::predicted(search, &explained)?,
         })
     }
 }

@@ -89,6 +89,22 @@ pub fn leaves_it(search: &Search, set: &[usize], group: usize) -> Option<&'stati
     set.iter().find(leaves).map(|&other| groups[other].effect)
 }
 
+/// What was found, with what the formulas of it leave where that has evidence: it is not named, but nothing unknown either.
+pub fn with_what_is_left(search: &Search) -> Vec<usize> {
+    let mut set = search.active.clone();
+    for group in 0..search.library.groups.len() {
+        let facts = &search.library.groups[group].effect.facts;
+        if facts.left_by.is_none() || set.contains(&group) || search.absorbed.contains(&group) {
+            continue;
+        }
+        let with: Vec<usize> = set.iter().copied().chain([group]).collect();
+        if leaves_it(search, &with, group).is_some() && search.priced_cost(&with) < search.priced_cost(&set) {
+            set = with;
+        }
+    }
+    set
+}
+
 /// Whether the linear parameters of the group lie within their bounds.
 pub fn is_physical(search: &Search, groups: &[usize], group: usize) -> bool {
     let solution = search.solve(groups);
