@@ -100,7 +100,10 @@ pub fn diagnose_among(
         None => (fitted, given),
     };
     let blocks = search.library.equations.block_count();
-    let judged = Judged::of(&search, Calibration::learned())?;
+    let mut judged = Judged::of(&search, Calibration::learned())?;
+    if search.prefer_common(|joint| judged.certainty(Some(joint)))? {
+        judged = Judged::of(&search, Calibration::learned())?;
+    }
     let presence = search.active.iter().map(|&group| (group, judged.presence_of(&search, group)));
     // What most of the other joints have as well is named as soon as it is likelier there than not: whoever models such an arm
     // gives it to all of them.

@@ -4,14 +4,12 @@ use std::collections::BTreeMap;
 
 use super::presence::Judged;
 use super::report::Alternative;
-use super::search::{CLOSE, Rival, Search};
+use super::search::{CLOSE, Rival, Search, odds_of_form};
 use super::stated_arm::{self, Comparison, StatedBody};
-use crate::effect::{Effect, registry};
+use crate::effect::Effect;
 
 /// A rival counts as an alternative too if it explains all but this share of what the effect explains.
 const NEARLY_AS_MUCH: f64 = 0.05;
-/// Odds of a form that not nearly every joint has, before the data speak.
-const RARE: f64 = 0.2;
 /// No form is surer: data alone never make certain.
 const SUREST_FORM: f64 = 0.98;
 
@@ -111,7 +109,7 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
     let mut alternatives = Vec::new();
     let mut closest: Option<(f64, usize)> = None;
     // Of each other form the best shape.
-    let mut forms: BTreeMap<&'static str, f64> = BTreeMap::new();
+    let mut forms: BTreeMap<&'static str, (&'static Effect, f64)> = BTreeMap::new();
     for Rival { group: rival, cost, .. } in search.rivals(group) {
         let worse = cost - found;
         let priced = worse + search.price_of(rival) - price;
@@ -119,7 +117,7 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
             && groups[rival].joint == groups[group].joint
             && groups[rival].effect != groups[group].effect;
         if is_form {
-            let least = forms.entry(groups[rival].effect.id).or_insert(f64::INFINITY);
+            let (_, least) = forms.entry(groups[rival].effect.id).or_insert((groups[rival].effect, f64::INFINITY));
             *least = least.min(priced);
         }
         // A rival that contains the effect explains as much by itself; it is one only if its surplus is worth its price.
@@ -138,11 +136,8 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
     }
     let certainty = judged.certainty(groups[group].joint);
     // A form with more evidence was refused by left-out blocks: then it is one or the other.
-    let odds = |(id, priced): (&&str, &f64)| {
-        let rare = registry::find(id).is_ok_and(|form| !form.facts.everyday);
-        (if rare { RARE } else { 1.0 }) * (-0.5 * certainty * priced.max(0.0)).exp()
-    };
-    let others: f64 = forms.iter().map(odds).sum();
+    let odds = |(form, priced): &(&Effect, f64)| odds_of_form(form) * (-0.5 * certainty * priced.max(0.0)).exp();
+    let others: f64 = forms.values().map(odds).sum();
     Judgement {
         gain,
         presence: judged.presence_of(search, group),

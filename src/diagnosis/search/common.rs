@@ -1,4 +1,5 @@
-//! What the other joints have: friction that most of them show is looked for once more on those where the search did not find it.
+//! What the other joints have: friction that most of them show is looked for once more on those where the search did not find it, and
+//! its common form is put in the place of odd ones where these have too little to say for themselves.
 //!
 //! Motors and gears of an arm are mostly of one make, so that what its other joints have is likely on this one, too. On one joint
 //! alone dry friction and friction that grows with speed may each pass for the other, and an odd form of one for both.
@@ -8,14 +9,21 @@
 
 use super::Search;
 use super::gates;
-use crate::effect::Family;
+use crate::effect::{Effect, Family};
+use crate::model::ModelError;
+
+/// Odds of a form that not nearly every joint has, before the data speak.
+const RARE: f64 = 0.2;
+
+/// Odds of a form beside the common one of its family, before the data speak.
+pub fn odds_of_form(effect: &Effect) -> f64 {
+    if effect.facts.everyday { 1.0 } else { RARE }
+}
 
 impl Search<'_> {
     /// Adds such friction where its evidence and the other joints together speak for it.
     pub(super) fn complete(&mut self) {
-        let mut families: Vec<Family> = self.common().map(|group| self.library.groups[group].effect.family).collect();
-        families.sort_unstable();
-        families.dedup();
+        let families = self.common_families();
         for joint in 0..self.weights.len() {
             for &family in &families {
                 let odds = self.odds_of(family, Some(joint));
@@ -31,20 +39,70 @@ impl Search<'_> {
         }
     }
 
-    /// The sets with an everyday form of a family on a joint. Beside it an odd form of the other kind of friction may have nothing left to
+    /// Puts common friction in the place of odd forms of it where these are not likelier, and adds what the other joints have; whether any
+    /// changed.
+    ///
+    /// A difference of evidence says as much of two forms as `certainty` on their joint, at most 1: where more is left than noise, it may
+    /// be that which tells them apart.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a column can't be computed.
+    pub fn prefer_common(&mut self, certainty: impl Fn(usize) -> f64) -> Result<bool, ModelError> {
+        let before = self.active.clone();
+        for joint in 0..self.weights.len() {
+            let Some((set, odds)) = self.with_common_on(joint) else { continue };
+            let worse = certainty(joint) * (self.priced_cost(&set) - self.priced_cost(&self.active));
+            if worse < 2.0 * odds.ln() {
+                self.active = set;
+            }
+        }
+        let changed = self.active != before;
+        if changed {
+            self.refine_found()?;
+        }
+        Ok(changed)
+    }
+
+    /// The set with common friction in the place of all odd forms on a joint, and the odds for it before the data speak; `None` if there
+    /// are none, or its parameters are impossible.
+    fn with_common_on(&self, joint: usize) -> Option<(Vec<usize>, f64)> {
+        let groups = &self.library.groups;
+        let families = self.common_families();
+        let is_odd = |group: &usize| {
+            let group = &groups[*group];
+            group.joint == Some(joint) && families.contains(&group.effect.family) && !group.effect.is_common()
+        };
+        let (odd, mut set): (Vec<usize>, Vec<usize>) = self.active.iter().copied().partition(is_odd);
+        if odd.is_empty() {
+            return None;
+        }
+        let mut odds: f64 = odd.iter().map(|&group| 1.0 / odds_of_form(groups[group].effect)).product();
+        let kept = set.len();
+        for common in self.common().filter(|&group| groups[group].joint == Some(joint)) {
+            let family = groups[common].effect.family;
+            let is_new = !self.shows(family, joint);
+            let of_family = self.odds_of(family, Some(joint));
+            if set.contains(&common) || self.absorbed.contains(&common) || is_new && of_family <= 1.0 {
+                continue;
+            }
+            set.push(common);
+            odds *= if is_new { of_family } else { 1.0 };
+        }
+        set[kept..].iter().all(|&group| gates::is_physical(self, &set, group)).then_some((set, odds))
+    }
+
+    /// The sets with the common form of a family on a joint. Beside it an odd form of the other kind of friction may have nothing left to
     /// say that the common one does not.
     fn sets_with(&self, family: Family, joint: usize) -> Vec<Vec<usize>> {
         let groups = &self.library.groups;
         let is_here = |group: usize| groups[group].joint == Some(joint);
-        let is_form = |&group: &usize| {
-            let effect = groups[group].effect;
-            is_here(group) && effect.family == family && effect.facts.everyday && self.is_open(group)
-        };
-        let commons: Vec<usize> = self.common().filter(|&group| is_here(group) && self.is_open(group)).collect();
+        let commons = self.common().filter(|&group| is_here(group) && self.is_open(group));
+        let (forms, commons): (Vec<usize>, Vec<usize>) =
+            commons.partition(|&group| groups[group].effect.family == family);
         let mut sets = Vec::new();
-        for form in (0..groups.len()).filter(is_form) {
+        for form in forms {
             sets.push(self.with(form));
-            for &common in commons.iter().filter(|&&common| groups[common].effect.family != family) {
+            for &common in &commons {
                 let other = groups[common].effect.family;
                 let stays = |&group: &usize| !is_here(group) || groups[group].effect.family != other;
                 let rest: Vec<usize> = self.active.iter().copied().filter(stays).collect();
@@ -74,6 +132,14 @@ impl Search<'_> {
         (0..groups.len()).filter(is_common)
     }
 
+    /// Their families.
+    fn common_families(&self) -> Vec<Family> {
+        let mut families: Vec<Family> = self.common().map(|group| self.library.groups[group].effect.family).collect();
+        families.sort_unstable();
+        families.dedup();
+        families
+    }
+
     /// Odds that a joint has something of a family, from the other joints alone.
     fn odds_of(&self, family: Family, joint: Option<usize>) -> f64 {
         let others: Vec<usize> = (0..self.weights.len()).filter(|&other| Some(other) != joint).collect();
@@ -96,21 +162,57 @@ mod tests {
     use crate::model::design::Design;
     use crate::model::{self, Preset};
     use crate::progress::Monitor;
+    use crate::recording::Recording;
     use crate::recording::split::Split;
     use crate::simulation::{Scenario, simulate};
+
+    /// A search for these effects that has come to its end.
+    fn searched<'a>(recording: &'a Recording, effects: &[&str]) -> Search<'a> {
+        let split = Split::automatic(recording);
+        let body = Preset::RigidBody.model(recording).unwrap();
+        let body = model::fit(&body, recording, &split, &Monitor::new()).unwrap();
+        let effects: Vec<&'static Effect> = effects.iter().map(|id| registry::find(id).unwrap()).collect();
+        let design = Design::new(recording, &split).unwrap();
+        let (library, _) = Library::new(&body, design, &effects, &Monitor::new()).unwrap();
+        let mut search = Search::new(library);
+        search.run(&Monitor::new()).unwrap();
+        search
+    }
+
+    /// What the search has found.
+    fn found(search: &Search) -> Vec<(&'static str, Option<usize>)> {
+        let groups = search.active.iter().map(|&group| &search.library.groups[group]);
+        groups.map(|group| (group.effect.id, group.joint)).collect()
+    }
+
+    /// Friction of joint 3 grows with the root of the speed. As far as the difference counts it is that, else what common friction says
+    /// of it, with the dry friction that the two other joints have.
+    #[test]
+    fn odd_friction_is_common_friction_where_the_difference_says_little() {
+        let mut scenario = Scenario::embedded();
+        let hidden =
+            |scenario: &Scenario, id: &str, joints: &[usize]| scenario.hide_by_strength(id, joints, 0.1).unwrap();
+        scenario.effects =
+            [hidden(&scenario, "coulomb-friction", &[0, 1]), hidden(&scenario, "concave-friction", &[2])].concat();
+        let recording = simulate(&scenario, &Monitor::new()).unwrap();
+        let effects = ["coulomb-friction", "viscous-friction", "concave-friction"];
+        let mut search = searched(&recording, &effects);
+        let before = found(&search);
+        assert!(before.contains(&("concave-friction", Some(2))), "{before:?}");
+        assert!(!search.prefer_common(|_| 1.0).unwrap());
+        assert_eq!(found(&search), before);
+        assert!(search.prefer_common(|_| 0.0).unwrap());
+        let mut after = found(&search);
+        after.sort_unstable();
+        let dry = (0..3).map(|joint| ("coulomb-friction", Some(joint)));
+        assert_eq!(after, dry.chain([("viscous-friction", Some(2))]).collect::<Vec<_>>());
+    }
 
     /// Coulomb friction is hidden on joints 1 and 2 of three: it is usual on the third, but its data have none.
     #[test]
     fn what_the_others_have_is_usual_and_yet_not_invented() {
         let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
-        let split = Split::automatic(&recording);
-        let body = Preset::RigidBody.model(&recording).unwrap();
-        let body = model::fit(&body, &recording, &split, &Monitor::new()).unwrap();
-        let effects = ["coulomb-friction", "viscous-friction", "joint-spring"].map(|id| registry::find(id).unwrap());
-        let design = Design::new(&recording, &split).unwrap();
-        let (library, _) = Library::new(&body, design, &effects, &Monitor::new()).unwrap();
-        let mut search = Search::new(library);
-        search.run(&Monitor::new()).unwrap();
+        let search = searched(&recording, &["coulomb-friction", "viscous-friction", "joint-spring"]);
         let group = |id: &str, joint: usize| {
             let is_it =
                 |group: &crate::diagnosis::candidates::Group| group.effect.id == id && group.joint == Some(joint);

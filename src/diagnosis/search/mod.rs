@@ -15,6 +15,7 @@ mod shape;
 mod state;
 mod swap;
 
+pub use common::odds_of_form;
 pub use gates::FEWEST_BLOCKS;
 pub use state::{CLOSE, MARGIN, Search};
 pub use swap::Rival;
