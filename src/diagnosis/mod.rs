@@ -1,6 +1,6 @@
 //! Which physical effect is missing: from a model and measurements, name it with evidence, and never cry wolf.
 //!
-//! A recording goes through once. `candidates` lays every effect beside the model, as columns of one design. `search` finds
+//! A recording goes through once, of a very long one an `excerpt`. `candidates` lays every effect beside the model, as columns of one design. `search` finds
 //! the set that explains the torque for the least price, [`presence`] says how likely each family is there and how complete
 //! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
 //! be, `telling` which motion would tell. `steps` adds what was named, `conclusion` draws the answer, a [`Report`]: data,
@@ -14,6 +14,7 @@
 mod candidates;
 mod conclusion;
 pub mod evidence;
+mod excerpt;
 mod flexible;
 mod naming;
 pub mod presence;
@@ -31,6 +32,7 @@ mod words;
 use rayon::prelude::*;
 
 use candidates::Library;
+use excerpt::Excerpt;
 use presence::Judged;
 use presence::calibration::Calibration;
 use search::Search;
@@ -93,7 +95,8 @@ pub fn diagnose_among(
 ) -> Result<Report, ModelError> {
     let given = Evaluation::of(fitted, recording, split)?;
     let held_out_nmse = given.held_out_nmse();
-    let searched = Searched::new(effects, fitted, recording, split, monitor)?;
+    let excerpt = Excerpt::of(recording, split);
+    let searched = Searched::new(effects, fitted, &excerpt, monitor)?;
     let Searched { mut search, design, counterpart, refused, drops, mut not_known } = searched;
     let (fitted, before) = match &counterpart {
         Some(counterpart) => (counterpart, Evaluation::of(counterpart, recording, split)?),
@@ -138,6 +141,9 @@ pub fn diagnose_among(
     let mut notes = conclusion::notes(verdict, &effects, &unexplained_joints, &comparison, blocks, recording.encoders);
     let of_torque = last.noise_floor_nmse.as_deref();
     notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(judged.completeness(), noise)));
+    if excerpt.share < 1.0 {
+        notes.push(Note::Excerpt { share: excerpt.share });
+    }
     let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &comparison);
     monitor.report(1.0, "diagnosed")?;
     Ok(Report {
@@ -165,7 +171,8 @@ pub fn sightings(
     split: &Split,
     monitor: &Monitor,
 ) -> Result<(Vec<Sighting>, Rest), ModelError> {
-    let searched = Searched::new(&registry::sought(), fitted, recording, split, monitor)?;
+    let excerpt = Excerpt::of(recording, split);
+    let searched = Searched::new(&registry::sought(), fitted, &excerpt, monitor)?;
     presence::look(&searched.search)
 }
 
@@ -186,12 +193,11 @@ impl<'a> Searched<'a> {
     fn new(
         effects: &[&'static Effect],
         fitted: &Fitted,
-        recording: &'a Recording,
-        split: &Split,
+        excerpt: &'a Excerpt,
         monitor: &Monitor,
     ) -> Result<Self, ModelError> {
         monitor.report(0.05, "filtering the torque")?;
-        let design = Design::new(recording, split)?;
+        let design = Design::new(&excerpt.recording, &excerpt.split)?;
         let learned = fitted.model.is_learned();
         let counterpart =
             learned.then(|| fit::fit_design(&linear_counterpart(fitted), &design, monitor)).transpose()?;

@@ -328,6 +328,11 @@ pub enum Note {
         #[serde(with = "joint_numbers")]
         joints: Vec<usize>,
     },
+    /// The search looked at a part of the training data.
+    Excerpt {
+        /// How much of them.
+        share: f64,
+    },
     /// Nothing is missing that these data could show.
     NothingShown,
     /// There are too few blocks to leave any out, so nothing that was named is confirmed by data that it has not seen.

@@ -5,6 +5,7 @@ use serde::ser::{SerializeStruct, Serializer};
 
 use super::conclusion::NOISIER;
 use super::presence::{LIKELY, SURE};
+use super::proposal::percent;
 use super::report::{
     Alternative, Candidate, Completeness, Exciting, Ground, MissingEffect, NotKnown, Note, Presence, Refusal, Report,
     TellingMotion, Verdict,
@@ -120,6 +121,11 @@ impl Note {
                  (derivatives, a coarse encoder, channels read at different moments). A lower cut-off or a better velocity \
                  helps there, no further effect does.",
                 joints_text(joints)
+            ),
+            Note::Excerpt { share } => format!(
+                "The training part is long: {} of it was searched, from the start of each run; held-out errors are those of the whole \
+                 held-out part.",
+                percent(*share)
             ),
             Note::NothingShown => "Nothing is missing that these data could show.".to_owned(),
             Note::NotConfirmable { blocks } => format!(

@@ -47,7 +47,7 @@ impl SetsRight for DerivativeDelay {
         let mut right = motion.trajectory.clone();
         self.set_right(&mut right, ahead);
         let mut column = (load.body)(&right);
-        for (value, read) in column.iter_mut().flatten().zip((load.body)(motion.trajectory).iter().flatten()) {
+        for (value, read) in column.iter_mut().flatten().zip(load.torque_along(motion.trajectory).iter().flatten()) {
             *value = (*value - read) / ahead;
         }
         Ok(Column::on_all(column))

@@ -1,5 +1,6 @@
 //! What an effect is told: the motion, and what the rigid body needs along it.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
@@ -91,6 +92,16 @@ impl Load {
         let torque = body(trajectory);
         let slopes = vec![OnceLock::new(); torque.joint_count()].into();
         Load { torque, turned_gravity, lumped, body: Arc::new(body), along: trajectory.without_torque(), slopes }
+    }
+
+    /// The body's torque along a motion; that of the load's own is known.
+    pub(super) fn torque_along(&self, motion: &Trajectory) -> Cow<'_, Signals> {
+        let is_own = [(&motion.q, &self.along.q), (&motion.qd, &self.along.qd), (&motion.qdd, &self.along.qdd)];
+        if is_own.iter().all(|(signal, own)| signal == own) {
+            Cow::Borrowed(&self.torque)
+        } else {
+            Cow::Owned((self.body)(motion))
+        }
     }
 
     /// What the state of a joint does to the body's torque, along the motion of this load: whoever asks first, on whatever thread and
