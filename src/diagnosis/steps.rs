@@ -99,10 +99,33 @@ fn only_shown(
         if shown > 1.0 {
             return Ok((named, whole));
         }
-        let is_of_arm = named[number].effect.scope == Scope::Arm;
-        named[number].joints.retain(|&other| other != joint && !is_of_arm);
-        named.retain(|effect| !effect.joints.is_empty());
+        take_off(&mut named, number, joint);
     }
+}
+
+/// Takes one of the named effects off a joint. The common form of its family that it contains stays there: it is judged by itself.
+fn take_off(named: &mut Vec<Named>, number: usize, joint: usize) {
+    let own = &mut named[number];
+    let is_of_arm = own.effect.scope == Scope::Arm;
+    own.joints.retain(|&other| other != joint && !is_of_arm);
+    let is_usual = own.usual.contains(&joint);
+    own.usual.retain(|&other| other != joint);
+    let (family, gain, presence, form) = (own.effect.family, own.gain, own.presence, own.form);
+    let mut contained = own.effect.facts.includes.iter().filter_map(|id| registry::find(id).ok());
+    let common = contained.find(|effect| effect.is_common() && effect.family == family);
+    named.retain(|effect| !effect.joints.is_empty());
+    let Some(effect) = common else { return };
+    let place = named.iter().position(|named| named.effect == effect).unwrap_or_else(|| {
+        let (joints, usual, alternatives) = (Vec::new(), Vec::new(), Vec::new());
+        named.push(Named { effect, joints, usual, gain, presence, form, alternatives, rival: None, pins: false });
+        named.len() - 1
+    });
+    let common = &mut named[place];
+    common.joints.push(joint);
+    common.joints.sort_unstable();
+    common.usual.extend(is_usual.then_some(joint));
+    common.presence = common.presence.min(presence);
+    common.form = common.form.min(form);
 }
 
 /// How far what was fitted for an effect on a joint is from nothing, in half-widths of its interval; 0 if it is impossible.
@@ -236,4 +259,37 @@ pub fn faults_of_readings(recording: &Recording, last: &Evaluation) -> Vec<Missi
         })
     };
     fault::find(recording).iter().filter_map(named).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(id: &str, joints: &[usize], presence: f64) -> Named {
+        let effect = registry::find(id).unwrap();
+        let (joints, usual) = (joints.to_vec(), joints.to_vec());
+        let (alternatives, rival) = (Vec::new(), None);
+        Named { effect, joints, usual, gain: 1.0, presence, form: 0.6, alternatives, rival, pins: false }
+    }
+
+    fn told(named: &[Named]) -> Vec<(&str, &[usize])> {
+        named.iter().map(|named| (named.effect.id, named.joints.as_slice())).collect()
+    }
+
+    /// A Stribeck curve whose peak is impossible on joint 2 leaves the Coulomb friction that it contains; that leaves nothing.
+    #[test]
+    fn what_is_taken_off_leaves_the_common_form_that_it_contains() {
+        let mut all = vec![named("stribeck-friction", &[0, 1], 0.9), named("coulomb-friction", &[2], 0.99)];
+        take_off(&mut all, 0, 1);
+        assert_eq!(told(&all), [("stribeck-friction", [0].as_slice()), ("coulomb-friction", &[1, 2])]);
+        assert_eq!((all[1].presence, all[1].usual.len()), (0.9, 2));
+        take_off(&mut all, 0, 0);
+        take_off(&mut all, 0, 1);
+        assert_eq!(told(&all), [("coulomb-friction", [0, 2].as_slice())]);
+        let mut alone = vec![named("stribeck-friction", &[1], 0.9), named("base-tilt", &[0, 1, 2], 0.9)];
+        take_off(&mut alone, 0, 1);
+        assert_eq!(told(&alone), [("base-tilt", [0, 1, 2].as_slice()), ("coulomb-friction", &[1])]);
+        take_off(&mut alone, 0, 2);
+        assert_eq!(told(&alone), [("coulomb-friction", [1].as_slice())], "it acts on the whole arm or not at all");
+    }
 }
