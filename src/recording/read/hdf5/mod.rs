@@ -14,10 +14,10 @@ use hdf5_reader::{Dataset, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, S
 use ndarray::{ArrayD, Axis};
 
 use super::arrays::{self, ArraysError, BYTES, DEEPEST};
-use super::budget::{Budget, TooMuch};
+use super::budget::Budget;
 use super::share::Share;
 use super::table::{MOST_COLUMNS, Table};
-use crate::progress::{Monitor, Stopped};
+use crate::progress::Monitor;
 
 /// The file can't be read.
 #[derive(Debug, thiserror::Error)]
@@ -36,15 +36,15 @@ pub enum Hdf5Error {
     /// More datasets than any log has.
     #[error("it has more than {MOST_COLUMNS} datasets and groups; a log has one dataset a channel")]
     TooMany,
-    /// Its datasets make no table.
+    /// Its datasets make no table, would take too much memory, or were not read to the end.
     #[error(transparent)]
-    Arrays(#[from] ArraysError),
-    /// It would take too much memory.
-    #[error(transparent)]
-    TooMuch(#[from] TooMuch),
-    /// The user asked to stop.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
+    Arrays(ArraysError),
+}
+
+impl<E: Into<ArraysError>> From<E> for Hdf5Error {
+    fn from(problem: E) -> Self {
+        Hdf5Error::Arrays(problem.into())
+    }
 }
 
 /// What a packed part may unpack to \[bytes\].
