@@ -1,7 +1,7 @@
 //! The front door: files in, one [`Recording`] and what is to be said about it out.
 //!
-//! Only this file opens files; the readers below take bytes. Everything is checked before anything is returned: there is
-//! no half-read recording.
+//! Only this file and `bytes` open files; the readers below take bytes, that of CSV its text as it comes. Everything is checked before
+//! anything is returned: there is no half-read recording.
 
 mod arrays;
 mod assemble;
