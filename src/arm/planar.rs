@@ -180,7 +180,7 @@ mod tests {
         let told = |text: &str| SerialArm::parse(text).unwrap().plane_told();
         let beside = told(&urdf(&two, 0.0, "0.01")).unwrap();
         assert!(
-            beside.contains("what joint 1 moves is beside the line") && beside.contains("stays one in space"),
+            beside.contains("what joint 1 moves is beside the line") && beside.contains("and stays one in space"),
             "{beside}"
         );
         assert_eq!(told(&text.replacen("<axis xyz=\"0 -1 0\"/>", "<axis xyz=\"0 0 1\"/>", 1)), None);

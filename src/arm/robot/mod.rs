@@ -244,7 +244,8 @@ impl SerialArm {
             Err(problem) => {
                 return problem.is_nearly().then(|| {
                     format!(
-                        "all axes are parallel and gravity lies in their plane, but {problem}: it is not taken for a planar arm and                          stays one in space, where its model is complete too"
+                        "all axes are parallel and gravity lies in their plane, but {problem}: it is not taken for a planar arm and \
+                         stays one in space, where its model is complete too"
                     )
                 });
             }
