@@ -104,6 +104,9 @@ fn columns(size: usize) -> Vec<Named> {
     ]
 }
 
+/// A table that is none of the lies: others differ from it in one thing.
+const HONEST: &str = "table.h5";
+
 /// Trees of arrays: tables of rows that lie, whose fields overlap or are wider than they, and groups that all hold the same.
 fn trees(size: usize) -> Vec<Named> {
     /// Numbers of eight bytes, the least one first.
@@ -149,7 +152,17 @@ fn trees(size: usize) -> Vec<Named> {
         let root = file.group(&[("demo_0", here), ("demo_1", here)]);
         file.finish(root)
     };
+    let shared = {
+        let mut file = File::default();
+        let data = file.data(&vec![0; size]);
+        let link = |number: usize| (format!("q{number}"), file.dataset(&[held / 8], &DOUBLE, data, held));
+        let links: Vec<(String, u64)> = (0..500).map(link).collect();
+        let root = file.group(&links);
+        file.finish(root)
+    };
     vec![
+        (HONEST, table(&[held / 16], &rows(16, &pair), held)),
+        ("shared.h5", shared),
         ("rows.h5", table(&[u64::MAX / 16], &rows(16, &pair), held)),
         ("rows-claimed.h5", table(&[1 << 40], &rows(16, &pair), 16 << 40)),
         ("rows-of-nothing.h5", table(&[held], &rows(0, &pair), held)),
@@ -182,4 +195,23 @@ fn pickles(size: usize) -> Vec<Named> {
         ("copies.pickle", pickle(&[b"K\x01", &b"2".repeat(size)])),
         ("memos.pickle", pickle(&[b"]", &b"\x94".repeat(size)])),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Monitor;
+    use crate::recording::read::{ReadOptions, preview};
+
+    /// Else the others would be refused for something that nobody meant.
+    #[test]
+    fn a_table_without_lies_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(HONEST);
+        let (_, bytes) = trees(1600).into_iter().find(|(name, _)| *name == HONEST).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let seen = preview(&path, &ReadOptions::default(), &Monitor::new()).unwrap();
+        assert_eq!(seen.names(), ["log.q", "log.tau"]);
+        assert_eq!(seen.columns[1].values, [0.0; 100]);
+    }
 }
