@@ -1122,3 +1122,22 @@ fn about_mapping(mapping: &Mapping, spec: &MappingSpec, torque: &TorqueFacts, fi
     }
     findings
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::selftest::seeds;
+
+    /// What comes block by block is stopped between two of them, packed or not.
+    #[test]
+    fn a_stop_is_heard_while_text_is_read() {
+        let text = "1,2\n".repeat(5000).into_bytes();
+        let packed = seeds::gzip(&text).unwrap();
+        for (name, bytes) in [("log.csv", text), ("log.csv.gz", packed)] {
+            let monitor = Monitor::new();
+            monitor.stop("enough");
+            let stopped = decode(&Bytes::InMemory(&bytes), Path::new(name), &ReadOptions::default(), &monitor);
+            assert!(matches!(stopped, Err(ReadError::Stopped(_))), "{name}");
+        }
+    }
+}

@@ -181,7 +181,7 @@ mod tests {
         let guess = text.line_count().unwrap().unwrap();
         assert!((rows..rows + 10).contains(&guess), "{guess}");
         assert!(text.first_lines().unwrap().ends_with(b"\n"));
-        assert!(whole(&mut text) == &lines.as_bytes()[3..]);
+        assert!(whole(&mut text) == lines.as_bytes()[3..]);
         assert!(text.ends_within_a_line());
     }
 }
