@@ -26,7 +26,7 @@ pub mod body;
 pub mod chain;
 pub mod dynamics;
 pub mod kinematics;
-mod planar;
+pub mod planar;
 pub mod possible;
 pub mod regressor;
 pub mod robot;

@@ -57,7 +57,8 @@ struct Topic {
 
 #[derive(Serialize)]
 struct LowPass {
-    hz: f64,
+    /// `None` where no noise is seen.
+    hz: Option<f64>,
     reason: String,
 }
 
@@ -112,13 +113,13 @@ impl Answer {
         });
         let topic =
             |topic: &SeenTopic| Topic { name: topic.name.clone(), kind: topic.kind.clone(), messages: topic.messages };
-        let proposal = Sampled::derived_from(draft, seen).and_then(|sampled| sampled.proposal());
+        let advice = Sampled::derived_from(draft, seen).and_then(|sampled| sampled.advice());
         Answer {
             columns: columns.collect(),
             topics: seen.topics.iter().map(topic).collect(),
             taken_topics: seen.taken(),
             clocks: seen.clocks.clone(),
-            low_pass: proposal.map(|proposal| LowPass { hz: proposal.told_hz(), reason: proposal.reason() }),
+            low_pass: advice.map(|advice| LowPass { hz: advice.told_hz(), reason: advice.reason() }),
         }
     }
 
@@ -144,7 +145,10 @@ impl Answer {
         }
         self.clocks.iter().for_each(|told| println!("clocks: {told}"));
         if let Some(LowPass { hz, reason }) = self.low_pass {
-            println!("derived channels: the noise asks for --low-pass {hz}: {reason}");
+            match hz {
+                Some(hz) => println!("derived channels: the noise asks for --low-pass {hz}: {reason}"),
+                None => println!("derived channels: {reason}"),
+            }
         }
     }
 }

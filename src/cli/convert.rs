@@ -34,7 +34,7 @@ impl Convert {
     /// Reads and saves.
     pub fn run(&self) -> anyhow::Result<()> {
         self.files.check_output(&self.output)?;
-        let session = self.files.session()?;
+        let session = self.files.opened()?;
         let recording = session.recording.as_deref().context("no recording was read")?;
         let part = self.of.part.cut(recording, &session.split)?;
         save(&part, &self.output)?;

@@ -434,6 +434,11 @@ impl Files {
     pub fn session(&self) -> anyhow::Result<Session> {
         progress::run(open_command(&self.files, &self.reading)?, &self.reading.own.session()?)
     }
+
+    /// A session with the recording only: nothing is identified from it.
+    pub fn opened(&self) -> anyhow::Result<Session> {
+        progress::open(open_command(&self.files, &self.reading)?, &self.reading.own.session()?)
+    }
 }
 
 impl OptionalData {

@@ -109,8 +109,14 @@ fn tell_robot(outgoing: &Outgoing) {
     if let Some(weighed) = &outgoing.weighed {
         tell_masses(weighed);
     }
+    if outgoing.not_held.is_empty() {
+        return;
+    }
     let rows: Vec<Vec<String>> = outgoing.not_held.iter().map(not_held_row).collect();
-    println!("\n{}", titled("not in the file", &["what", " value", "share of the torque", " why"], &rows));
+    println!(
+        "\n{}",
+        titled("where the file differs from the model", &["what", " value", "share of the torque", " why"], &rows)
+    );
 }
 
 /// The same for other programs.

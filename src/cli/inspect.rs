@@ -55,7 +55,7 @@ struct TrajectoryAnswer<'a> {
 impl Inspect {
     /// Reads and prints.
     pub fn run(&self) -> anyhow::Result<()> {
-        let session = self.files.session()?;
+        let session = self.files.opened()?;
         let Some(recording) = session.recording.as_deref() else { return Ok(()) };
         let held_out = |index: usize| session.split.held_out.iter().any(|segment| segment.trajectory == index);
         let trajectories: Vec<TrajectoryAnswer> = recording

@@ -99,3 +99,9 @@ pub fn run(command: Command, session: &Session) -> anyhow::Result<Session> {
     let session = session.clone();
     watch(&command.title(), move |monitor| command.run(&session, monitor))
 }
+
+/// Opens what a session command opens, identifies nothing from it, and shows its progress.
+pub fn open(command: Command, session: &Session) -> anyhow::Result<Session> {
+    let session = session.clone();
+    watch(&command.title(), move |monitor| command.opened(&session, monitor))
+}

@@ -1,5 +1,6 @@
 //! How much of the torque a part of a model is.
 
+use crate::model::property::Property;
 use crate::model::{Fitted, ModelError, Term};
 use crate::recording::Recording;
 
@@ -14,7 +15,6 @@ pub fn of_torque(
     term: usize,
     parameter: Option<usize>,
 ) -> Result<f64, ModelError> {
-    let energy = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
     let (mut own, mut whole) = (0.0, 0.0);
     for trajectory in &recording.trajectories {
         let parts = match (&fitted.model.terms[term], parameter) {
@@ -36,5 +36,30 @@ pub fn of_torque(
             whole += energy(&trajectory.tau[joint]);
         }
     }
-    Ok(if whole > 0.0 { (own / whole).sqrt() } else { 0.0 })
+    Ok(beside(own, whole))
+}
+
+/// The same of a plain property of a joint.
+pub(super) fn of_property(recording: &Recording, joint: usize, property: Property, value: f64) -> f64 {
+    let (mut own, mut whole) = (0.0, 0.0);
+    for trajectory in &recording.trajectories {
+        whole += energy(&trajectory.tau[joint]);
+        own += value
+            * value
+            * match property {
+                Property::Damping => energy(&trajectory.qd[joint]),
+                Property::Armature => energy(&trajectory.qdd[joint]),
+                Property::Stiffness => energy(&trajectory.q[joint]),
+                Property::Friction | Property::Preload => trajectory.len() as f64,
+            };
+    }
+    beside(own, whole)
+}
+
+fn energy(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum()
+}
+
+fn beside(own: f64, whole: f64) -> f64 {
+    if whole > 0.0 { (own / whole).sqrt() } else { 0.0 }
 }

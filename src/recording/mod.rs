@@ -231,13 +231,13 @@ impl Recording {
 
     /// The axes of an arm that is not planar. Those of the planar arm that is stated say only what its file states of each joint.
     pub fn spatial(&self) -> Option<&Chain> {
-        self.chain.as_ref().filter(|chain| self.stated_arm.is_none() || chain.planar().is_none())
+        self.chain.as_ref().filter(|chain| self.stated_arm.is_none() || chain.planar().is_err())
     }
 
     /// Takes an arm whose axes are stated for the planar one that it is, if it is one: see [`Chain::planar`].
     fn settle_plane(&mut self) {
         if self.stated_arm.is_none() && self.joints.iter().all(|joint| joint.kind == JointKind::Revolute) {
-            self.stated_arm = self.chain.as_ref().and_then(Chain::planar);
+            self.stated_arm = self.chain.as_ref().and_then(|chain| chain.planar().ok());
         }
     }
 

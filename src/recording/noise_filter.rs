@@ -26,6 +26,8 @@ const WIDEST_GAP: f64 = 3.0;
 const STEP: f64 = 1.02;
 /// Highest cut-off, as a share of the sampling rate.
 const HIGHEST_SHARE: f64 = 0.2;
+/// Less noise than this share of the acceleration behind the highest cut-off of all is none, but the rounding of numbers.
+const NO_NOISE: f64 = 1e-3;
 
 /// Channels of a log of which others are derived, from its first row on and without a gap.
 pub struct Sampled {
@@ -48,6 +50,15 @@ pub struct Proposal {
     pub motion: f64,
     /// Up to where motion stands out of the noise \[Hz\]: the highest of the joints.
     pub reach_hz: f64,
+}
+
+/// What the noise of a log asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Advice {
+    /// A cut-off.
+    CutOff(Proposal),
+    /// Nothing: none is seen.
+    NoNoise,
 }
 
 impl Sampled {
@@ -85,8 +96,8 @@ impl Sampled {
         Some(Sampled { time, q: Signals::from_joints(positions).ok()?, qd })
     }
 
-    /// The cut-off that its noise asks for; `None` where it is too short, or where no joint moves out of its noise.
-    pub fn proposal(&self) -> Option<Proposal> {
+    /// What its noise asks for; `None` where it is too short, or where no joint moves out of its noise.
+    pub fn advice(&self) -> Option<Advice> {
         let step = median_step(&self.time);
         // Acceleration, which is derived once more than velocity, is what a cut-off matters for.
         let (measured, slopes) = self.qd.as_ref().map_or((&self.q, 2), |qd| (qd, 1));
@@ -102,7 +113,30 @@ impl Sampled {
             let mean = |sum: f64| (sum / joints.len() as f64).sqrt();
             Proposal { cutoff_hz, noise: mean(noise), motion: mean(motion), reach_hz }
         });
-        proposals.min_by(|one, other| one.error().total_cmp(&other.error()))
+        let best = proposals.min_by(|one, other| one.error().total_cmp(&other.error()))?;
+        let is_noiseless = best.cutoff_hz == highest && best.noise < NO_NOISE;
+        Some(if is_noiseless { Advice::NoNoise } else { Advice::CutOff(best) })
+    }
+}
+
+impl Advice {
+    /// The cut-off, if one is asked for, with as many digits as one types \[Hz\].
+    pub fn told_hz(&self) -> Option<f64> {
+        match self {
+            Advice::CutOff(proposal) => Some(short(proposal.cutoff_hz)),
+            Advice::NoNoise => None,
+        }
+    }
+
+    /// Why, in words.
+    pub fn reason(&self) -> String {
+        match self {
+            Advice::CutOff(proposal) => proposal.reason(),
+            Advice::NoNoise => {
+                "no noise is seen in what they are derived from: any cut-off well above the motion leaves it as it is"
+                    .to_owned()
+            }
+        }
     }
 }
 
@@ -112,13 +146,7 @@ impl Proposal {
         self.noise.hypot(self.motion)
     }
 
-    /// The cut-off with as many digits as one types \[Hz\].
-    pub fn told_hz(&self) -> f64 {
-        short(self.cutoff_hz)
-    }
-
-    /// Why, in words.
-    pub fn reason(&self) -> String {
+    fn reason(&self) -> String {
         format!(
             "motion stands out of the noise up to {} Hz; behind this cut-off {:.1} % of the acceleration (RMS) is noise and {:.1} % of \
              the motion is lost, the least of both together",
@@ -245,7 +273,7 @@ mod tests {
         let mut before = f64::INFINITY;
         for sigma in [1e-5, 1e-4, 1e-3, 1e-2] {
             let log = noisy(sigma);
-            let proposal = log.proposal().unwrap();
+            let Some(Advice::CutOff(proposal)) = log.advice() else { panic!("{sigma}: {:?}", log.advice()) };
             let best = (1..400).map(|tenth| error(&log, f64::from(tenth) / 10.0)).fold(f64::INFINITY, f64::min);
             let real = error(&log, proposal.cutoff_hz);
             assert!(real < 1.15 * best, "{sigma}: {proposal:?} leaves {real}, the best {best}");
@@ -263,10 +291,17 @@ mod tests {
         let mut log = noisy(1e-4);
         let hum = |(q, t): (&f64, &f64)| q + 1e-3 * (2.0 * PI * 50.0 * t).sin();
         log.q = log.q.map_joints(|q| q.iter().zip(&log.time).map(hum).collect());
-        let proposal = log.proposal().unwrap();
+        let Some(Advice::CutOff(proposal)) = log.advice() else { panic!("{:?}", log.advice()) };
         assert!((2.7..25.0).contains(&proposal.cutoff_hz), "{proposal:?}");
         // A line of the spectrum is as wide as some of its steps.
         assert!((2.5..5.0).contains(&proposal.reach_hz), "{proposal:?}");
+    }
+
+    #[test]
+    fn where_no_noise_is_seen_no_cut_off_is_asked_for() {
+        let advice = noisy(0.0).advice().unwrap();
+        assert_eq!(advice, Advice::NoNoise);
+        assert!(advice.told_hz().is_none() && advice.reason().contains("no noise is seen"), "{advice:?}");
     }
 
     #[test]
@@ -276,12 +311,12 @@ mod tests {
             time: time()[..1000].to_vec(),
             qd: None,
         };
-        assert_eq!(still.proposal(), None);
+        assert_eq!(still.advice(), None);
         let short = Sampled {
             q: Signals::from_joints(vec![vec![0.0, 1.0, 0.0]]).unwrap(),
             time: time()[..3].to_vec(),
             qd: None,
         };
-        assert_eq!(short.proposal(), None);
+        assert_eq!(short.advice(), None);
     }
 }

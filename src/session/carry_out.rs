@@ -1,5 +1,6 @@
 //! What each command does: the session after it, made from the one before, which stays as it was.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::error::SessionError;
@@ -15,7 +16,7 @@ use crate::recording::Recording;
 use crate::recording::check::{Checked, check};
 use crate::recording::correction::Correction;
 use crate::recording::finding::{Finding, FindingKind};
-use crate::recording::read;
+use crate::recording::read::{self, ReadOptions};
 use crate::recording::split::{Segment, Split};
 use crate::simulation::extrapolation;
 use crate::simulation::{self, Making, world};
@@ -37,19 +38,7 @@ impl Command {
     fn carry_out(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
         match self {
             Command::Open { paths, options, held_out } => {
-                let import = read::read(paths, options, monitor)?;
-                let mut findings = import.findings;
-                let split = split(&import.recording, &import.unusable, held_out, &mut findings, monitor)?;
-                let loaded = Session {
-                    recording: Some(Arc::new(import.recording)),
-                    findings: Arc::new(findings),
-                    source: self.source().map(Arc::new),
-                    mapping: Some(Arc::new(import.mapping)),
-                    split,
-                    checkpoint_file: session.checkpoint_file.clone(),
-                    ..emptied(session)
-                };
-                fitted_if_possible(loaded, monitor)
+                fitted_if_possible(self.read(paths, options, held_out, session, monitor)?, monitor)
             }
             Command::Beside { paths } => beside::add(session, paths, monitor),
             Command::SetRight(corrections) => set_right(session, corrections, monitor),
@@ -170,6 +159,39 @@ impl Command {
         }
     }
 
+    /// The session with what this command opens, before anything is identified from it: all that looking at a recording needs.
+    ///
+    /// # Errors
+    /// As [`Command::run`].
+    pub fn opened(&self, session: &Session, monitor: &Monitor) -> Result<Session, SessionError> {
+        match self {
+            Command::Open { paths, options, held_out } => self.read(paths, options, held_out, session, monitor),
+            other => other.run(session, monitor),
+        }
+    }
+
+    fn read(
+        &self,
+        paths: &[PathBuf],
+        options: &ReadOptions,
+        held_out: &[String],
+        session: &Session,
+        monitor: &Monitor,
+    ) -> Result<Session, SessionError> {
+        let import = read::read(paths, options, monitor)?;
+        let mut findings = import.findings;
+        let split = split(&import.recording, &import.unusable, held_out, &mut findings, monitor)?;
+        Ok(Session {
+            recording: Some(Arc::new(import.recording)),
+            findings: Arc::new(findings),
+            source: self.source().map(Arc::new),
+            mapping: Some(Arc::new(import.mapping)),
+            split,
+            checkpoint_file: session.checkpoint_file.clone(),
+            ..emptied(session)
+        })
+    }
+
     /// A session with a recording that this command just simulated.
     fn simulated(&self, session: &Session, recording: Recording, monitor: &Monitor) -> Result<Session, SessionError> {
         let (split, source) = (Split::automatic(&recording), self.source().map(Arc::new));
@@ -282,8 +304,6 @@ fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
-
     use super::*;
     use crate::simulation::{Excitation, Scenario};
 

@@ -21,7 +21,16 @@ const FLOORS: &[&[&str]] = &[
 /// Where threads may be started: the jobs, and the parallel kernels of learning.
 const THREADS: &[&str] = &["work", "network", "training"];
 /// Where files may be opened: the front door of the readers, what is saved, and the edges.
-const FILES: &[&str] = &["file", "recording/read/mod.rs", "session", "experiment/store.rs", "cli", "app", "selftest"];
+const FILES: &[&str] = &[
+    "file",
+    "recording/read/mod.rs",
+    "recording/read/bytes.rs",
+    "session",
+    "experiment/store.rs",
+    "cli",
+    "app",
+    "selftest",
+];
 /// Who may open a seal: the user's own command, a saved session in which the user had opened it, the seal's tests, and the
 /// scoring of simulated draws.
 const SEALS: &[&str] = &["recording/seal.rs", "session/command.rs", "session/file.rs", "trial", "simulation"];

@@ -67,13 +67,55 @@ impl Paper {
             Block::Code(code) => code.lines().for_each(|line| self.paragraph(line, SMALL, WEAK)),
             Block::Table(table) => self.table(table),
             Block::Figure { title, svg } => self.figure(title, svg),
-            Block::Beside(parts) => {
-                for (name, blocks) in parts {
-                    self.paragraph(name, TEXT, WEAK);
-                    blocks.iter().for_each(|block| self.block(block));
-                }
-            }
+            Block::Beside(parts) => self.beside(parts),
         }
+    }
+
+    /// Two sides: their texts and tables one after the other, their figures beside each other below.
+    fn beside(&mut self, parts: &[(String, Vec<Block>); 2]) {
+        let is_figure = |block: &&Block| matches!(block, Block::Figure { .. });
+        for (name, blocks) in parts {
+            let texts: Vec<&Block> = blocks.iter().filter(|block| !is_figure(block)).collect();
+            if !texts.is_empty() {
+                self.paragraph(name, TEXT, WEAK);
+            }
+            texts.into_iter().for_each(|block| self.block(block));
+        }
+        let figures = parts.each_ref().map(|(_, blocks)| blocks.iter().filter(is_figure).collect::<Vec<_>>());
+        for row in 0..figures.each_ref().map(Vec::len).into_iter().max().unwrap_or(0) {
+            let names = parts.each_ref().map(|(name, _)| name.as_str());
+            self.pair(figures.each_ref().map(|side| side.get(row).copied()), names);
+        }
+    }
+
+    /// Two figures at one height, each below the name of its side.
+    fn pair(&mut self, figures: [Option<&Block>; 2], names: [&str; 2]) {
+        const COLUMN: f64 = 0.5 * (WIDTH - GAP);
+        let drawn = figures.map(|figure| match figure {
+            Some(Block::Figure { title, svg }) => Some((title, svg, size_of(svg)?)),
+            _ => None,
+        });
+        let scaled = |[width, height]: [f64; 2]| (COLUMN / width).min(1.0) * height;
+        let height = drawn.iter().flatten().map(|(.., size)| scaled(*size)).fold(0.0, f64::max);
+        self.make_room(height + 4.0 * LEADING * SMALL);
+        let top = self.y;
+        let mut end = top;
+        for (side, (figure, name)) in drawn.into_iter().zip(names).enumerate() {
+            let Some((title, svg, size)) = figure else { continue };
+            let x = MARGIN + side as f64 * (COLUMN + GAP);
+            self.y = top;
+            self.words(x, name, SMALL, WEAK);
+            self.y += LEADING * SMALL;
+            let (y, scale) = (self.y, (COLUMN / size[0]).min(1.0));
+            self.put(format_args!("<g transform=\"translate({x:.2} {y:.2}) scale({scale:.4})\">{svg}</g>\n"));
+            self.y += height;
+            for line in wrapped(&self.ruler, title, SMALL, COLUMN) {
+                self.words(x, &line, SMALL, WEAK);
+                self.y += LEADING * SMALL;
+            }
+            end = end.max(self.y);
+        }
+        self.y = end + TEXT;
     }
 
     /// A new page, unless so much fits on this one; whether it is new.
@@ -246,6 +288,27 @@ mod tests {
         let document =
             Document { title: "arm \u{1b}[31m <1>".to_owned(), blocks: vec![Block::Code("a\tb\u{1}".into())] };
         assert!(pages(&document).is_ok_and(|pdf| pdf.starts_with(b"%PDF")));
+    }
+
+    #[test]
+    fn figures_of_two_sides_stand_beside_each_other() {
+        let figure = |title: &str| Block::Figure {
+            title: title.to_owned(),
+            svg: "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 400 300\"/>".to_owned(),
+        };
+        let side = |name: &str, count: usize| (name.to_owned(), (0..count).map(|_| figure("torque")).collect());
+        let mut paper = Paper { ruler: Ruler::of(Family::Sans), pages: vec![String::new()], y: MARGIN };
+        paper.beside(&[side("before", 2), side("after", 1)]);
+        let places: Vec<Vec<f64>> = paper.pages[0]
+            .split("translate(")
+            .skip(1)
+            .map(|rest| rest.split(')').next().unwrap().split(' ').map(|number| number.parse().unwrap()).collect())
+            .collect();
+        assert_eq!((places.len(), places[0][0], places[2][0]), (3, MARGIN, MARGIN));
+        assert!(
+            places[1][0] > 0.5 * PAGE[0] && places[0][1] == places[1][1] && places[2][1] > places[1][1],
+            "{places:?}"
+        );
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::recording::differentiate::{
     central_difference, default_cutoff, default_cutoff_of_positions, low_pass, median_step,
 };
 use crate::recording::mapping::{Channel, Draft};
-use crate::recording::noise_filter::{Proposal, Sampled};
+use crate::recording::noise_filter::{Advice, Sampled};
 use crate::recording::read::Preview;
 
 /// How much of its colour the raw slope has.
@@ -46,7 +46,7 @@ struct Slope {
     filtered: Vec<f64>,
     cutoff_hz: f64,
     /// What the noise of the log asks for.
-    proposal: Option<Proposal>,
+    advice: Option<Advice>,
 }
 
 impl Filter {
@@ -80,13 +80,18 @@ impl Filter {
                 widgets::weak(ui, format!("0: as suits the motion{suits}"));
             }
         });
-        if let Some(proposal) = slope.and_then(|slope| slope.proposal) {
+        if let Some(advice) = slope.and_then(|slope| slope.advice) {
             ui.horizontal_wrapped(|ui| {
-                let hertz = proposal.told_hz();
-                if ui.button(format!("Take {hertz} Hz")).clicked() {
-                    self.cutoff_hz = hertz;
-                }
-                widgets::weak(ui, format!("as the noise asks for: {}.", proposal.reason()));
+                let before = match advice.told_hz() {
+                    Some(hertz) => {
+                        if ui.button(format!("Take {hertz} Hz")).clicked() {
+                            self.cutoff_hz = hertz;
+                        }
+                        "as the noise asks for"
+                    }
+                    None => "No cut-off is asked for",
+                };
+                widgets::weak(ui, format!("{before}: {}.", advice.reason()));
             });
         }
         if let Some(slope) = slope {
@@ -113,7 +118,7 @@ fn derived(draft: &Draft) -> Option<&'static str> {
 fn slope(draft: &Draft, preview: &Preview, shown: usize, cutoff_hz: Option<f64>) -> Option<Slope> {
     let joint = draft.columns.get(shown).filter(|role| role.of_joint().is_some()).map_or(0, |role| role.joint);
     let sampled = Sampled::derived_from(draft, preview)?;
-    let proposal = sampled.proposal();
+    let advice = sampled.advice();
     let Sampled { time, q, qd } = sampled;
     let step = median_step(&time);
     let cutoff_hz = match (cutoff_hz, &qd) {
@@ -132,7 +137,7 @@ fn slope(draft: &Draft, preview: &Preview, shown: usize, cutoff_hz: Option<f64>)
         (false, true) => ("acceleration", "m/s²"),
     };
     let filtered = low_pass(&raw, step, cutoff_hz);
-    Some(Slope { name, unit, joint: joint + 1, filtered, time, raw, cutoff_hz, proposal })
+    Some(Slope { name, unit, joint: joint + 1, filtered, time, raw, cutoff_hz, advice })
 }
 
 impl Slope {

@@ -233,10 +233,23 @@ impl SerialArm {
         chain
     }
 
-    /// That it is a planar arm and is taken for one, if it is, and where its last link ends; as a sentence without its end.
+    /// That it is a planar arm and is taken for one, if it is, and where its last link ends; or why it is not, if its axes are those of
+    /// one. As a sentence without its end.
     pub fn plane_told(&self) -> Option<String> {
-        let (chain, turns) = (self.chain(), !self.sliding().contains(&true));
-        let arm = chain.planar().filter(|_| turns)?;
+        if self.sliding().contains(&true) {
+            return None;
+        }
+        let arm = match self.chain().planar() {
+            Ok(arm) => arm,
+            Err(problem) => {
+                return problem.is_nearly().then(|| {
+                    format!(
+                        "all axes are parallel and gravity lies in their plane, but {problem}: it is not taken for a planar arm and \
+                         stays one in space, where its model is complete too"
+                    )
+                });
+            }
+        };
         let length = arm.links.last()?.length;
         let has_tip = self.joints.last().is_some_and(|last| last.tip().is_some());
         let end =

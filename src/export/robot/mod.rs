@@ -28,6 +28,12 @@ use crate::recording::{JointKind, Recording};
 const MASSES_STAY: &str =
     "its parameters are sums over links, and the masses of the file stay (--inertials writes them, by a --log)";
 
+/// Why a property of a joint is not in the file.
+const NO_WORD: &str = "the format has no word for it";
+
+/// What the file has and the model has not.
+const STAYS: &str = "the file has it and the model has not; it stays, so that the file's torque has it on top";
+
 /// The robot's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -46,7 +52,7 @@ pub struct Spliced {
     pub written: Vec<Change>,
     /// The masses that were written, if they were asked for.
     pub weighed: Option<Weighed>,
-    /// What the format can't hold.
+    /// What the format can't hold; and what the file has that the model has not.
     pub not_held: Vec<NotHeld>,
 }
 
@@ -189,7 +195,33 @@ pub fn write(
         let joint = splice.joints()[names[*joint]].clone();
         written.push(Change { joint, attribute, before, value });
     }
+    not_held.extend(kept(fitted, format, &splice, &names, &found, recording));
     Ok(Spliced { text: splice.text(), written, weighed, not_held })
+}
+
+/// What the file has of a joint, and the model nothing of: it stays, since nothing else in the file changes.
+fn kept(
+    fitted: &Fitted,
+    format: Format,
+    splice: &Splice,
+    names: &[usize],
+    found: &BTreeMap<(usize, Property), f64>,
+    recording: Option<&Recording>,
+) -> Vec<NotHeld> {
+    let of_joint = |joint: usize| {
+        let properties = [Property::Damping, Property::Friction, Property::Armature, Property::Stiffness];
+        properties.into_iter().filter_map(move |property| {
+            let attribute = property.attribute(format).filter(|_| !found.contains_key(&(joint, property)))?;
+            let value = splice.number(names[joint], attribute).filter(|value| *value != 0.0)?;
+            Some(NotHeld {
+                what: format!("{attribute} of {}", splice.joints()[names[joint]]),
+                value: Some((value, property.dimension().unit(fitted.setting().kinds[joint]).to_owned())),
+                why: STAYS,
+                share: recording.map(|recording| share::of_property(recording, joint, property, value)),
+            })
+        })
+    };
+    (0..names.len()).flat_map(of_joint).collect()
 }
 
 /// The masses of the links that these joints move.
@@ -230,17 +262,19 @@ fn sorted(fitted: &Fitted, format: Format, recording: Option<&Recording>) -> Res
     for (number, term) in fitted.model.terms.iter().enumerate() {
         if let Term::Resistance(joints) = term {
             for (joint, stated) in joints.iter().enumerate() {
-                let own = [
-                    (Property::Damping, stated.damping),
-                    (Property::Friction, stated.friction),
-                    (Property::Armature, stated.rotor_inertia),
-                    (Property::Stiffness, stated.stiffness),
-                    (Property::Preload, stated.preload),
-                ];
                 let has_spring = stated.stiffness != 0.0;
-                let is_held = |property: Property| property.is_held(format, has_spring);
-                let held = own.into_iter().filter(|(property, value)| is_held(*property) && *value != 0.0);
-                held.for_each(|(property, value)| *found.entry((joint, property)).or_default() += value);
+                for (property, value) in property::stated(stated).into_iter().filter(|(_, value)| *value != 0.0) {
+                    if property.is_held(format, has_spring) {
+                        *found.entry((joint, property)).or_default() += value;
+                        continue;
+                    }
+                    not_held.push(NotHeld {
+                        what: format!("{}: {}, joint {}", term.label(), property.name(), joint + 1),
+                        value: Some((value, property.dimension().unit(fitted.setting().kinds[joint]).to_owned())),
+                        why: NO_WORD,
+                        share: recording.map(|recording| share::of_property(recording, joint, property, value)),
+                    });
+                }
             }
             continue;
         }
@@ -261,7 +295,7 @@ fn sorted(fitted: &Fitted, format: Format, recording: Option<&Recording>) -> Res
                     continue;
                 }
                 (Some(property), Some(_)) if property.is_held(format, has_spring) => "its value is not possible",
-                _ => "the format has no word for it",
+                _ => NO_WORD,
             };
             let kind = fitted.setting().kinds[placed.joint.unwrap_or(0)];
             not_held.push(NotHeld {

@@ -104,6 +104,12 @@ impl<'a> Splice<'a> {
         self.changes.extend(changes);
     }
 
+    /// The number that an attribute of a joint has; `None` if it has none.
+    pub(super) fn number(&self, joint: usize, attribute: &str) -> Option<f64> {
+        let (_, range) = self.joints[joint].attributes.iter().find(|(name, _)| name == attribute)?;
+        self.text[range.clone()].trim().parse().ok()
+    }
+
     /// Gives an attribute of a joint this value; what stood there.
     pub(super) fn set(&mut self, joint: usize, attribute: &str, value: f64) -> Option<String> {
         let place = &self.joints[joint];

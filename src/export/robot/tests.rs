@@ -89,6 +89,48 @@ fn an_mjcf_holds_armature_and_springs_in_its_own_units() {
     assert!(spliced.not_held.iter().any(|one| one.what.contains("stribeck_torque")));
 }
 
+/// What another file of the robot stated of its joints, and this one can't say.
+#[test]
+fn stated_springs_and_rotors_are_told_where_the_format_has_no_word_for_them() {
+    use crate::arm::stated::Resistance;
+    let recording = recording();
+    let mut model = fitted(&recording, &[]);
+    let spring = Resistance { stiffness: 2.0, preload: 0.5, damping: 0.25, ..Resistance::default() };
+    let rotor = Resistance { rotor_inertia: 0.1, ..Resistance::default() };
+    model.model.terms.push(Term::Resistance(vec![spring, rotor, Resistance::default()]));
+    let told = |format: Format, text: &str| {
+        let spliced = write(&model, format, text, &[], Some(&recording), false).unwrap();
+        let resists = spliced.not_held.into_iter().filter(|one| one.what.starts_with("stated resistance"));
+        (spliced.written.len(), resists.collect::<Vec<NotHeld>>())
+    };
+    let (written, lost) = told(Format::Urdf, URDF);
+    assert_eq!(written, 1, "the damping");
+    let what: Vec<String> = lost.iter().map(|one| format!("{} {:?}", one.what, one.value)).collect();
+    assert_eq!(
+        what,
+        [
+            "stated resistance of joints: spring stiffness, joint 1 Some((2.0, \"N m/rad\"))",
+            "stated resistance of joints: torque of the spring at q = 0, joint 1 Some((0.5, \"N m\"))",
+            "stated resistance of joints: rotor inertia, joint 2 Some((0.1, \"kg m²\"))",
+        ]
+    );
+    assert!(lost.iter().all(|one| one.share.is_some_and(|share| share > 0.0 && share < 1.0)), "{lost:?}");
+    // An MJCF has words for all of it.
+    assert_eq!(told(Format::Mjcf, MJCF).1, []);
+}
+
+#[test]
+fn what_the_file_has_and_the_model_has_not_stays_and_is_told() {
+    let recording = recording();
+    let model = fitted(&recording, &[]);
+    let spliced = write(&model, Format::Mjcf, MJCF, &[], Some(&recording), false).unwrap();
+    let stays: Vec<&NotHeld> = spliced.not_held.iter().filter(|one| one.why == STAYS).collect();
+    let told: Vec<String> = stays.iter().map(|one| format!("{} {:?}", one.what, one.value)).collect();
+    assert_eq!(told, ["armature of a Some((1.0, \"kg m²\"))", "damping of c Some((3.0, \"N m s/rad\"))"]);
+    assert!(stays.iter().all(|one| one.share.is_some_and(|share| share > 0.0)));
+    assert_eq!(spliced.text, MJCF);
+}
+
 #[test]
 fn what_can_not_be_spliced_is_told_with_the_remedy() {
     let recording = recording();

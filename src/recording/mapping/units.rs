@@ -1,6 +1,7 @@
 //! Units that the names of columns state, and what they are in SI units.
 
 use super::Channel;
+use super::words::is_axis_of_kuka;
 use crate::recording::JointKind;
 
 /// A unit that a column's name states.
@@ -92,7 +93,8 @@ pub(in crate::recording) fn split_unit(name: &str) -> (&str, Option<Unit>) {
             return (&name[..bare.len()], Some(*unit));
         }
     }
-    (name, None)
+    // The controllers of KUKA count angles in degrees, and their names do not say it.
+    (name, unit_named("deg").filter(|_| is_axis_of_kuka(name)))
 }
 
 /// Units to choose from for a channel, as people write them; SI for joints that turn first.
@@ -126,6 +128,9 @@ mod tests {
             ("time_ms", "time", "ms"),
             ("Zeit [s]", "Zeit", "s"),
             ("tau[mNm]", "tau", "mnm"),
+            ("AxisAct_A1", "AxisAct_A1", "deg"),
+            ("$AXIS_ACT_MEAS[2]", "$AXIS_ACT_MEAS[2]", "deg"),
+            ("AxisAct_A1[rad]", "AxisAct_A1", "rad"),
         ] {
             let (rest, unit) = split_unit(name);
             assert_eq!((rest, unit.map(|unit| unit.text)), (bare, Some(text)));

@@ -111,7 +111,7 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
             unknown.push(word.as_str());
         }
     }
-    let is_position = is_axis_of_kuka(&words) || is_of_lerobot(&words);
+    let is_position = is_axis_of_kuka(bare) || is_of_lerobot(&words);
     let channel = channel.or_else(|| is_position.then_some(Channel::Position))?;
     // `t_motor` is hardly a clock, but the field `t` of a struct `log` is one.
     let is_vague = words.len() > 1 && words.iter().any(|word| word == "t") && !bare.ends_with(".t");
@@ -139,7 +139,8 @@ pub(super) fn read_name(name: &str) -> Option<Reading> {
 
 /// Whether it is one of KUKA's own names of axis angles, which have no word for what they are: the variables `$AXIS_ACT` and
 /// `$AXIS_ACT_MEAS`, and `AIPos` of its Robot Sensor Interface; the axes are A1, A2, …
-fn is_axis_of_kuka(words: &[String]) -> bool {
+pub(super) fn is_axis_of_kuka(name: &str) -> bool {
+    let (words, _) = words_and_numbers(name);
     let words: Vec<&str> = words.iter().map(String::as_str).filter(|word| *word != "a").collect();
     matches!(words.as_slice(), ["axis", "act"] | ["axis", "act", "meas"] | ["aipos"])
 }
@@ -161,7 +162,7 @@ pub(super) fn why(name: &str, is_taken: bool) -> String {
     let mut text = match (of_channel, unwanted) {
         _ if is_current(name) => "its name is that of a motor's current, which is no torque by itself".to_owned(),
         (_, Some(word)) => format!("`{word}` in its name says that it is not what a joint measured"),
-        (None, None) if is_axis_of_kuka(&words) => "its name is KUKA's for the angle of an axis".to_owned(),
+        (None, None) if is_axis_of_kuka(bare) => "its name is KUKA's for the angle of an axis".to_owned(),
         (None, None) if is_of_lerobot(&words) => "its name is LeRobot's for positions".to_owned(),
         (None, None) => "its name says no channel".to_owned(),
         (Some((word, channel)), None) => format!("`{word}` in its name says {}", channel.title()),

@@ -3,12 +3,11 @@
 
 use std::borrow::Cow;
 
-use csv::ByteRecord;
+use csv_core::{ReadRecordResult, Reader, ReaderBuilder};
 
 use super::budget::{Budget, TooMuch};
-use super::share::Share;
 use super::table::{Column, Lines, MOST_COLUMNS, Table, TextCell};
-use crate::progress::{Monitor, Stopped};
+use super::text::{Text, TextError};
 use crate::recording::mapping::unit_named;
 
 /// The text is not a table of numbers.
@@ -50,33 +49,52 @@ pub enum CsvError {
         /// The line.
         line: u64,
     },
-    /// A quote is not closed, or the like.
-    #[error("the text is broken: {0}")]
-    Syntax(String),
+    /// It can't be read on.
+    #[error(transparent)]
+    Text(#[from] TextError),
     /// It would take too much memory.
     #[error(transparent)]
     TooMuch(#[from] TooMuch),
-    /// The user asked to stop.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
 }
 
+/// What a number takes \[bytes\].
+const NUMBER: u64 = size_of::<f64>() as u64;
+
 /// One line of cells, with its number in the file.
-#[derive(Clone, Default)]
 struct Row {
     line: u64,
-    cells: ByteRecord,
+    /// The cells, one behind the other.
+    bytes: Vec<u8>,
+    /// Where each of them ends.
+    ends: Vec<usize>,
+    count: usize,
 }
 
 impl Row {
-    /// What stands in each cell; what is no UTF-8 is shown as such.
-    fn texts(&self) -> impl ExactSizeIterator<Item = Cow<'_, str>> {
-        self.cells.iter().map(String::from_utf8_lossy)
+    /// With room for as many cells as any log has, for one too many, and for what ends them.
+    fn new() -> Row {
+        Row { line: 0, bytes: vec![0; 1 << 10], ends: vec![0; MOST_COLUMNS + 2], count: 0 }
     }
 
-    /// Its cells without the last one.
-    fn shorten(&mut self) {
-        self.cells.truncate(self.cells.len() - 1);
+    fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The cells without blanks around them.
+    fn cells(&self) -> impl DoubleEndedIterator<Item = &[u8]> + ExactSizeIterator {
+        let start = |cell: usize| if cell == 0 { 0 } else { self.ends[cell - 1] };
+        (0..self.count).map(move |cell| self.bytes[start(cell)..self.ends[cell]].trim_ascii())
+    }
+
+    /// What stands in each cell; what is no UTF-8 is shown as such.
+    fn texts(&self) -> impl ExactSizeIterator<Item = Cow<'_, str>> {
+        self.cells().map(String::from_utf8_lossy)
+    }
+
+    /// How many lines it goes on for: cells between quotes may have some.
+    fn breaks(&self) -> u64 {
+        let end = self.count.checked_sub(1).map_or(0, |last| self.ends[last]);
+        self.bytes[..end].iter().filter(|byte| **byte == b'\n').count() as u64
     }
 }
 
@@ -88,33 +106,31 @@ enum Delimiter {
 }
 
 /// Reads a text. Columns without a header are named `c1`, `c2`, …
-pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Table, CsvError> {
-    let bytes = &*with_line_feeds(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
-    let delimiter = sniff_delimiter(bytes);
-    if let Delimiter::Byte(byte) = delimiter {
-        refuse_wide_lines(bytes, byte)?;
-    }
+pub(super) fn read(text: &mut Text, budget: &mut Budget) -> Result<Table, CsvError> {
+    let head = text.first_lines()?;
+    let delimiter = sniff_delimiter(head);
+    let comment = last_comment(head);
     let decimal_comma = delimiter != Delimiter::Byte(b',');
     let number = |cell: &str| parse(cell, decimal_comma);
 
-    let mut rows = Rows::new(bytes, delimiter);
-    let mut row = Row::default();
+    let (line_count, size) = (text.line_count()?, text.size());
+    let (mut rows, mut row) = (Rows::new(text, delimiter), Row::new());
     if !rows.next(&mut row)? {
         return Err(CsvError::Empty);
     }
-    let (names_line, width) = (row.line, row.cells.len());
+    let (names_line, width) = (row.line, row.len());
     let is_header = row.texts().any(|cell| number(&cell).is_none());
     let names = if is_header {
         row.texts().map(Cow::into_owned).collect()
     } else {
-        let names = commented_header(bytes, delimiter, width);
+        let names = comment.and_then(|comment| names_in(&comment, delimiter, width));
         names.unwrap_or_else(|| (1..=width).map(|number| format!("c{number}")).collect())
     };
     let mut more = !is_header || rows.next(&mut row)?;
     names.iter().try_for_each(|name| budget.name(name))?;
-    // Room that is found out bit by bit would be taken three times; no cell is shorter than its number and what ends it.
-    let most = bytes.iter().filter(|byte| **byte == b'\n').count() + 1;
-    let room = most.min(bytes.len() / (2 * width) + 1);
+    // Room that is found out bit by bit would be taken twice; no cell is shorter than its number and what ends it.
+    let most = size.map_or(0, |size| size as usize / (2 * width) + 1);
+    let room = line_count.unwrap_or(0).min(most);
     let column = |name: String| Column { name, values: Vec::with_capacity(room), text: None };
     let mut table = Table { columns: names.into_iter().map(column).collect(), ..Table::default() };
     if is_header && more && is_row_of_units(&row, width) {
@@ -127,18 +143,18 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     }
 
     let mut lines = Lines::default();
-    let mut share = Share::of(most as u64, monitor);
     while more {
         // A delimiter at the end of each row, but not of the header, is common and harmless.
-        if row.cells.len() == width + 1 && row.cells[width].is_empty() {
-            row.shorten();
+        if row.len() == width + 1 && row.cells().next_back().is_some_and(<[u8]>::is_empty) {
+            row.count = width;
         }
         if lines.len() == 0 && row.texts().all(|cell| number(&cell).is_none()) {
             return Err(CsvError::NoNumbers { line: row.line });
         }
-        if row.cells.len() != width {
-            return Err(CsvError::Ragged { line: row.line, found: row.cells.len(), expected: width });
+        if row.len() != width {
+            return Err(CsvError::Ragged { line: row.line, found: row.len(), expected: width });
         }
+        budget.unpack(NUMBER * width as u64)?;
         for (column, cell) in table.columns.iter_mut().zip(row.texts()) {
             let value = number(&cell);
             column.values.push(value.unwrap_or(f64::NAN));
@@ -147,38 +163,17 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
             }
         }
         lines.push(row.line);
-        if lines.len() % 4096 == 0 {
-            share.is(lines.len() as u64)?;
-        }
         more = rows.next(&mut row)?;
     }
     if lines.len() == 0 {
         return Err(CsvError::HeaderOnly { line: names_line });
     }
     table.runs = std::iter::once(0..lines.len()).collect();
-    if !bytes.ends_with(b"\n") {
+    if rows.text.ends_within_a_line() {
         table.broken_off.push(format!("line {}", lines.at(lines.len() - 1)));
     }
     table.lines = Some(lines);
     Ok(table)
-}
-
-/// The text with a line feed at the end of every line, where some end with a carriage return alone: all below looks for line
-/// feeds.
-fn with_line_feeds(bytes: &[u8]) -> Cow<'_, [u8]> {
-    let is_alone = |at: usize| bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n');
-    if !(0..bytes.len()).any(is_alone) {
-        return Cow::Borrowed(bytes);
-    }
-    Cow::Owned((0..bytes.len()).map(|at| if is_alone(at) { b'\n' } else { bytes[at] }).collect())
-}
-
-/// The cells of a line take memory before they can be counted, so that one line can't hold the whole file.
-fn refuse_wide_lines(bytes: &[u8], delimiter: u8) -> Result<(), CsvError> {
-    let long = bytes.split(|byte| *byte == b'\n').enumerate().filter(|(_, line)| line.len() >= MOST_COLUMNS);
-    let cells = |line: &[u8]| line.iter().filter(|byte| **byte == delimiter).count() + 1;
-    let wide = long.filter(|(_, line)| !line.starts_with(b"#")).find(|(_, line)| cells(line) > MOST_COLUMNS);
-    wide.map_or(Ok(()), |(index, _)| Err(CsvError::TooWide { line: index as u64 + 1 }))
 }
 
 /// A cell as a number; an empty one, or one that says that there is no value, is NaN. `None` if it is text.
@@ -200,19 +195,23 @@ fn is_row_of_units(row: &Row, width: usize) -> bool {
         let bare = cell.trim_matches(['[', ']', '(', ')']);
         ["", "-", "1", "a", "v", "bool"].contains(&bare.to_lowercase().as_str()) || unit_named(bare).is_some()
     };
-    row.cells.len() == width
+    row.len() == width
         && row.texts().all(is_unit)
         && row.texts().any(|cell| cell.parse::<f64>().is_err())
         && row.texts().any(|cell| !cell.is_empty())
 }
 
-/// Names in a comment right above the data, as `numpy.savetxt` writes them.
-fn commented_header(bytes: &[u8], delimiter: Delimiter, width: usize) -> Option<Vec<String>> {
+/// The last comment above the data.
+fn last_comment(head: &[u8]) -> Option<String> {
     let comments =
-        bytes.split(|byte| *byte == b'\n').take_while(|line| line.starts_with(b"#") || line.trim_ascii().is_empty());
+        head.split(|byte| *byte == b'\n').take_while(|line| line.starts_with(b"#") || line.trim_ascii().is_empty());
     let last = comments.filter(|line| line.starts_with(b"#")).last()?;
-    let text = String::from_utf8_lossy(last);
-    let text = text.trim_start_matches('#').trim();
+    Some(String::from_utf8_lossy(last).into_owned())
+}
+
+/// Names in a comment right above the data, as `numpy.savetxt` writes them.
+fn names_in(comment: &str, delimiter: Delimiter, width: usize) -> Option<Vec<String>> {
+    let text = comment.trim_start_matches('#').trim();
     let names: Vec<&str> = match delimiter {
         Delimiter::Byte(byte) => text.split(char::from(byte)).map(str::trim).take(width + 1).collect(),
         Delimiter::Blanks => text.split_whitespace().take(width + 1).collect(),
@@ -261,77 +260,130 @@ fn between_blanks_are_numbers(lines: &[&[u8]]) -> bool {
 }
 
 /// The rows of a text without comments and empty lines.
-enum Rows<'a> {
-    Delimited(Box<csv::Reader<&'a [u8]>>, &'a [u8]),
-    Blanks(Box<dyn Iterator<Item = (usize, &'a [u8])> + 'a>),
+struct Rows<'a, 'b> {
+    text: &'a mut Text<'b>,
+    cells: Cells,
 }
 
-impl<'a> Rows<'a> {
-    fn new(bytes: &'a [u8], delimiter: Delimiter) -> Self {
-        match delimiter {
-            Delimiter::Blanks => Rows::Blanks(Box::new(bytes.split(|byte| *byte == b'\n').enumerate())),
+/// What cuts a line into cells.
+enum Cells {
+    Delimited(Box<Reader>),
+    /// The line that is cut, with its number.
+    Blanks(Vec<u8>, u64),
+}
+
+impl<'a, 'b> Rows<'a, 'b> {
+    fn new(text: &'a mut Text<'b>, delimiter: Delimiter) -> Self {
+        let cells = match delimiter {
+            Delimiter::Blanks => Cells::Blanks(Vec::new(), 0),
             Delimiter::Byte(byte) => {
-                let mut reader = csv::ReaderBuilder::new();
-                reader.delimiter(byte).has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All);
-                Rows::Delimited(Box::new(reader.from_reader(bytes)), bytes)
+                Cells::Delimited(Box::new(ReaderBuilder::new().delimiter(byte).comment(Some(b'#')).build()))
             }
-        }
+        };
+        Rows { text, cells }
     }
 
     /// Reads the next row into this one; false if there is none.
     fn next(&mut self, row: &mut Row) -> Result<bool, CsvError> {
         loop {
-            match self {
-                Rows::Delimited(reader, bytes) => {
-                    let syntax = |error: csv::Error| CsvError::Syntax(error.to_string());
-                    if !reader.read_byte_record(&mut row.cells).map_err(syntax)? {
-                        return Ok(false);
-                    }
-                    if row.cells.iter().all(<[u8]>::is_empty) {
-                        // Where it stands is not asked: that would look through all the blank lines below, for each of them.
-                        continue;
-                    }
-                    row.line = row.cells.position().map_or(0, |start| first_line(bytes, start));
-                }
-                Rows::Blanks(lines) => {
-                    let Some((index, line)) = lines.next() else { return Ok(false) };
-                    if line.trim_ascii_start().starts_with(b"#") {
-                        continue;
-                    }
-                    row.line = index as u64 + 1;
-                    row.cells.clear();
-                    let text = String::from_utf8_lossy(line);
-                    let cells = text.split_whitespace().map(|cell| cell.trim_matches('"'));
-                    cells.take(MOST_COLUMNS + 1).for_each(|cell| row.cells.push_field(cell.as_bytes()));
-                }
+            let is_there = match &mut self.cells {
+                Cells::Delimited(reader) => delimited(self.text, reader, row)?,
+                Cells::Blanks(line, number) => between_blanks(self.text, line, number, row)?,
+            };
+            if !is_there {
+                return Ok(false);
             }
-            if row.cells.len() > MOST_COLUMNS {
+            if row.len() > MOST_COLUMNS {
                 return Err(CsvError::TooWide { line: row.line });
             }
-            if row.cells.iter().any(|cell| !cell.is_empty()) {
+            if row.cells().any(|cell| !cell.is_empty()) {
                 return Ok(true);
             }
         }
     }
 }
 
-/// The line on which a row stands. The reader says where it began to look, before comments and empty lines.
-fn first_line(bytes: &[u8], start: &csv::Position) -> u64 {
-    let rest = bytes.get(start.byte() as usize..).unwrap_or_default();
-    let skipped = |line: &&[u8]| line.starts_with(b"#") || line.trim_ascii().is_empty();
-    start.line() + rest.split(|byte| *byte == b'\n').take_while(skipped).count() as u64
+/// The next row, whose cells a byte divides; false if there is none.
+fn delimited(text: &mut Text, reader: &mut Reader, row: &mut Row) -> Result<bool, CsvError> {
+    let (mut written, mut ended) = (0, 0);
+    loop {
+        let rest = text.rest()?;
+        let (result, used, more, ends) = reader.read_record(rest, &mut row.bytes[written..], &mut row.ends[ended..]);
+        let is_line_ended = rest[..used].ends_with(b"\n");
+        text.take(used);
+        (written, ended) = (written + more, ended + ends);
+        match result {
+            ReadRecordResult::InputEmpty => {}
+            ReadRecordResult::OutputFull => row.bytes.resize(2 * row.bytes.len(), 0),
+            ReadRecordResult::OutputEndsFull => return Err(CsvError::TooWide { line: reader.line() }),
+            ReadRecordResult::End => return Ok(false),
+            ReadRecordResult::Record => {
+                row.count = ended;
+                // The reader stands where the next line begins, or at the end of the last one.
+                row.line = reader.line() - u64::from(is_line_ended) - row.breaks();
+                return Ok(true);
+            }
+        }
+    }
+}
+
+/// The next row, whose cells stand between blanks; false if there is none.
+fn between_blanks(text: &mut Text, line: &mut Vec<u8>, number: &mut u64, row: &mut Row) -> Result<bool, CsvError> {
+    loop {
+        line.clear();
+        let is_there = next_line(text, line)?;
+        *number += 1;
+        if !is_there {
+            return Ok(false);
+        }
+        if !line.trim_ascii_start().starts_with(b"#") {
+            break;
+        }
+    }
+    (row.line, row.count) = (*number, 0);
+    row.bytes.clear();
+    let cells = line.split(u8::is_ascii_whitespace).filter(|cell| !cell.is_empty());
+    for cell in cells.take(MOST_COLUMNS + 1) {
+        let cell = cell.strip_prefix(b"\"").unwrap_or(cell);
+        row.bytes.extend(cell.strip_suffix(b"\"").unwrap_or(cell));
+        row.ends[row.count] = row.bytes.len();
+        row.count += 1;
+    }
+    Ok(true)
+}
+
+/// Adds the next line without its end; false if there is none.
+fn next_line(text: &mut Text, line: &mut Vec<u8>) -> Result<bool, CsvError> {
+    loop {
+        let rest = text.rest()?;
+        if rest.is_empty() {
+            return Ok(!line.is_empty());
+        }
+        let end = rest.iter().position(|byte| *byte == b'\n');
+        line.extend(&rest[..end.unwrap_or(rest.len())]);
+        let taken = end.map_or(rest.len(), |end| end + 1);
+        text.take(taken);
+        if end.is_some() {
+            return Ok(true);
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn read_text(text: &str) -> Result<Table, CsvError> {
+        let size = text.len() as u64;
+        read(&mut Text::plain(Box::new(text.as_bytes()), size), &mut Budget::of(size, 1 << 30))
+    }
+
     fn table(text: &str) -> Table {
-        read(text.as_bytes(), &mut Budget::of(text.len() as u64, 1 << 30), &Monitor::new()).unwrap()
+        read_text(text).unwrap()
     }
 
     fn problem(text: &str) -> CsvError {
-        read(text.as_bytes(), &mut Budget::of(text.len() as u64, 1 << 30), &Monitor::new()).unwrap_err()
+        read_text(text).unwrap_err()
     }
 
     /// Looking for the end of a line in all the rest of the text, for each line, would take minutes here.
@@ -446,11 +498,16 @@ mod tests {
         assert_eq!(problem("t,q1\r\n0,1\r\n1,2,3\r\n"), CsvError::Ragged { line: 3, found: 3, expected: 2 });
     }
 
+    /// Cells between quotes may go on in the next line, and rows may lie across two blocks of the text.
     #[test]
-    fn a_stop_is_heard() {
-        let monitor = Monitor::new();
-        monitor.stop("enough");
-        let long = "1,2\n".repeat(5000);
-        assert!(matches!(read(long.as_bytes(), &mut Budget::of(20_000, 1 << 30), &monitor), Err(CsvError::Stopped(_))));
+    fn lines_are_counted_through_quotes_comments_and_blocks() {
+        let head = "# made by a rig\n\"time\n[s]\",\"q1\n[rad]\"\n";
+        let rows = 200_000;
+        let text = head.to_owned() + &"0.125,-1.25\n".repeat(rows) + "\n# a note\n0.5,x\n";
+        let table = table(&text);
+        assert_eq!(table.names(), ["time\n[s]", "q1\n[rad]"]);
+        assert_eq!((table.columns[0].values.len(), table.place(0)), (rows + 1, "line 5".to_owned()));
+        assert!(table.columns[1].values[..rows].iter().all(|value| *value == -1.25));
+        assert_eq!(table.columns[1].text, Some(TextCell { line: rows as u64 + 7, cell: "x".into() }));
     }
 }

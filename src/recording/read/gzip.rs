@@ -5,11 +5,9 @@ use std::io::Read;
 use flate2::read::MultiGzDecoder;
 
 use super::budget::{Budget, TooMuch};
-use super::share::Share;
-use crate::progress::{Monitor, Stopped};
 
 /// The file can't be unpacked.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GzipError {
     /// It is cut, or its checksum is wrong.
     #[error("it is packed with gzip and damaged after {after} unpacked bytes ({problem}); copy or pack it again")]
@@ -25,9 +23,6 @@ pub enum GzipError {
     /// It would take too much memory.
     #[error(transparent)]
     TooMuch(#[from] TooMuch),
-    /// The user asked to stop.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
 }
 
 /// With these bytes a packed file begins.
@@ -35,23 +30,50 @@ pub(super) const SIGNATURE: &[u8] = b"\x1f\x8b";
 /// So much is unpacked at a time \[bytes\].
 const PART: u64 = 1 << 20;
 
-/// What was packed.
-pub(super) fn unpack(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Result<Vec<u8>, GzipError> {
-    let mut decoder = MultiGzDecoder::new(bytes);
-    let mut unpacked = Vec::new();
-    let mut share = Share::of(bytes.len() as u64, monitor);
+/// What comes out of a packed file.
+pub(super) struct Unpacked<R> {
+    decoder: MultiGzDecoder<R>,
+    budget: Budget,
+    after: usize,
+}
+
+impl<R: Read> Unpacked<R> {
+    /// Of a packed file, within what may be unpacked.
+    pub fn of(packed: R, budget: Budget) -> Self {
+        Unpacked { decoder: MultiGzDecoder::new(packed), budget, after: 0 }
+    }
+
+    /// Adds the next bytes, at most so many; none at the end.
+    pub fn read(&mut self, most: u64, into: &mut Vec<u8>) -> Result<(), GzipError> {
+        let before = into.len();
+        let read = (&mut self.decoder).take(most).read_to_end(into);
+        let (is_begun, count) = (self.after > 0, into.len() - before);
+        self.after += count;
+        read.map_err(|problem| GzipError::Damaged { after: self.after, problem: problem.to_string() })?;
+        if !is_begun && into[before..].starts_with(SIGNATURE) {
+            return Err(GzipError::Twice);
+        }
+        Ok(self.budget.unpack(count as u64)?)
+    }
+}
+
+/// The beginning of what was packed, as far as it can be unpacked.
+pub(super) fn head(packed: impl Read, most: u64) -> Result<Vec<u8>, GzipError> {
+    let mut head = Vec::new();
+    Unpacked::of(packed, Budget::of(most, most)).read(most, &mut head)?;
+    Ok(head)
+}
+
+/// All of what was packed.
+pub(super) fn unpack(packed: impl Read, budget: Budget) -> Result<Vec<u8>, GzipError> {
+    let (mut from, mut unpacked) = (Unpacked::of(packed, budget), Vec::new());
     loop {
-        share.is((bytes.len() - decoder.get_ref().len()) as u64)?;
         let before = unpacked.len();
-        let read = (&mut decoder).take(PART).read_to_end(&mut unpacked);
-        let read =
-            read.map_err(|problem| GzipError::Damaged { after: unpacked.len(), problem: problem.to_string() })?;
-        budget.unpack(read as u64)?;
+        from.read(PART, &mut unpacked)?;
         if unpacked.len() == before {
-            break;
+            return Ok(unpacked);
         }
     }
-    if unpacked.starts_with(SIGNATURE) { Err(GzipError::Twice) } else { Ok(unpacked) }
 }
 
 #[cfg(test)]
@@ -64,14 +86,14 @@ mod tests {
 
     #[test]
     fn what_is_packed_is_unpacked_once_and_whole() {
-        let of = |bytes: &[u8]| unpack(bytes, &mut Budget::of(bytes.len() as u64, 1 << 30), &Monitor::new());
+        let of = |bytes: &[u8]| unpack(bytes, Budget::of(bytes.len() as u64, 1 << 30));
         let text: Vec<u8> = (0..40_000u32).flat_map(|n| format!("{}\n", n * n % 977).into_bytes()).collect();
         let whole = packed(&text);
         assert!(of(&whole).unwrap() == text);
         assert!(of(&[whole.clone(), packed(b"more")].concat()).unwrap().ends_with(b"more"), "parts follow each other");
         assert!(matches!(of(&packed(&whole)), Err(GzipError::Twice)));
         assert!(matches!(of(&whole[..whole.len() / 2]), Err(GzipError::Damaged { after, .. }) if after < text.len()));
-        let small = unpack(&whole, &mut Budget::of(whole.len() as u64, 1000), &Monitor::new());
+        let small = unpack(whole.as_slice(), Budget::of(whole.len() as u64, 1000));
         assert!(matches!(small, Err(GzipError::TooMuch(_))));
     }
 }

@@ -122,9 +122,10 @@ impl Definition {
     pub fn of(name: &str, encoding: &str, text: &str) -> Result<Definition, String> {
         let definition = match encoding {
             _ if text.len() > LONGEST => Err(format!("its definition is longer than {} kB", LONGEST >> 10)),
+            "" => Err("it has no definition".to_owned()),
+            "ros2msg" | "ros2idl" if text.trim().is_empty() => Err("it has no definition".to_owned()),
             "ros2msg" => Definition::parse(name, text),
             "ros2idl" => idl::as_messages(name, text).and_then(|text| Definition::parse(name, &text)),
-            "" => Err("it has no definition".to_owned()),
             other => Err(format!("its definition is in `{other}`, not in ros2msg or ros2idl")),
         };
         match name {
@@ -473,6 +474,10 @@ mod tests {
             [("ros2idl", idl), ("ros2msg", DYNAMIC)].map(|(encoding, text)| Definition::of(kind, encoding, text));
         assert_eq!(idl, msg);
         assert!(Definition::of(kind, "ros2idl", "module x {}").unwrap_err().contains("not defined"));
+        for text in ["", " \n"] {
+            assert_eq!(Definition::of(kind, "ros2msg", text).unwrap_err(), "it has no definition");
+            assert!(Definition::of(JOINT_STATE, "ros2msg", text).is_ok());
+        }
         let known = Definition::of(JOINT_STATE, "ros2idl", "module x {}").unwrap();
         assert!((300..2000).contains(&known.size()), "{} bytes", known.size());
         assert!(Definition::of(kind, "ros2msg", &"#".repeat(LONGEST + 1)).unwrap_err().contains("longer than"));

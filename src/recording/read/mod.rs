@@ -1,12 +1,13 @@
 //! The front door: files in, one [`Recording`] and what is to be said about it out.
 //!
-//! Only this file opens files; the readers below take bytes. Everything is checked before anything is returned: there is
-//! no half-read recording.
+//! Only this file and `bytes` open files; the readers below take bytes, that of CSV its text as it comes. Everything is checked before
+//! anything is returned: there is no half-read recording.
 
 mod arrays;
 mod assemble;
 mod bag;
 mod budget;
+mod bytes;
 pub(crate) mod cdr;
 mod clocks;
 mod csv;
@@ -25,10 +26,10 @@ mod pickle;
 mod share;
 mod sniff;
 mod table;
+mod text;
 mod topics;
 
-use std::fs::File;
-use std::io::{BufReader, Read};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -50,12 +51,16 @@ pub use npz::NpzError;
 pub use parquet::ParquetError;
 pub use pickle::PickleError;
 pub use sniff::{Format, FormatError, READABLE, endings, sniff};
+pub use text::TextError;
 pub use topics::{SeenTopic, TopicError};
 
 use self::arrays::{Gathered, Source};
 use self::budget::Budget;
+use self::bytes::Bytes;
 use self::npz::Content;
+use self::share::{Counted, Share};
 use self::table::{Table, listed};
+use self::text::Text;
 use super::catalogue;
 use super::check::{Checked, check};
 use super::correction::{Correction, CorrectionError};
@@ -167,6 +172,11 @@ impl ReadOptions {
 }
 
 impl ReadOptions {
+    /// The topics that the mapping names.
+    fn topics(&self) -> &[String] {
+        self.mapping.as_ref().and_then(|mapping| mapping.topic.as_deref()).unwrap_or_default()
+    }
+
     /// How derived channels are smoothed, if it was said: here before in the mapping, and by a Gaussian before a cut-off.
     fn smoothing(&self) -> Option<Smoothing> {
         let mapping = self.mapping.as_ref();
@@ -583,10 +593,10 @@ fn read_files(paths: &[PathBuf], options: &ReadOptions, monitor: &Monitor) -> Re
 /// # Errors
 /// [`ReadError`] as for [`read`].
 pub fn own_recording(bytes: &[u8], monitor: &Monitor) -> Result<Recording, ReadError> {
-    let file = "the recording of the session".to_owned();
-    match decode(bytes, &file, "npz", &ReadOptions::default(), monitor)? {
+    let name = Path::new("the recording of the session");
+    match decode(&Bytes::InMemory(bytes), name, &ReadOptions::default(), monitor)? {
         Content::Recording(recording) => Ok(*recording),
-        Content::Table(_) => Err(ReadError::NotAlone { file }),
+        Content::Table(_) => Err(ReadError::NotAlone { file: file_name(name) }),
     }
 }
 
@@ -681,7 +691,8 @@ fn open_one(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Con
     if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
         return arrays_of(path, options, monitor);
     }
-    decode(&bytes(path, options)?, &file_name(path), &ending(path), options, monitor)
+    size(path, options)?;
+    decode(&Bytes::from(path), path, options, monitor)
 }
 
 /// The size of a plain file that is not too large \[bytes\].
@@ -692,12 +703,6 @@ fn size(path: &Path, options: &ReadOptions) -> Result<u64, ReadError> {
         return Err(ReadError::TooLarge { file: file_name(path), size: size >> 20, limit: limit >> 20 });
     }
     Ok(size)
-}
-
-/// The bytes of a plain file that is not too large.
-fn bytes(path: &Path, options: &ReadOptions) -> Result<Vec<u8>, ReadError> {
-    size(path, options)?;
-    file::read(path, options.largest).map_err(|problem| ReadError::File { path: path.to_owned(), problem })
 }
 
 /// The arrays of a folder of NPY files, each named by its file.
@@ -719,19 +724,20 @@ fn arrays_of(path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Co
     }
     let mut budget = Budget::of(sum, options.largest);
     let names = files.iter().map(|file| stem(file)).collect();
-    let table = table_of(&mut Files(files), names, &file_name(path), &mut budget, monitor)?;
+    let mut source: Vec<Bytes> = files.iter().map(|file| Bytes::from(file.as_path())).collect();
+    let table = table_of(&mut source, names, &file_name(path), &mut budget, monitor)?;
     Ok(Content::Table(Box::new(table)))
 }
 
 /// The log of a sample, which lies in the program.
 fn embedded(sample: &Sample, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
     if let [(name, bytes)] = sample.log {
-        return decode(bytes, name, &ending(Path::new(name)), options, monitor);
+        return decode(&Bytes::InMemory(bytes), Path::new(name), options, monitor);
     }
-    let arrays: Vec<&[u8]> = sample.log.iter().map(|(_, bytes)| *bytes).collect();
+    let mut arrays: Vec<Bytes> = sample.log.iter().map(|(_, bytes)| Bytes::InMemory(bytes)).collect();
     let names = sample.log.iter().map(|(name, _)| stem(Path::new(name))).collect();
-    let mut budget = Budget::of(arrays.iter().map(|bytes| bytes.len() as u64).sum(), options.largest);
-    let table = table_of(&mut InMemory(&arrays), names, sample.name, &mut budget, monitor)?;
+    let mut budget = Budget::of(sample.log.iter().map(|(_, bytes)| bytes.len() as u64).sum(), options.largest);
+    let table = table_of(&mut arrays, names, sample.name, &mut budget, monitor)?;
     Ok(Content::Table(Box::new(table)))
 }
 
@@ -750,51 +756,25 @@ fn table_of(
     table.map_err(|problem| ReadError::Npy { file: file.to_owned(), problem })
 }
 
-/// NPY files of a folder, for [`Gathered`].
-struct Files(Vec<PathBuf>);
-
-impl Source for Files {
-    fn open(&mut self, index: usize) -> std::io::Result<(Box<dyn Read + '_>, u64)> {
-        let file = File::open(&self.0[index])?;
-        let size = file.metadata()?.len();
-        Ok((Box::new(BufReader::new(file)), size))
-    }
-}
-
-/// NPY files in memory, for [`Gathered`].
-struct InMemory<'a>(&'a [&'a [u8]]);
-
-impl Source for InMemory<'_> {
-    fn open(&mut self, index: usize) -> std::io::Result<(Box<dyn Read + '_>, u64)> {
-        Ok((Box::new(self.0[index]), self.0[index].len() as u64))
-    }
-}
-
 /// The share of its time that unpacking takes of a packed file.
 const UNPACKING: f32 = 0.3;
 
-fn decode(
-    bytes: &[u8],
-    file: &str,
-    ending: &str,
-    options: &ReadOptions,
-    monitor: &Monitor,
-) -> Result<Content, ReadError> {
-    let budget = &mut Budget::of(bytes.len() as u64, options.largest);
-    if bytes.starts_with(gzip::SIGNATURE) {
-        let unpacked = gzip::unpack(bytes, budget, &monitor.part(0.0..UNPACKING));
-        monitor.check()?;
-        let unpacked = unpacked.map_err(|problem| ReadError::Gzip { file: file.to_owned(), problem })?;
+fn decode(bytes: &Bytes, path: &Path, options: &ReadOptions, monitor: &Monitor) -> Result<Content, ReadError> {
+    let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
+    let wrong = |problem| ReadError::Gzip { file: file_name(path), problem };
+    let (mut head, mut ending) = (bytes.head(sniff::LOOKED_AT).map_err(unreadable)?, ending(path));
+    let is_packed = head.starts_with(gzip::SIGNATURE);
+    if is_packed {
+        head = gzip::head(bytes.open().map_err(unreadable)?, sniff::LOOKED_AT as u64).map_err(wrong)?;
         // `log.csv.gz` is a CSV; a name that says nothing of what is inside promises nothing.
-        let inner = self::ending(Path::new(file.strip_suffix(".gz").unwrap_or_default()));
-        return decode(&unpacked, file, &inner, options, &monitor.part(UNPACKING..1.0));
+        ending = if ending == sniff::PACKED { self::ending(&path.with_extension("")) } else { String::new() };
     }
-    let format = sniff(bytes, ending).map_err(|problem| ReadError::Format { file: file.to_owned(), problem })?;
-    let topics = options.mapping.as_ref().and_then(|mapping| mapping.topic.as_deref()).unwrap_or_default();
-    let content = content(bytes, format, topics, file.to_owned(), budget, monitor);
+    let format = sniff(&head, &ending).map_err(|problem| ReadError::Format { file: file_name(path), problem })?;
+    let content = content(bytes, is_packed, format, path, options, monitor);
     // Who was stopped says so in the words of its format.
     monitor.check()?;
     let mut content = content?;
+    let topics = options.topics();
     if let Content::Table(table) = &mut content
         && !topics.is_empty()
         && ![Format::Bag, Format::Mcap].contains(&format)
@@ -807,34 +787,63 @@ fn decode(
 }
 
 fn content(
-    bytes: &[u8],
+    bytes: &Bytes,
+    is_packed: bool,
     format: Format,
-    topics: &[String],
-    file: String,
-    budget: &mut Budget,
+    path: &Path,
+    options: &ReadOptions,
     monitor: &Monitor,
 ) -> Result<Content, ReadError> {
-    let table = match format {
-        Format::Csv => csv::read(bytes, budget, monitor).map_err(|problem| ReadError::Csv { file, problem })?,
-        Format::Mat => mat::read(bytes, budget, monitor).map_err(|problem| ReadError::Mat { file, problem })?,
-        Format::Bag => bag::read(bytes, topics, budget, monitor)
-            .map_err(|problem| ReadError::Bag { file, problem: Box::new(problem) })?,
-        Format::Mcap => mcap::read(bytes, topics, budget, monitor)
-            .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) })?,
-        Format::Hdf5 => hdf5::read(bytes, budget, monitor).map_err(|problem| ReadError::Hdf5 { file, problem })?,
-        Format::Json => json::read(bytes, budget, monitor).map_err(|problem| ReadError::Json { file, problem })?,
-        Format::Parquet => {
-            parquet::read(bytes, budget, monitor).map_err(|problem| ReadError::Parquet { file, problem })?
+    let (file, topics) = (file_name(path), options.topics());
+    let unreadable = |problem| ReadError::File { path: path.to_owned(), problem };
+    let size = bytes.size().map_err(unreadable)?;
+    let counted = |monitor| {
+        let from = bytes.open().map_err(unreadable)?;
+        Ok::<_, ReadError>(Counted { from, share: Share::of(size, monitor), done: 0 })
+    };
+    let budget = || Budget::of(size, options.largest);
+    let (unpacking, unpacked) = (monitor.part(0.0..UNPACKING), monitor.part(UNPACKING..1.0));
+    let (whole, after) = match (format, is_packed) {
+        // Text is never there as a whole.
+        (Format::Csv, _) => (Cow::default(), monitor),
+        (_, false) => (bytes.whole(options.largest).map_err(unreadable)?, monitor),
+        (_, true) => {
+            let whole = gzip::unpack(counted(&unpacking)?, budget());
+            (whole.map_err(|problem| ReadError::Gzip { file: file.clone(), problem })?.into(), &unpacked)
         }
-        Format::Pickle => pickle::read(bytes, budget, monitor)
-            .map_err(|problem| ReadError::Pickle { file, problem: Box::new(problem) })?,
+    };
+    let (whole, monitor, of_whole) = (&*whole, after, &mut Budget::of(whole.len() as u64, options.largest));
+    match format {
+        Format::Csv => {
+            let from = Box::new(counted(monitor)?);
+            let mut text = if is_packed { Text::packed(from, budget()) } else { Text::plain(from, size) };
+            csv::read(&mut text, &mut budget()).map_err(|problem| match problem {
+                CsvError::Text(TextError::Gzip(problem)) => ReadError::Gzip { file, problem },
+                problem => ReadError::Csv { file, problem },
+            })
+        }
+        Format::Mat => mat::read(whole, of_whole, monitor).map_err(|problem| ReadError::Mat { file, problem }),
+        Format::Bag => bag::read(whole, topics, of_whole, monitor)
+            .map_err(|problem| ReadError::Bag { file, problem: Box::new(problem) }),
+        Format::Mcap => mcap::read(whole, topics, of_whole, monitor)
+            .map_err(|problem| ReadError::Mcap { file, problem: Box::new(problem) }),
+        Format::Hdf5 => hdf5::read(whole, of_whole, monitor).map_err(|problem| ReadError::Hdf5 { file, problem }),
+        Format::Json => json::read(whole, of_whole, monitor).map_err(|problem| ReadError::Json { file, problem }),
+        Format::Parquet => {
+            parquet::read(whole, of_whole, monitor).map_err(|problem| ReadError::Parquet { file, problem })
+        }
+        Format::Pickle => pickle::read(whole, of_whole, monitor)
+            .map_err(|problem| ReadError::Pickle { file, problem: Box::new(problem) }),
         Format::Npz => {
             let wrong = |problem| ReadError::Npz { file, problem: Box::new(problem) };
-            return npz::read(bytes, budget, monitor).map_err(wrong);
+            return npz::read(whole, of_whole, monitor).map_err(wrong);
         }
-        Format::Npy => table_of(&mut InMemory(&[bytes]), vec![stem(Path::new(&file))], &file, budget, monitor)?,
-    };
-    Ok(Content::Table(Box::new(table)))
+        Format::Npy => {
+            let mut source = vec![Bytes::InMemory(whole)];
+            table_of(&mut source, vec![stem(path)], &file, of_whole, monitor)
+        }
+    }
+    .map(|table| Content::Table(Box::new(table)))
 }
 
 fn file_name(path: &Path) -> String {
@@ -1112,4 +1121,23 @@ fn about_mapping(mapping: &Mapping, spec: &MappingSpec, torque: &TorqueFacts, fi
         });
     }
     findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::selftest::seeds;
+
+    /// What comes block by block is stopped between two of them, packed or not.
+    #[test]
+    fn a_stop_is_heard_while_text_is_read() {
+        let text = "1,2\n".repeat(5000).into_bytes();
+        let packed = seeds::gzip(&text).unwrap();
+        for (name, bytes) in [("log.csv", text), ("log.csv.gz", packed)] {
+            let monitor = Monitor::new();
+            monitor.stop("enough");
+            let stopped = decode(&Bytes::InMemory(&bytes), Path::new(name), &ReadOptions::default(), &monitor);
+            assert!(matches!(stopped, Err(ReadError::Stopped(_))), "{name}");
+        }
+    }
 }

@@ -150,10 +150,12 @@ const SIGNATURES: &[(&[u8], &str, &str)] = &[
     (b"version https://git-lfs", "a Git LFS pointer, not the data", "fetch the data with `git lfs pull`"),
 ];
 
+/// As much of a file tells what it is \[bytes\].
+pub(super) const LOOKED_AT: usize = 1 << 16;
 /// Endings that promise something that is not read.
 const UNREAD: [&str; 3] = ["bag", "xlsx", "png"];
 
-/// Tells the format from the bytes, and compares it with the ending of the name (without dot, any case, may be empty).
+/// Tells the format from the first bytes, and compares it with the ending of the name (without dot, any case, may be empty).
 ///
 /// # Errors
 /// [`FormatError`] says what it seems to be instead, and what to do.
@@ -169,8 +171,6 @@ pub fn sniff(bytes: &[u8], ending: &str) -> Result<Format, FormatError> {
 }
 
 fn by_bytes(bytes: &[u8]) -> Result<Format, FormatError> {
-    /// How much of a file has to look like text.
-    const LOOKED_AT: usize = 1 << 16;
     let head = &bytes[..bytes.len().min(LOOKED_AT)];
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let Some(first) = text.iter().find(|byte| !byte.is_ascii_whitespace()) else {
@@ -228,12 +228,23 @@ fn unmarked_utf_16(head: &[u8]) -> Option<&'static str> {
     are(0).then_some("save it as UTF-8 (in a terminal: iconv -f UTF-16BE -t UTF-8 log.csv > log8.csv)")
 }
 
-/// A pickle tells its protocol, or begins as dicts, lists and arrays do without one; and it ends with a point.
+/// A pickle tells its protocol, or begins as dicts, lists and arrays do without one.
 fn is_pickle(bytes: &[u8]) -> bool {
-    /// How those without a protocol begin.
-    const BEGINNINGS: [&[u8]; 8] = [b"(d", b"(l", b"}q", b"]q", b"ccopy_reg", b"cnumpy", b"c_codecs", b"ccollections"];
+    /// How those without a protocol begin: lists and dicts are put away by a number at once.
+    const BEGINNINGS: [&[u8]; 10] = [
+        b"(dp0\n",
+        b"(dp1\n",
+        b"(lp0\n",
+        b"(lp1\n",
+        b"}q",
+        b"]q",
+        b"ccopy_reg\n",
+        b"cnumpy",
+        b"c_codecs\n",
+        b"ccollections\n",
+    ];
     let is_told = matches!(bytes, [0x80, 2..=5, ..]);
-    is_told || (bytes.ends_with(b".") && BEGINNINGS.iter().any(|beginning| bytes.starts_with(beginning)))
+    is_told || BEGINNINGS.iter().any(|beginning| bytes.starts_with(beginning))
 }
 
 #[cfg(test)]

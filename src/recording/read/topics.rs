@@ -516,14 +516,18 @@ fn table(
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use crate::progress::Monitor;
+    use crate::recording::read::bytes::Bytes;
     use crate::recording::read::npz::Content;
     use crate::recording::read::{ReadOptions, decode};
 
     #[test]
     fn a_file_without_topics_says_that_none_was_read() {
         let options = ReadOptions::default().by("topic=/pos+/eff".parse().unwrap());
-        let content = decode(b"t,q1,tau1\n0,1,2\n1,2,3\n", "log.csv", "csv", &options, &Monitor::new()).unwrap();
+        let bytes = Bytes::InMemory(b"t,q1,tau1\n0,1,2\n1,2,3\n");
+        let content = decode(&bytes, Path::new("log.csv"), &options, &Monitor::new()).unwrap();
         let Content::Table(table) = content else { panic!("a table") };
         assert!(table.passed_over[0].contains("/pos, /eff of the mapping"), "{:?}", table.passed_over);
     }

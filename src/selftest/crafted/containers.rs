@@ -7,6 +7,7 @@ use flate2::write::GzEncoder;
 
 use super::Crafted;
 use crate::selftest::opener::Kind;
+use crate::selftest::seeds::hdf5::File;
 
 /// How much is repeated.
 const SIZES: [usize; 4] = [1_000, 30_000, 1_000_000, 8_000_000];
@@ -18,6 +19,7 @@ pub fn all() -> std::io::Result<Vec<Crafted>> {
         all.extend(packed(size)?);
         all.extend(messages(size));
         all.extend(columns(size));
+        all.extend(trees(size));
         all.extend(pickles(size));
     }
     Ok(all.into_iter().map(|(name, bytes)| (name, Kind::Log, bytes)).collect())
@@ -102,6 +104,80 @@ fn columns(size: usize) -> Vec<Named> {
     ]
 }
 
+/// A table that is none of the lies: others differ from it in one thing.
+const HONEST: &str = "table.h5";
+
+/// Trees of arrays: tables of rows that lie, whose fields overlap or are wider than they, and groups that all hold the same.
+fn trees(size: usize) -> Vec<Named> {
+    /// Numbers of eight bytes, the least one first.
+    const DOUBLE: [u8; 20] = [0x11, 0x20, 63, 0, 8, 0, 0, 0, 0, 0, 64, 0, 52, 11, 0, 52, 0xff, 3, 0, 0];
+    // Rows of so many bytes, and fields: name, where each begins in a row, type.
+    let rows = |size: u32, fields: &[(String, u32, Vec<u8>)]| {
+        let field = |(name, at, kind): &(String, u32, Vec<u8>)| {
+            let wide = if size < 1 << 8 { 1 } else { 4 };
+            [name.as_bytes(), &[0], &at.to_le_bytes()[..wide], kind].concat()
+        };
+        let fields_of: Vec<u8> = fields.iter().flat_map(field).collect();
+        let count = (fields.len() as u16).to_le_bytes();
+        [&[0x36, count[0], count[1], 0][..], &size.to_le_bytes(), &fields_of].concat()
+    };
+    let array = |width: u32| {
+        let bytes = width.wrapping_mul(8).to_le_bytes();
+        [&[0x3a, 0, 0, 0][..], &bytes, &[1], &width.to_le_bytes(), &DOUBLE].concat()
+    };
+    let named = |count: usize, kind: &[u8]| {
+        (0..count).map(|number| (format!("f{number}"), 0, kind.to_vec())).collect::<Vec<_>>()
+    };
+    let table = |shape: &[u64], kind: &[u8], claimed: u64| {
+        let mut file = File::default();
+        let data = file.data(&vec![0; size]);
+        let table = file.dataset(shape, kind, data, claimed);
+        let root = file.group(&[("log", table)]);
+        file.finish(root)
+    };
+    let pair = [("q".to_owned(), 0, DOUBLE.to_vec()), ("tau".to_owned(), 8, DOUBLE.to_vec())];
+    let held = size as u64;
+    let of_groups = |groups: usize, names: &[&str]| {
+        let mut file = File::default();
+        let data = file.data(&vec![0; size]);
+        let numbers = file.dataset(&[held / 8], &DOUBLE, data, held);
+        let links: Vec<(&str, u64)> = names.iter().map(|name| (*name, numbers)).collect();
+        let runs: Vec<(String, u64)> = (0..groups).map(|run| (format!("demo_{run}"), file.group(&links))).collect();
+        let root = file.group(&runs);
+        file.finish(root)
+    };
+    let ring = {
+        let mut file = File::default();
+        let here = file.end();
+        let root = file.group(&[("demo_0", here), ("demo_1", here)]);
+        file.finish(root)
+    };
+    let shared = {
+        let mut file = File::default();
+        let data = file.data(&vec![0; size]);
+        let link = |number: usize| (format!("q{number}"), file.dataset(&[held / 8], &DOUBLE, data, held));
+        let links: Vec<(String, u64)> = (0..500).map(link).collect();
+        let root = file.group(&links);
+        file.finish(root)
+    };
+    vec![
+        (HONEST, table(&[held / 16], &rows(16, &pair), held)),
+        ("shared.h5", shared),
+        ("rows.h5", table(&[u64::MAX / 16], &rows(16, &pair), held)),
+        ("rows-claimed.h5", table(&[1 << 40], &rows(16, &pair), 16 << 40)),
+        ("rows-of-nothing.h5", table(&[held], &rows(0, &pair), held)),
+        ("rows-too-short.h5", table(&[held / 4], &rows(4, &pair), held)),
+        ("no-fields.h5", table(&[held], &rows(1, &[]), held)),
+        ("overlapping-fields.h5", table(&[held / 8], &rows(8, &named(2000, &DOUBLE)), held)),
+        ("wide-field.h5", table(&[held / 8], &rows(8, &named(1, &array(u32::MAX))), held)),
+        ("fields-in-fields.h5", table(&[held / 8], &rows(8, &named(1, &rows(8, &named(1, &array(1 << 29))))), held)),
+        ("same-in-all-runs.h5", of_groups(1000, &["q", "tau"])),
+        ("same-in-one-run.h5", of_groups(2, &(0..500).map(|_| "q").collect::<Vec<_>>())),
+        ("runs-of-nothing.h5", of_groups((size / 100).min(50_000), &[])),
+        ("ring.h5", ring),
+    ]
+}
+
 /// Python's pickles: nests, lists of themselves, lists that double, lengths that lie, numbers of very many digits.
 fn pickles(size: usize) -> Vec<Named> {
     let pickle = |parts: &[&[u8]]| [b"\x80\x03", parts.concat().as_slice(), b"."].concat();
@@ -119,4 +195,23 @@ fn pickles(size: usize) -> Vec<Named> {
         ("copies.pickle", pickle(&[b"K\x01", &b"2".repeat(size)])),
         ("memos.pickle", pickle(&[b"]", &b"\x94".repeat(size)])),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Monitor;
+    use crate::recording::read::{ReadOptions, preview};
+
+    /// Else the others would be refused for something that nobody meant.
+    #[test]
+    fn a_table_without_lies_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(HONEST);
+        let (_, bytes) = trees(1600).into_iter().find(|(name, _)| *name == HONEST).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let seen = preview(&path, &ReadOptions::default(), &Monitor::new()).unwrap();
+        assert_eq!(seen.names(), ["log.q", "log.tau"]);
+        assert_eq!(seen.columns[1].values, [0.0; 100]);
+    }
 }

@@ -16,21 +16,67 @@ pub fn datasets(run: &Trajectory) -> Vec<u8> {
     for (name, signal) in channels(run) {
         sets.push((name, vec![run.len(), run.joint_count()], rows(signal)));
     }
-    let mut body = Vec::new();
-    let mut links = vec![message(0x02, &[&[0, 0][..], &NOWHERE, &NOWHERE].concat()), message(0x0a, &[0, 0])];
+    let mut file = File::default();
+    let mut links = Vec::new();
     for (name, shape, values) in sets {
-        let data = SUPERBLOCK + body.len();
-        body.extend(values.iter().flat_map(|value| (*value as f32).to_le_bytes()));
-        body.resize(body.len().next_multiple_of(8), 0);
-        let head = SUPERBLOCK + body.len();
-        body.extend(header(&dataset(&shape, data as u64, 4 * values.len() as u64)));
-        let link = [&[1, 0, name.len() as u8][..], name.as_bytes(), &(head as u64).to_le_bytes()].concat();
-        links.push(message(0x06, &link));
+        let values: Vec<u8> = values.iter().flat_map(|value| (*value as f32).to_le_bytes()).collect();
+        let data = file.data(&values);
+        let shape: Vec<u64> = shape.into_iter().map(|size| size as u64).collect();
+        links.push((name, file.dataset(&shape, &SINGLE, data, values.len() as u64)));
     }
-    let root = SUPERBLOCK + body.len();
-    body.extend(header(&links));
-    let end = SUPERBLOCK + body.len();
-    [superblock(root as u64, end as u64), body].concat()
+    let root = file.group(&links);
+    file.finish(root)
+}
+
+/// Numbers of four bytes, the least one first.
+const SINGLE: [u8; 20] = [0x11, 0x20, 31, 0, 4, 0, 0, 0, 0, 0, 32, 0, 23, 8, 0, 23, 127, 0, 0, 0];
+
+/// A file on its way: objects one behind the other, each known by its address. Nobody asks whether they are true.
+#[derive(Default)]
+pub struct File {
+    body: Vec<u8>,
+}
+
+impl File {
+    /// Numbers.
+    pub fn data(&mut self, bytes: &[u8]) -> u64 {
+        self.put(bytes.to_vec())
+    }
+
+    /// A dataset of this shape and type (the content of a datatype message), whose numbers are there.
+    pub fn dataset(&mut self, shape: &[u64], kind: &[u8], data: u64, size: u64) -> u64 {
+        let mut space = vec![1, shape.len() as u8, 0, 0, 0, 0, 0, 0];
+        space.extend(shape.iter().flat_map(|size| size.to_le_bytes()));
+        let layout = [&[3, 1][..], &data.to_le_bytes(), &size.to_le_bytes()].concat();
+        self.put(header(&[message(0x01, &space), message(0x03, kind), message(0x08, &layout)]))
+    }
+
+    /// A group of objects by their names.
+    pub fn group(&mut self, links: &[(impl AsRef<str>, u64)]) -> u64 {
+        let mut messages = vec![message(0x02, &[&[0, 0][..], &NOWHERE, &NOWHERE].concat()), message(0x0a, &[0, 0])];
+        messages.extend(links.iter().map(|(name, object)| {
+            let name = name.as_ref().as_bytes();
+            message(0x06, &[&[1, 0, name.len() as u8][..], name, &object.to_le_bytes()].concat())
+        }));
+        self.put(header(&messages))
+    }
+
+    /// Where the next object will be.
+    pub fn end(&self) -> u64 {
+        (SUPERBLOCK + self.body.len()) as u64
+    }
+
+    /// All of it, with this group as the root.
+    pub fn finish(self, root: u64) -> Vec<u8> {
+        [superblock(root, self.end()), self.body].concat()
+    }
+
+    fn put(&mut self, object: Vec<u8>) -> u64 {
+        let at = self.end();
+        self.body.extend(object);
+        self.body.resize(self.body.len().next_multiple_of(8), 0);
+        at
+    }
 }
 
 fn superblock(root: u64, end: u64) -> Vec<u8> {
@@ -64,13 +110,4 @@ fn message(kind: u16, content: &[u8]) -> Vec<u8> {
     bytes.extend(content);
     bytes.resize(8 + size, 0);
     bytes
-}
-
-/// Shape, type (IEEE single, the least byte first), and where the numbers are.
-fn dataset(shape: &[usize], at: u64, size: u64) -> Vec<Vec<u8>> {
-    let mut space = vec![1, shape.len() as u8, 0, 0, 0, 0, 0, 0];
-    space.extend(shape.iter().flat_map(|size| (*size as u64).to_le_bytes()));
-    let single = [0x11, 0x20, 31, 0, 4, 0, 0, 0, 0, 0, 32, 0, 23, 8, 0, 23, 127, 0, 0, 0];
-    let layout = [&[3, 1][..], &at.to_le_bytes(), &size.to_le_bytes()].concat();
-    vec![message(0x01, &space), message(0x03, &single), message(0x08, &layout)]
 }

@@ -24,6 +24,7 @@ use crate::effect::{Effect, Scope, registry};
 use crate::figure::Panel;
 use crate::model::learned::LearnedTerm;
 use crate::model::{Model, Parameter, Preset, RigidBody, Term};
+use crate::progress::Progress;
 use crate::recording::{JointKind, Recording};
 use crate::session::{Command, Session, Step, TermEdit};
 
@@ -52,7 +53,7 @@ const PANELS: Part<Terms> = Part::Beside(&[
 ]);
 
 /// The screen of the model: which effect is to be added, as set in its panel.
-#[derive(Default, Clone)]
+#[derive(Default)]
 pub struct Terms {
     /// Index into what can be added.
     effect: usize,
@@ -91,7 +92,9 @@ impl Screen for Terms {
     }
 
     fn copy(&self) -> Box<dyn Screen> {
-        Box::new(self.clone())
+        let Terms { effect, joints, inside, plain: _, was_seen } = self;
+        let (joints, inside) = (joints.clone(), inside.clone());
+        Box::new(Terms { effect: *effect, joints, inside, plain: plain::Plain::default(), was_seen: *was_seen })
     }
 
     fn is_done(&self, session: &Session) -> bool {
@@ -100,9 +103,23 @@ impl Screen for Terms {
 
     fn follow(&mut self, before: &Session, after: &Session, _: Option<&Command>) {
         self.was_seen &= before.has_recording_of(after);
-        if !before.has_recording_of(after) {
-            self.plain.forget();
-        }
+        self.plain.follow(before, after);
+    }
+
+    fn poll(&mut self) {
+        self.plain.poll();
+    }
+
+    fn is_busy(&self) -> bool {
+        self.plain.at_work().is_some()
+    }
+
+    fn at_work(&self) -> Option<(&str, Progress)> {
+        self.plain.at_work()
+    }
+
+    fn stop(&mut self) {
+        self.plain.stop("you pressed Stop");
     }
 
     fn setup(&self) -> Value {

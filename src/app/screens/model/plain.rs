@@ -1,43 +1,38 @@
 //! The parameters of the model by plain least squares over the whole recording, as published values were identified.
 
-use egui::{DragValue, Ui, WidgetInfo, WidgetText};
+use egui::{Button, DragValue, Ui, WidgetInfo, WidgetText};
 
 use crate::app::desk::Desk;
-use crate::app::memo::Question;
 use crate::app::plot::ticks;
 use crate::app::theme::{GAP, Palette};
 use crate::app::{tables, widgets};
-use crate::model::{Evaluation, Parameter, fit_plain};
-use crate::progress::Monitor;
+use crate::model::{Evaluation, Model, ModelError, Parameter, fit_plain};
+use crate::progress::{Monitor, Progress};
+use crate::recording::Recording;
 use crate::recording::split::Split;
 use crate::session::Session;
+use crate::work::{Job, Outcome};
 
-/// What is asked for, and with which speed it was asked last.
-#[derive(Default, Clone)]
+/// What is asked for, and what was found.
+#[derive(Default)]
 pub struct Plain {
+    /// Speed \[rad/s or m/s\] below which a joint's samples are left out.
     slowest: f64,
-    asked: Option<f64>,
+    running: Option<Job<Found>>,
+    found: Option<Result<Found, String>>,
 }
 
-/// The question, with the speed \[rad/s or m/s\] below which a joint's samples are left out.
-#[derive(Clone, PartialEq)]
-struct Identified(f64);
-
-/// The answer: the parameters of all terms, and the nMSE of each joint over the whole recording.
+/// The parameters of all terms, and the nMSE of each joint over the whole recording.
 struct Found {
     parameters: Vec<Parameter>,
     nmse: Vec<f64>,
 }
 
-impl Question for Identified {
-    type Answer = Found;
-
-    fn answer(&self, session: &Session) -> Result<Found, String> {
-        let recording = session.recording.as_deref().ok_or("there is no recording")?;
-        let model = &session.current().ok_or("there is no model")?.fitted.model;
-        let told = |error: crate::model::ModelError| error.to_string();
-        let fitted = fit_plain(model, recording, self.0, &Monitor::new()).map_err(told)?;
-        let evaluation = Evaluation::of(&fitted, recording, &Split::whole(recording)).map_err(told)?;
+impl Found {
+    fn of(model: &Model, recording: &Recording, slowest: f64, monitor: &Monitor) -> Result<Found, ModelError> {
+        let fitted = fit_plain(model, recording, slowest, monitor)?;
+        monitor.report(0.9, "measuring the error over all")?;
+        let evaluation = Evaluation::of(&fitted, recording, &Split::whole(recording))?;
         let nmse = evaluation.train.iter().map(|error| error.nmse).collect();
         Ok(Found { parameters: fitted.parameters, nmse })
     }
@@ -61,14 +56,21 @@ impl Plain {
             let field = DragValue::new(&mut self.slowest).range(0.0..=100.0).speed(0.01).max_decimals(3);
             let field = ui.add(field.suffix(format!(" {}", recording.units()[1]))).labelled_by(label.id);
             field.widget_info(|| WidgetInfo::labeled(egui::Role::SpinButton, true, "slowest speed that counts"));
-            if ui.button("Identify so").clicked() {
-                self.asked = Some(self.slowest);
+            if ui.add_enabled(self.running.is_none(), Button::new("Identify so")).clicked() {
+                self.begin(ui.ctx(), desk.session);
             }
         });
         ui.add_space(GAP);
-        let Some(slowest) = self.asked else { return };
-        match desk.memo.later(ui.ctx(), desk.session, Identified(slowest)) {
-            None => drop(widgets::weak(ui, "It is being identified…")),
+        if let Some((_, progress)) = self.at_work() {
+            widgets::progress(ui, progress.fraction, ui.available_width());
+            widgets::weak(ui, progress.activity);
+            if ui.button("Stop identifying").clicked() {
+                self.stop("you pressed Stop");
+            }
+            return;
+        }
+        match &self.found {
+            None => (),
             Some(Err(problem)) => drop(ui.colored_label(Palette::in_ui(ui).error, format!("✖ {problem}."))),
             Some(Ok(found)) => {
                 tables::parameters(ui, "plain parameters", "95 % interval", found.parameters.iter());
@@ -81,8 +83,47 @@ impl Plain {
         }
     }
 
-    /// What was asked of another recording is not asked of this one.
-    pub fn forget(&mut self) {
-        self.asked = None;
+    fn begin(&mut self, ctx: &egui::Context, session: &Session) {
+        let (Some(recording), Some(step)) = (session.recording.clone(), session.current().cloned()) else { return };
+        let (slowest, context) = (self.slowest, ctx.clone());
+        self.found = None;
+        self.running = Some(Job::spawn(
+            "plain least squares",
+            move || context.request_repaint(),
+            move |monitor| Found::of(&step.fitted.model, &recording, slowest, monitor),
+        ));
+    }
+
+    /// Receives what the job has.
+    pub fn poll(&mut self) {
+        let Some(outcome) = self.running.as_mut().and_then(Job::poll) else { return };
+        self.running = None;
+        self.found = match outcome {
+            Outcome::Done(found) => Some(Ok(found)),
+            Outcome::Stopped(_) => None,
+            Outcome::Failed(message) => Some(Err(message)),
+            Outcome::Panicked(message) => Some(Err(format!("a defect of the program ended it: {message}"))),
+        };
+    }
+
+    /// The job: its name, and how far it is.
+    pub fn at_work(&self) -> Option<(&str, Progress)> {
+        self.running.as_ref().map(|job| (job.name(), job.progress()))
+    }
+
+    /// Stops the job.
+    pub fn stop(&mut self, reason: &str) {
+        if let Some(job) = &mut self.running {
+            job.stop(reason);
+        }
+    }
+
+    /// What was found of another model or recording says nothing of this one.
+    pub fn follow(&mut self, before: &Session, after: &Session) {
+        let model = |session: &Session| session.current().map(|step| step.generation);
+        if !after.has_recording_of(before) || model(before) != model(after) {
+            self.stop("the model or the recording changed");
+            (self.running, self.found) = (None, None);
+        }
     }
 }

@@ -47,8 +47,15 @@ pub(super) fn columns(
     if fields.is_empty() {
         return Ok(Vec::new());
     }
+    let too_short = |at: &str| Hdf5Error::Damaged {
+        at: format!("`{at}`"),
+        problem: "its rows are shorter than their fields".to_owned(),
+    };
     let size = dataset.raw_element_size().map_err(wrong)?;
-    let in_row: u64 = fields.iter().map(|field| field.width as u64 * BYTES).sum();
+    if size == 0 {
+        return Err(too_short(name));
+    }
+    let in_row = fields.iter().fold(0u64, |sum, field| sum.saturating_add((field.width as u64).saturating_mul(BYTES)));
     budget.unpack(rows.saturating_mul(size as u64).saturating_add(rows.saturating_mul(in_row)))?;
     let bytes = dataset.read_raw_bytes().map_err(wrong)?;
     let mut arrays = Vec::new();
@@ -59,11 +66,7 @@ pub(super) fn columns(
         let count = bytes.len() / size;
         let shape = if field.is_array { vec![count, field.width] } else { vec![count] };
         let array = values.and_then(|values| ArrayD::from_shape_vec(IxDyn(&shape), values).ok());
-        let too_short = || Hdf5Error::Damaged {
-            at: format!("`{label}`"),
-            problem: "its rows are shorter than their fields".to_owned(),
-        };
-        arrays.push((label.clone(), array.ok_or_else(too_short)?));
+        arrays.push((label.clone(), array.ok_or_else(|| too_short(&label))?));
     }
     Ok(arrays)
 }

@@ -14,10 +14,10 @@ use hdf5_reader::{Dataset, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, S
 use ndarray::{ArrayD, Axis};
 
 use super::arrays::{self, ArraysError, BYTES, DEEPEST};
-use super::budget::{Budget, TooMuch};
+use super::budget::Budget;
 use super::share::Share;
 use super::table::{MOST_COLUMNS, Table};
-use crate::progress::{Monitor, Stopped};
+use crate::progress::Monitor;
 
 /// The file can't be read.
 #[derive(Debug, thiserror::Error)]
@@ -36,15 +36,15 @@ pub enum Hdf5Error {
     /// More datasets than any log has.
     #[error("it has more than {MOST_COLUMNS} datasets and groups; a log has one dataset a channel")]
     TooMany,
-    /// Its datasets make no table.
+    /// Its datasets make no table, would take too much memory, or were not read to the end.
     #[error(transparent)]
-    Arrays(#[from] ArraysError),
-    /// It would take too much memory.
-    #[error(transparent)]
-    TooMuch(#[from] TooMuch),
-    /// The user asked to stop.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
+    Arrays(ArraysError),
+}
+
+impl<E: Into<ArraysError>> From<E> for Hdf5Error {
+    fn from(problem: E) -> Self {
+        Hdf5Error::Arrays(problem.into())
+    }
 }
 
 /// What a packed part may unpack to \[bytes\].
@@ -73,11 +73,16 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     let size = |shape: &Vec<usize>| shape.iter().fold(1u64, |product, size| product.saturating_mul(*size as u64));
     let whole = shapes.iter().map(size).fold(0, u64::saturating_add);
     let mut watch = Watch { share: Share::of(whole, monitor), done: 0 };
+    let mut plain = bytes.len() as u64;
     for (number, ((name, dataset), shape)) in found.datasets.iter().zip(&shapes).enumerate() {
         watch.share.is(watch.done)?;
         let count = shape.iter().fold(1usize, |product, size| product.saturating_mul(*size));
         if !is_in_run(number) && !arrays::is_of_use(shape, count, usual) {
             found.passed_over.push(format!("`{name}` (its shape is {shape:?})"));
+            continue;
+        }
+        if !is_in(dataset, &mut plain) {
+            found.passed_over.push(format!("`{name}` (its numbers are not in the file, or are those of others)"));
             continue;
         }
         if let Datatype::Compound { fields, .. } = dataset.dtype() {
@@ -102,6 +107,16 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, monitor: &Monitor) -> Resu
     found.passed_over.extend(one_sided.into_iter().map(|name| format!("`{name}` (not in every run)")));
     let table = arrays::table_of_runs(lists, alone(beside).collect(), found.passed_over, budget)?;
     Ok(Table { run_names: Some(runs.names()), ..table })
+}
+
+/// Whether the numbers of a dataset can be in the file beside those that were read before: what is not packed in chunks takes its place
+/// there. `plain` is what such datasets may still take \[bytes\].
+fn is_in(dataset: &Dataset, plain: &mut u64) -> bool {
+    let sizes = dataset.num_elements().ok().zip(dataset.raw_element_size().ok());
+    let Some((count, size)) = sizes.filter(|_| dataset.chunks().is_none()) else { return true };
+    let left = plain.checked_sub(count.saturating_mul(size as u64));
+    *plain = left.unwrap_or(*plain);
+    left.is_some()
 }
 
 /// With these bytes begins what MATLAB wrote.

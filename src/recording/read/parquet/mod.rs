@@ -18,10 +18,10 @@ use ndarray::{ArrayD, IxDyn};
 use self::pages::{Codec, Pages, Shape};
 use self::thrift::Wrong;
 use super::arrays::{self, ArraysError, BYTES};
-use super::budget::{Budget, TooMuch};
+use super::budget::Budget;
 use super::share::Share;
 use super::table::{MOST_COLUMNS, Table};
-use crate::progress::{Monitor, Stopped};
+use crate::progress::Monitor;
 
 /// The file can't be read.
 #[derive(Debug, thiserror::Error)]
@@ -52,15 +52,15 @@ pub enum ParquetError {
     /// More columns than any log has.
     #[error("it has more than {MOST_COLUMNS} columns; a log has one column a channel")]
     TooMany,
-    /// Its columns make no table.
+    /// Its columns make no table, would take too much memory, or were not read to the end.
     #[error(transparent)]
-    Arrays(#[from] ArraysError),
-    /// It would take too much memory.
-    #[error(transparent)]
-    TooMuch(#[from] TooMuch),
-    /// The user asked to stop.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
+    Arrays(ArraysError),
+}
+
+impl<E: Into<ArraysError>> From<E> for ParquetError {
+    fn from(problem: E) -> Self {
+        ParquetError::Arrays(problem.into())
+    }
 }
 
 impl ParquetError {

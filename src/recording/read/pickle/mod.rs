@@ -10,9 +10,9 @@ use log::Log;
 use machine::Machine;
 
 use super::arrays::{ArraysError, DEEPEST};
-use super::budget::{Budget, TooMuch};
+use super::budget::Budget;
 use super::table::Table;
-use crate::progress::{Monitor, Stopped};
+use crate::progress::Monitor;
 use crate::recording::npy::NpyError;
 
 /// The file can't be read.
@@ -59,15 +59,15 @@ pub enum PickleError {
         "its dicts and lists lie more than {DEEPEST} deep in each other, or in themselves; a log is a dict of arrays"
     )]
     Deep,
-    /// Its arrays make no table.
+    /// Its arrays make no table, would take too much memory, or were not read to the end.
     #[error(transparent)]
-    Arrays(#[from] ArraysError),
-    /// It would take too much memory.
-    #[error(transparent)]
-    TooMuch(#[from] TooMuch),
-    /// The user asked to stop.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
+    Arrays(ArraysError),
+}
+
+impl<E: Into<ArraysError>> From<E> for PickleError {
+    fn from(problem: E) -> Self {
+        PickleError::Arrays(problem.into())
+    }
 }
 
 /// Reads a file.
@@ -162,7 +162,7 @@ mod tests {
             shared.extend(b"eq\0");
         }
         shared.push(b'.');
-        assert!(matches!(table(&shared), Err(PickleError::Deep | PickleError::TooMuch(_))));
+        assert!(matches!(table(&shared), Err(PickleError::Deep | PickleError::Arrays(ArraysError::TooMuch(_)))));
         // The same as dicts.
         let mut shared = b"}(S'a'\nK\x01uq\0".to_vec();
         for _ in 0..12 {
@@ -171,7 +171,7 @@ mod tests {
             shared.extend(b"uq\0");
         }
         shared.push(b'.');
-        assert!(matches!(table(&shared), Err(PickleError::Deep | PickleError::TooMuch(_))));
+        assert!(matches!(table(&shared), Err(PickleError::Deep | PickleError::Arrays(ArraysError::TooMuch(_)))));
         // Sizes that are not there.
         for lie in [
             &b"\x80\x03B\xff\xff\xff\xff"[..],
@@ -182,7 +182,7 @@ mod tests {
         }
         // One byte of a file makes a thing of many.
         let nothing = [vec![b'N'; 2 << 20], vec![b'.']].concat();
-        assert!(matches!(table(&nothing), Err(PickleError::TooMuch(_))));
+        assert!(matches!(table(&nothing), Err(PickleError::Arrays(ArraysError::TooMuch(_)))));
         let numbers = [vec![b'K'; 2 << 20], vec![b'.']].concat();
         assert_eq!(table(&numbers), Err(PickleError::Plain));
         let array = b"cnumpy.core.multiarray\n_reconstruct\n(cnumpy\nndarray\n(I0\ntS'b'\ntR(I1\n(I1000000000\nI1000000000\ntcnumpy\ndtype\n(S'f8'\nI0\nI1\ntR(I3\nS'<'\nNNNI-1\nI-1\nI0\ntbI00\nS'12345678'\ntb.";
