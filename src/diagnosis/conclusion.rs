@@ -108,6 +108,7 @@ fn hardly_told(named: &MissingEffect) -> Option<Note> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::report::Alternative;
     use crate::effect::registry;
 
     fn named(id: &str) -> MissingEffect {
@@ -151,5 +152,65 @@ mod tests {
         let notes = |side| notes(Verdict::Missing, &[named("joint-elasticity")], &[], &Comparison::Agrees, 16, side);
         assert_eq!(notes(None)[1], Note::NeedsLinkEncoder { effect: named("joint-elasticity").effect });
         assert_eq!(notes(Some(Side::Link)).len(), 1, "it is stated");
+    }
+
+    #[test]
+    fn what_is_hardly_told_says_from_what() {
+        let other = Alternative { effect: named("viscous-friction").effect, elsewhere: Some(1) };
+        let twin = MissingEffect { form: 0.5, alternatives: vec![other], ..named("coulomb-friction") };
+        let effects = [twin.clone(), named("joint-spring")];
+        assert_eq!(verdict(&effects, &[], &Comparison::Agrees), Verdict::Ambiguous);
+        let told = notes(Verdict::Ambiguous, &effects, &[], &Comparison::Agrees, 16, None);
+        assert_eq!(told[1..], [Note::HardlyTold { effect: twin.effect, from: vec![other], telling: None }]);
+        let sure = notes(Verdict::Missing, &effects, &[], &Comparison::Agrees, 16, None);
+        assert_eq!(sure.len(), 1, "it is only said where the answer is ambiguous");
+    }
+
+    /// Where more is missing than was named, what was named may stand in for it, unless it is surely there.
+    #[test]
+    fn beside_the_unknown_only_what_is_surely_there_is_added() {
+        let told = |presence| {
+            let effects = [MissingEffect { presence, ..named("coulomb-friction") }];
+            notes(Verdict::UnknownEffect, &effects, &[1], &Comparison::Agrees, 16, None)
+        };
+        let first = Note::AddFirst { effect: named("coulomb-friction").effect, joints: vec![0] };
+        assert_eq!(told(SURE), [Note::NoneExplains { joints: vec![1] }, first]);
+        assert_eq!(told(SURE - 0.01), [Note::NoneExplains { joints: vec![1] }, Note::MayStandIn]);
+    }
+
+    #[test]
+    fn the_answer_in_a_word_follows_from_what_is_named_and_left() {
+        let [one] = [named("coulomb-friction")];
+        assert_eq!(verdict(&[], &[], &Comparison::Agrees), Verdict::NothingMissing);
+        assert_eq!(verdict(&[], &[], &Comparison::Differs), Verdict::UnknownEffect);
+        assert_eq!(verdict(&[], &[0], &Comparison::Agrees), Verdict::UnknownEffect);
+        let named = std::slice::from_ref(&one);
+        assert_eq!(
+            verdict(named, &[0], &Comparison::Differs),
+            Verdict::Missing,
+            "it is named on the joint that is left"
+        );
+        assert_eq!(
+            verdict(named, &[0, 1], &Comparison::Agrees),
+            Verdict::UnknownEffect,
+            "nothing is named on the other"
+        );
+        let unsure = MissingEffect { form: SURE_FORM - 0.01, ..one.clone() };
+        assert_eq!(verdict(&[unsure], &[], &Comparison::Agrees), Verdict::Missing, "there is no other form");
+    }
+
+    #[test]
+    fn an_effect_that_raises_the_error_says_where() {
+        let effect = MissingEffect {
+            joints: vec![0, 1, 2],
+            nmse_before: vec![0.2, 0.2, 0.2, 0.2],
+            nmse_after: vec![0.1, 0.3, 0.2 * NOTICEABLE, 0.9],
+            ..named("coulomb-friction")
+        };
+        let rises = Note::RaisesError { effect: effect.effect, joints: vec![1] };
+        assert_eq!(raises_error(&effect), Some(rises), "joint 3 has not risen, joint 4 is not its own");
+        assert_eq!(raises_error(&named("coulomb-friction")), None);
+        let told = notes(Verdict::NothingMissing, &[], &[], &Comparison::Differs, 16, None);
+        assert_eq!(told, [Note::NothingShown, Note::StatedArmDiffers]);
     }
 }

@@ -398,3 +398,72 @@ pub(super) mod alone {
         number.checked_sub(1).ok_or_else(|| serde::de::Error::custom("there is no joint 0"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::registry;
+
+    fn named(joints: Vec<usize>) -> MissingEffect {
+        MissingEffect {
+            effect: registry::find("coulomb-friction").unwrap(),
+            joints,
+            presence: 0.6,
+            form: 0.62,
+            parameters: Vec::new(),
+            nmse_before: vec![0.2],
+            nmse_after: vec![0.1],
+            alternatives: Vec::new(),
+            telling_motion: None,
+            evidence: Vec::new(),
+        }
+    }
+
+    /// The presence of an effect is the least over its joints; each joint has its own.
+    #[test]
+    fn presence_is_told_by_place() {
+        let effect = named(vec![0, 1]);
+        assert_eq!(effect.sureness(), "there 60 %, in this form 62 %");
+        let family = effect.effect.family;
+        let presence = |family: Family, joint, probability| {
+            let (group, effect) = (family.group(), effect.effect);
+            Presence { group, family, joint, probability, effect, share: 0.1 }
+        };
+        let other = registry::find("joint-spring").unwrap().family;
+        assert_ne!(other, family);
+        let report = Report {
+            verdict: Verdict::Missing,
+            effects: Vec::new(),
+            presence: vec![
+                presence(other, Some(1), 0.3),
+                presence(family, Some(0), 0.9),
+                presence(family, Some(1), 0.8),
+            ],
+            completeness: Vec::new(),
+            held_out_nmse: Vec::new(),
+            noise_floor_nmse: None,
+            unexplained_joints: Vec::new(),
+            notes: Vec::new(),
+            not_known: Vec::new(),
+            ranking: Vec::new(),
+        };
+        let of = |place| report.presence_of(&effect, place);
+        assert_eq!([of(Some(0)), of(Some(1)), of(Some(2)), of(None)], [0.9, 0.8, 0.6, 0.6]);
+    }
+
+    /// A report in a file says nothing of a joint 0, wherever it stands.
+    #[test]
+    fn joints_are_counted_from_one_in_files() {
+        let complete = Completeness { joint: 1, explained: 0.5, left: None, remainder: 0.1, complete: false };
+        let written = serde_json::to_string(&complete).unwrap();
+        assert!(written.contains("\"joint\":2"), "{written}");
+        assert_eq!(serde_json::from_str::<Completeness>(&written).unwrap(), complete);
+        let zero = serde_json::from_str::<Completeness>(&written.replace("\"joint\":2", "\"joint\":0"));
+        assert!(zero.unwrap_err().to_string().contains("there is no joint 0"));
+        let written = serde_json::to_string(&named(vec![0, 2])).unwrap();
+        assert!(written.contains("\"joints\":[1,3]"), "{written}");
+        assert_eq!(serde_json::from_str::<MissingEffect>(&written).unwrap().joints, [0, 2]);
+        let zero = serde_json::from_str::<MissingEffect>(&written.replace("[1,3]", "[1,0]"));
+        assert!(zero.unwrap_err().to_string().contains("there is no joint 0"));
+    }
+}

@@ -158,3 +158,62 @@ fn pinned_equations(search: &Search, stated: &StatedBody, extra: &[usize]) -> No
     pinned.moment -= all.gram.view((count, 0), (rest.len(), count)) * &beta;
     pinned
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::diagnosis::presence::Judged;
+    use crate::diagnosis::presence::calibration::Calibration;
+    use crate::diagnosis::{Searched, naming};
+    use crate::effect::registry;
+    use crate::model::{self, Preset};
+    use crate::progress::Monitor;
+    use crate::recording::seal::HiddenEffect;
+    use crate::recording::split::Split;
+    use crate::simulation::{Excitation, Scenario, simulate};
+
+    /// What the comparison says of an arm of one link with a load of 0.5 kg, or none, among these candidates.
+    fn compared(mass: f64, candidates: &[&str], look: impl Fn(&Search, &StatedBody, Comparison)) {
+        let motion = Excitation::PaperPointToPoint { trajectories: 8, duration: 4.0, samples: 100, range: 2.0 };
+        let load = HiddenEffect { effect: "tip-payload".to_owned(), joint: None, parameters: vec![mass] };
+        let effects = if mass > 0.0 { vec![load] } else { Vec::new() };
+        let arm = crate::arm::Arm::uniform(1);
+        let recording = simulate(&Scenario { motion, arm, effects, ..Scenario::embedded() }, &Monitor::new()).unwrap();
+        let split = Split::automatic(&recording);
+        let model = Preset::RigidBody.model(&recording).unwrap();
+        let body = model::fit(&model, &recording, &split, &Monitor::new()).unwrap();
+        let effects: Vec<_> = candidates.iter().map(|id| registry::find(id).unwrap()).collect();
+        let searched = Searched::new(&effects, &body, &recording, &split, &Monitor::new()).unwrap();
+        let stated = StatedBody::of(&searched.search, &model).unwrap();
+        let comparison = compare(&searched.search, Some(&stated));
+        look(&searched.search, &stated, comparison);
+        assert_eq!(compare(&searched.search, None), Comparison::NotPossible);
+        let pinned = stated.held(&model);
+        assert!(pinned.is_pinned() && StatedBody::of(&searched.search, &pinned).is_none(), "it identifies no body");
+    }
+
+    /// A load moves the base parameters as the inertia of a rotor can't: it has weight.
+    #[test]
+    fn a_load_that_the_base_parameters_absorb_is_named_beside_the_stated_arm() {
+        compared(0.5, &["tip-payload", "rotor-inertia"], |search, stated, comparison| {
+            let group_of = |id: &str| search.library.groups.iter().position(|group| group.effect.id == id).unwrap();
+            let [load, rotor] = ["tip-payload", "rotor-inertia"].map(group_of);
+            assert_eq!(comparison, Comparison::Explained(vec![load]));
+            let worse = rival_cost(search, stated, &[load], load, rotor);
+            assert!(worse > 100.0, "{worse}");
+            assert!((rival_cost(search, stated, &[load], load, load)).abs() < 1e-6);
+            let judged = Judged::of(search, Calibration::learned()).unwrap();
+            let named = naming::name_effects(search, &comparison, Some(stated), &judged);
+            let [named] = &named[..] else { panic!("one effect") };
+            assert_eq!((named.effect.id, &*named.joints, named.pins), ("tip-payload", &[0][..], true));
+            assert!(named.alternatives.is_empty() && named.presence > 0.97 && named.form > 0.97);
+        });
+    }
+
+    #[test]
+    fn an_arm_that_is_as_stated_agrees_and_one_that_nothing_explains_differs() {
+        compared(0.0, &["tip-payload", "rotor-inertia"], |_, _, comparison| assert_eq!(comparison, Comparison::Agrees));
+        compared(0.5, &["rotor-inertia"], |_, _, comparison| assert_eq!(comparison, Comparison::Differs));
+    }
+}

@@ -171,3 +171,129 @@ fn play_at(factor: f64, [q, qd, qdd]: [&mut [f64]; 3]) {
         qdd[t] = factor * factor * at(&originals[2]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::Arm;
+    use crate::diagnosis::Searched;
+    use crate::effect::registry;
+    use crate::model::{self, Preset};
+    use crate::progress::Monitor;
+    use crate::recording::Channels;
+    use crate::recording::seal::HiddenEffect;
+    use crate::signals::Signals;
+    use crate::simulation::{Excitation, Scenario, simulate};
+
+    /// One joint that swings with 0.8 Hz and amplitude 0.5 about 1, at 100 Hz.
+    fn swing() -> Trajectory {
+        let rate = TAU * 0.8;
+        let time: Vec<f64> = (0..500).map(|sample| f64::from(sample) * 0.01).collect();
+        let signal = |f: &dyn Fn(f64) -> f64| Signals::from_fn(1, time.len(), |_, sample| f(rate * time[sample]));
+        let channels = Channels {
+            q: signal(&|phase| 1.0 + 0.5 * phase.sin()),
+            qd: signal(&|phase| 0.5 * rate * phase.cos()),
+            qdd: signal(&|phase| -0.5 * rate * rate * phase.sin()),
+            tau: signal(&|_| 0.0),
+            time: time.clone(),
+        };
+        Trajectory::new("swing", channels).unwrap()
+    }
+
+    fn moved_by(motion: Exciting) -> Trajectory {
+        let mut run = swing();
+        apply(motion, 0, &mut run);
+        run
+    }
+
+    /// Whether q̇ and q̈ are what q does, but for a share of samples where it turns round.
+    fn fits_together(run: &Trajectory, turns: usize) -> bool {
+        let odd = |one: &[f64], other: &[f64]| {
+            let top = other.iter().fold(1e-9, |top: f64, value| top.max(value.abs()));
+            let pair = |t: usize| ((one[t + 1] - one[t]) / 0.01 - 0.5 * (other[t] + other[t + 1])).abs() > 0.02 * top;
+            (0..one.len() - 1).filter(|&t| pair(t)).count()
+        };
+        odd(&run.q[0], &run.qd[0]) <= turns && odd(&run.qd[0], &run.qdd[0]) <= turns
+    }
+
+    #[test]
+    fn what_is_played_faster_or_slower_is_the_same_path() {
+        let slow = moved_by(Exciting::Speed { factor: 0.25 });
+        let original = swing();
+        for (sample, place) in [(400, 100), (402, 100)] {
+            let share = f64::from(sample % 4) / 4.0;
+            let at = |signal: &[f64]| signal[place] + share * (signal[place + 1] - signal[place]);
+            assert!((slow.q[0][sample as usize] - at(&original.q[0])).abs() < 1e-12);
+            assert!((slow.qd[0][sample as usize] - 0.25 * at(&original.qd[0])).abs() < 1e-12);
+            assert!((slow.qdd[0][sample as usize] - 0.0625 * at(&original.qdd[0])).abs() < 1e-12);
+        }
+        let fast = moved_by(Exciting::Speed { factor: 2.5 });
+        assert!(fits_together(&slow, 0) && fits_together(&fast, 6));
+        // It comes back where it ends.
+        let on_the_way_back = 2 * 499 - 5 * 300 / 2;
+        assert!((fast.q[0][300] - original.q[0][on_the_way_back]).abs() < 1e-9);
+        assert!((fast.qd[0][300] + 2.5 * original.qd[0][on_the_way_back]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn other_motions_keep_to_the_range_and_fit_together() {
+        let wide = moved_by(Exciting::Range { factor: 1.5 });
+        assert!(fits_together(&wide, 0));
+        let [low, high] = ends(wide.q[0].iter().copied());
+        assert!((low - 0.25).abs() < 1e-3 && (high - 1.75).abs() < 1e-3, "{low} to {high}");
+        let tiny = moved_by(Exciting::TinyReversals);
+        let [low, high] = ends(tiny.q[0].iter().copied());
+        assert!(fits_together(&tiny, 0) && (high - low - 2.0 * TINY).abs() < 1e-3, "{low} to {high}");
+        let sweeps = moved_by(Exciting::Sweeps);
+        let [low, high] = ends(sweeps.q[0].iter().copied());
+        assert!(fits_together(&sweeps, 20) && low > 0.49 && high < 1.51, "{low} to {high}");
+        let speed = SWEEPS[0] * swing().qd[0].iter().fold(0.0, |top: f64, qd| top.max(qd.abs()));
+        assert!(sweeps.qd[0].iter().all(|qd| (qd.abs() - speed).abs() < 1e-12));
+        assert_eq!(moved_by(Exciting::Alone { joint: 0 }), swing());
+        let still = moved_by(Exciting::Alone { joint: 1 });
+        assert!(
+            still.q[0].iter().all(|q| (q - 1.0).abs() < 1e-3)
+                && still.qd[0].iter().chain(&still.qdd[0]).all(|rate| *rate == 0.0)
+        );
+    }
+
+    #[test]
+    fn a_fast_log_is_thinned_to_a_moderate_rate() {
+        let channels = |count: usize| {
+            let signal = Signals::zeros(1, count);
+            let time = (0..count).map(|sample| sample as f64 * 0.002).collect();
+            Channels { time, q: signal.clone(), qd: signal.clone(), qdd: signal.clone(), tau: signal }
+        };
+        let thin = thinned(&Trajectory::new("fast", channels(10_000)).unwrap());
+        assert_eq!(thin.len(), MOST_SAMPLES);
+        assert!((thin.time_step() - 1.0 / RATE).abs() < 1e-12);
+    }
+
+    /// The peak of Stribeck friction near standstill is seen by slow motion.
+    #[test]
+    fn the_motion_that_tells_a_peak_near_standstill_is_slow() {
+        let motion = Excitation::PaperPointToPoint { trajectories: 8, duration: 4.0, samples: 100, range: 2.0 };
+        let hidden =
+            HiddenEffect { effect: "stribeck-friction".into(), joint: Some(0), parameters: vec![1.5, 1.2, 0.05] };
+        let scenario = Scenario { motion, arm: Arm::uniform(1), effects: vec![hidden], ..Scenario::embedded() };
+        let (recording, monitor) = (simulate(&scenario, &Monitor::new()).unwrap(), Monitor::new());
+        let split = Split::automatic(&recording);
+        let [coulomb, stribeck] = ["coulomb-friction", "stribeck-friction"].map(|id| registry::find(id).unwrap());
+        let fit = |model: &Model| model::fit(model, &recording, &split, &monitor).unwrap();
+        let body = Preset::RigidBody.model(&recording).unwrap();
+        let whole = fit(&body.with_effect(stribeck, &[0]).unwrap());
+        let searched = Searched::new(&[coulomb, stribeck], &fit(&body), &recording, &split, &monitor).unwrap();
+        let groups = &searched.search.library.groups;
+        let [rival, group] =
+            [coulomb, stribeck].map(|effect| groups.iter().position(|it| it.effect == effect).unwrap());
+        let told = best_motion(&searched.search, &whole, group, rival).unwrap();
+        assert_eq!(told.against, coulomb);
+        assert!(told.gain > LEAST_GAIN && told.gain.is_finite(), "{told:?}");
+        let is_slow = |motion| match motion {
+            Exciting::Speed { factor } => factor < 1.0,
+            Exciting::TinyReversals | Exciting::Sweeps => true,
+            Exciting::Range { .. } | Exciting::Alone { .. } => false,
+        };
+        assert!(is_slow(told.motion), "{told:?}");
+    }
+}

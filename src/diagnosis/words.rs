@@ -351,4 +351,103 @@ mod tests {
         assert_eq!(left.reason(), "it is no more than what the formula of actuator lag leaves");
         assert_eq!(serde_json::to_value(left).unwrap()["ground"]["effect"], "actuator-lag");
     }
+
+    fn report(verdict: Verdict, unexplained_joints: Vec<usize>, not_known: Vec<NotKnown>) -> Report {
+        Report {
+            verdict,
+            effects: Vec::new(),
+            presence: Vec::new(),
+            completeness: Vec::new(),
+            held_out_nmse: vec![0.1],
+            noise_floor_nmse: None,
+            unexplained_joints,
+            notes: vec![Note::NothingShown],
+            not_known,
+            ranking: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_headline_says_whether_more_is_left() {
+        let headline = |verdict, joints: &[usize]| report(verdict, joints.to_vec(), Vec::new()).headline();
+        for verdict in [Verdict::Missing, Verdict::Ambiguous] {
+            assert!(!headline(verdict, &[]).contains("more"), "{verdict:?}");
+            assert!(headline(verdict, &[1]).contains("more") && headline(verdict, &[1]).contains("than noise"));
+            let others = headline(verdict, &[]).contains("others nearly as well");
+            assert_eq!(others, verdict == Verdict::Ambiguous);
+        }
+        assert!(headline(Verdict::UnknownEffect, &[0]).contains("not in the catalogue"));
+        assert_eq!(headline(Verdict::NothingMissing, &[]), "Nothing is missing.");
+    }
+
+    /// A torque from which friction was taken says nothing of friction; a command is whole.
+    #[test]
+    fn nothing_is_missing_only_in_the_torque_as_it_was_logged() {
+        let of = |fact| report(Verdict::NothingMissing, Vec::new(), vec![NotKnown::NotInTorque { fact }]);
+        for fact in TorqueFact::ALL {
+            let hides_a_part =
+                [TorqueFact::Link, TorqueFact::WithoutGravity, TorqueFact::WithoutFriction].contains(&fact);
+            assert_eq!(of(fact).is_of_a_part(), hides_a_part, "{fact:?}");
+            assert_eq!(of(fact).headline().contains("not all that the joints felt"), hides_a_part);
+            let hidden = fact.hides().unwrap_or_else(|| fact.about());
+            assert_eq!(
+                of(fact).advice(),
+                format!("Nothing is missing that these data could show. Not known: {hidden}.")
+            );
+        }
+    }
+
+    #[test]
+    fn a_motion_that_tells_is_said_with_its_gain() {
+        let effect = |id| registry::find(id).unwrap();
+        let gains = [1.5, 12.34, MOST_TIMES + 1.0];
+        let telling = |gain, motion| TellingMotion { motion, against: effect("viscous-friction"), gain };
+        let times = gains.map(|gain| telling(gain, Exciting::Sweeps).times());
+        assert_eq!(times, ["1.5 times", "12 times", "more than 1000 times"]);
+        let note = |telling| {
+            let from = vec![Alternative { effect: effect("viscous-friction"), elsewhere: Some(1) }];
+            Note::HardlyTold { effect: effect("coulomb-friction"), from, telling }.sentence()
+        };
+        let place = effect("viscous-friction").placed(Some(1));
+        let open = format!("These data hardly tell Coulomb friction from {place}");
+        assert_eq!(note(None), format!("{open}, and no other motion would do it better."));
+        let said = |motion| note(Some(telling(1.5, motion)));
+        let ways = [
+            (Exciting::Speed { factor: 2.5 }, "the same motion 2.5 times as fast"),
+            (Exciting::Speed { factor: 0.25 }, "the same motion at 0.25 times the speed"),
+            (Exciting::Range { factor: 1.5 }, "the same motion over 1.5 times the range"),
+            (Exciting::Alone { joint: 1 }, "joint 2 alone, the others held still"),
+        ];
+        for (motion, words) in ways {
+            let rest = format!("; record {words}, which gives 1.5 times the evidence against viscous friction.");
+            assert_eq!(said(motion), format!("{open}{rest}"));
+        }
+    }
+
+    #[test]
+    fn how_sure_and_how_complete_an_answer_is_stands_in_numbers() {
+        let effect = registry::find("coulomb-friction").unwrap();
+        let presence = |probability, joint| Presence {
+            group: effect.family.group(),
+            family: effect.family,
+            joint,
+            probability,
+            effect,
+            share: 0.1,
+        };
+        let words = [SURE, LIKELY, LIKELY - 0.01].map(|probability| presence(probability, None).likelihood());
+        assert_eq!(words, ["is there", "is probably there", "may be there"]);
+        let group = effect.family.group().name();
+        let places = [presence(1.0, Some(1)).place(), presence(1.0, None).place()];
+        assert_eq!(places, [format!("{group}, joint 2"), format!("{group}, arm")]);
+        let complete = Completeness { joint: 0, explained: 0.98, left: Some(0.03), remainder: 0.01, complete: true };
+        let told = "joint 1: complete; 98.0 % of the squared residual is explained, 3.00 % of what was measured is left, 1.00 % beside \
+                    noise or in doubt";
+        assert_eq!(complete.text(), told);
+        let older = Completeness { left: None, complete: false, ..complete }.text();
+        assert!(
+            older.starts_with("joint 1: not complete;")
+                && older.ends_with("1.00 % of what was measured is left beside noise or in doubt")
+        );
+    }
 }

@@ -546,4 +546,29 @@ mod tests {
         let body = design.point().body.as_ref().unwrap();
         assert!((body[0] - mass).abs() < 1e-9, "{body:?}");
     }
+
+    /// A joint that is three times as fast in half of the runs, and another that never moves.
+    #[test]
+    fn blocks_are_slow_or_fast_beside_the_mean() {
+        let run = |speed: f64| {
+            let time: Vec<f64> = (0..200).map(|t| f64::from(t) * 0.01).collect();
+            let rates = Signals::from_fn(2, 200, |joint, _| if joint == 0 { speed } else { 0.0 });
+            let q = Signals::from_fn(2, 200, |joint, t| if joint == 0 { speed * time[t] } else { 0.0 });
+            let tau = Signals::from_fn(2, 200, |joint, t| (t as f64 * 0.1).sin() + joint as f64);
+            let channels = Channels { q, qd: rates, qdd: Signals::zeros(2, 200), tau, time };
+            Trajectory::new("run", channels).unwrap()
+        };
+        let recording = Recording::of_runs((0..10).map(|number| run(if number < 5 { 1.0 } else { 3.0 })).collect());
+        let segment = |trajectory| Segment { trajectory, samples: 0..200 };
+        let split = Split { train: (0..10).map(segment).collect(), ..Split::default() };
+        let design = Design::new(&recording, &split).unwrap();
+        let speeds = design.block_speeds();
+        assert_eq!(speeds.len(), 10);
+        // The mean of the first joint is 2, and the second adds nothing.
+        for (number, speed) in speeds.iter().enumerate() {
+            let expected = if number < 5 { 0.25 } else { 0.75 };
+            assert!((speed - expected).abs() < 1e-9, "{speeds:?}");
+        }
+        assert!(design.energy(0) > 50.0, "the torque of ten waves: {}", design.energy(0));
+    }
 }

@@ -743,3 +743,109 @@ impl Fitted {
         &self.setting
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::Arm;
+    use crate::effect::registry;
+    use crate::model::Preset;
+    use crate::recording::seal::HiddenEffect;
+    use crate::simulation::{Excitation, Scenario, simulate};
+
+    fn parameter(value: f64, interval: Option<[f64; 2]>, stated: Option<f64>) -> Parameter {
+        Parameter {
+            name: "inertia".into(),
+            symbol: "J".into(),
+            term: 0,
+            joint: Some(0),
+            value,
+            std_error: None,
+            interval,
+            unit: "kg m²".into(),
+            identified: true,
+            physical: true,
+            stated,
+        }
+    }
+
+    #[test]
+    fn what_is_stated_is_held_against_the_interval() {
+        let contradicts = |interval, stated| parameter(1.0, interval, stated).contradicts_stated();
+        assert_eq!(contradicts(Some([0.9, 1.1]), Some(1.1)), Some(false));
+        assert_eq!(contradicts(Some([0.9, 1.1]), Some(1.2)), Some(true));
+        assert_eq!((contradicts(None, Some(1.2)), contradicts(Some([0.9, 1.1]), None)), (None, None));
+    }
+
+    /// Coulomb friction and a rigid body of one joint, as they were simulated.
+    fn fitted() -> (Fitted, Recording) {
+        let motion = Excitation::PaperPointToPoint { trajectories: 4, duration: 3.0, samples: 60, range: 2.0 };
+        let [friction, ..] = &Scenario::embedded().effects[..] else { panic!("it hides friction") };
+        let scenario =
+            Scenario { motion, arm: Arm::uniform(1), effects: vec![friction.clone()], ..Scenario::embedded() };
+        let recording = simulate(&scenario, &Monitor::new()).unwrap();
+        let effect = registry::find("coulomb-friction").unwrap();
+        let model = Preset::RigidBody.model(&recording).unwrap().with_effect(effect, &[0]).unwrap();
+        let fitted = super::fit(&model, &recording, &Split::automatic(&recording), &Monitor::new()).unwrap();
+        (fitted, recording)
+    }
+
+    #[test]
+    fn a_fit_says_which_stated_values_it_contradicts() {
+        let (mut fitted, _) = fitted();
+        fitted.parameters = vec![parameter(1.0, Some([0.9, 1.1]), None)];
+        assert_eq!(fitted.beside_stated(), None);
+        fitted.parameters = vec![parameter(1.0, Some([0.9, 1.1]), Some(1.0)); 2];
+        let agree = "All 2 that are stated lie within the intervals of what was identified.";
+        assert_eq!(fitted.beside_stated().as_deref(), Some(agree));
+        fitted.parameters.push(parameter(1.0, Some([0.9, 1.1]), Some(2.0)));
+        let differ = "Of 3 that are stated 1 lie outside of the interval of what was identified: inertia of joint 1.";
+        assert_eq!(fitted.beside_stated().as_deref(), Some(differ));
+    }
+
+    /// The factors of a term are those of its columns: friction comes behind the rigid body, and is as large as it was made.
+    #[test]
+    fn the_factors_of_a_term_are_its_own() {
+        let (fitted, recording) = fitted();
+        assert!(fitted.networks().is_none());
+        let [friction] = fitted.linear_of(1)[..] else { panic!("one factor") };
+        assert!((friction - 2.4).abs() < 0.1, "{friction}");
+        let body = fitted.linear_of(0);
+        assert_eq!(body, fitted.body().unwrap());
+        assert_eq!([&body[..], &[friction]].concat(), fitted.factors);
+        let [found] = &fitted.effects()[..] else { panic!("one effect") };
+        assert_eq!((&*found.linear, found.term.joint), (&[friction][..], Some(0)));
+        let prediction = fitted.predict(&recording.trajectories[0]).unwrap();
+        let qd = &recording.trajectories[0].qd[0];
+        assert!(prediction.terms[1][0].iter().zip(qd).all(|(torque, qd)| qd.abs() < 0.05 || torque * qd > 0.0));
+        let bare = fitted.without(|term| term == 1);
+        assert_eq!((bare.model.terms.len(), bare.factors), (1, body));
+        assert!(bare.parameters.iter().all(|parameter| parameter.term == 0));
+    }
+
+    /// Shape parameters are found beside the linear ones: the velocity of Stribeck's peak with its height.
+    #[test]
+    fn the_shape_of_an_effect_is_found() {
+        let motion = Excitation::PaperPointToPoint { trajectories: 10, duration: 5.0, samples: 200, range: 1.0 };
+        let truth = [1.5, 1.2, 0.23];
+        let hidden = HiddenEffect { effect: "stribeck-friction".into(), joint: Some(0), parameters: truth.to_vec() };
+        let (arm, effects) = (Arm::uniform(1), vec![hidden]);
+        let scenario = Scenario { motion, arm, effects, torque_noise: 1e-3, ..Scenario::embedded() };
+        let recording = simulate(&scenario, &Monitor::new()).unwrap();
+        let effect = registry::find("stribeck-friction").unwrap();
+        let model = Preset::RigidBody.model(&recording).unwrap().with_effect(effect, &[0]).unwrap();
+        let fitted = super::fit(&model, &recording, &Split::automatic(&recording), &Monitor::new()).unwrap();
+        let found: Vec<&Parameter> = fitted.parameters_of(1).collect();
+        assert_eq!(found.len(), 3);
+        for (parameter, truth) in found.iter().zip(truth) {
+            assert!(
+                (parameter.value / truth - 1.0).abs() < 0.05,
+                "{}: {} for {truth}",
+                parameter.name,
+                parameter.value
+            );
+            assert!(parameter.identified && parameter.std_error.is_some_and(|error| error < 0.05 * truth));
+        }
+        assert_eq!(fitted.shapes()[1], [found[2].value]);
+    }
+}

@@ -341,4 +341,35 @@ mod tests {
         let error = serde_json::from_str::<Model>(&text("magic")).unwrap_err().to_string();
         assert!(error.contains("there is no effect `magic`; known effects: viscous-friction"), "{error}");
     }
+
+    #[test]
+    fn terms_and_presets_have_names_of_their_own() {
+        for preset in Preset::ALL {
+            let others = Preset::ALL.iter().filter(|other| **other != preset);
+            let texts = |preset: Preset| [preset.id(), preset.title(), preset.description()];
+            assert!(texts(preset).iter().all(|text| !text.is_empty()));
+            assert!(
+                others.into_iter().all(|other| texts(*other).iter().zip(texts(preset)).all(|(one, own)| *one != own))
+            );
+        }
+        let effect = |id: &str, joint| Term::Effect(EffectTerm { effect: registry::find(id).unwrap(), joint });
+        assert_eq!(effect("coulomb-friction", Some(1)).label(), "Coulomb friction, joint 2");
+        assert_eq!(effect("actuator-lag", None).label(), registry::find("actuator-lag").unwrap().name);
+        assert_eq!(Term::RigidBody(RigidBody::Identified).label(), "rigid body");
+        assert_eq!(Term::Learned(LearnedTerm::Friction).label(), "friction");
+    }
+
+    #[test]
+    fn other_layers_are_those_of_all_networks_and_of_nothing_else() {
+        let layers = Layers { hidden: vec![7], ..Layers::default() };
+        let terms = LearnedPreset::DelanFfnn.architecture(2, &Layers::default()).terms.into_iter().map(Term::Learned);
+        let body = Term::RigidBody(RigidBody::Identified);
+        let model = Model { terms: [body.clone()].into_iter().chain(terms).collect() };
+        let changed = model.with_layers(&layers);
+        assert_eq!((model.layers(), changed.layers()), (Some(&Layers::default()), Some(&layers)));
+        assert!(
+            changed.terms[1..].iter().all(|term| matches!(term, Term::Learned(term) if term.layers() == Some(&layers)))
+        );
+        assert_eq!((&changed.terms[0], Model { terms: vec![body.clone()] }.layers()), (&body, None));
+    }
 }

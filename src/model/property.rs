@@ -57,3 +57,25 @@ impl Writer for Plain {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::effect::registry;
+
+    #[test]
+    fn plain_properties_are_told_from_formulas() {
+        let of = |id: &str| {
+            let effect = registry::find(id).unwrap();
+            plain_columns(&EffectTerm { effect, joint: Some(1) }, 3)
+        };
+        assert_eq!(of("viscous-friction"), [Some(Property::Damping)]);
+        assert_eq!(of("coulomb-friction"), [Some(Property::Friction)]);
+        let spring = of("joint-spring");
+        assert!(spring.contains(&Some(Property::Stiffness)) && spring.contains(&Some(Property::Preload)), "{spring:?}");
+        assert!(of("hardening-spring").contains(&None), "a cube is no plain property");
+        let nowhere = EffectTerm { effect: registry::find("viscous-friction").unwrap(), joint: None };
+        assert_eq!(plain_columns(&nowhere, 3), []);
+    }
+}

@@ -519,3 +519,27 @@ impl Model {
         Ok(factors)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::effect::registry;
+
+    /// An alteration is the same while its parameters hardly move, whatever the order of the list.
+    #[test]
+    fn alterations_that_hardly_differ_are_alike() {
+        let of = |id: &str, joint, value: f64| Alteration {
+            term: EffectTerm { effect: registry::find(id).unwrap(), joint },
+            linear: vec![value],
+        };
+        let lag = |value| of("actuator-lag", Some(0), value);
+        assert!(lag(1.0).is_like(&lag(1.0 + 0.9 * SAME_ALTERATION)));
+        assert!(!lag(1.0).is_like(&lag(1.0 + 1.1 * SAME_ALTERATION)));
+        assert!(!lag(1.0).is_like(&of("actuator-lag", Some(1), 1.0)), "it is on another joint");
+        let both = [lag(1.0), of("actuator-lag", Some(1), 2.0)];
+        let turned = [both[1].clone(), both[0].clone()];
+        assert!(Alteration::are_alike(&both, &turned) && !Alteration::are_alike(&both, &both[..1]));
+        assert!(!Alteration::are_alike(&both, &[lag(1.0), lag(2.0)]));
+    }
+}

@@ -509,4 +509,37 @@ mod tests {
         recording.trajectories[0].channels_mut().time.iter_mut().for_each(|t| *t *= 1000.0);
         assert!(kinds(&recording).contains(&FindingKind::TimeUnit));
     }
+
+    /// A clock in milliseconds that nobody named, and one of days.
+    #[test]
+    fn a_step_that_is_hardly_a_robots_is_told_with_its_likely_unit() {
+        let told = |factor: f64| {
+            let mut recording = swinging(1.0, 0.0);
+            let time = recording.trajectories[0].time.iter().map(|time| factor * time).collect();
+            let run = &recording.trajectories[0];
+            let channels =
+                Channels { time, q: run.q.clone(), qd: run.qd.clone(), qdd: run.qdd.clone(), tau: run.tau.clone() };
+            recording.trajectories[0] = Trajectory::new("swing", channels).unwrap();
+            let of_unit = |finding: Finding| (finding.kind == FindingKind::TimeUnit).then_some(finding.what);
+            check(&recording).findings.into_iter().find_map(of_unit)
+        };
+        assert!(told(1000.0).is_some_and(|what| what.ends_with("milliseconds or smaller.")));
+        assert!(told(1e-6).is_some_and(|what| what.ends_with("larger than seconds.")));
+        assert_eq!(told(1.0), None);
+    }
+
+    /// What agrees badly is an error, what agrees half a warning, and a wrong factor is worse the wronger it is.
+    #[test]
+    fn complaints_weigh_as_much_as_what_is_wrong() {
+        let of = |agreement, factor| {
+            let at_once = agreement;
+            Comparison { factor, lag: 0, lag_seconds: 0.0, agreement, agreement_at_once: at_once }.complaint("dq/dt")
+        };
+        let severity = |agreement, factor| of(agreement, factor).map(|(severity, _)| severity);
+        assert_eq!((severity(0.29, 1.0), severity(0.31, 1.0)), (Some(Severity::Error), Some(Severity::Warning)));
+        assert_eq!((severity(0.71, 1.0), severity(0.99, 1.09)), (None, None));
+        assert_eq!((severity(0.99, 1.2), severity(0.99, 1.6)), (Some(Severity::Warning), Some(Severity::Error)));
+        assert!(of(0.29, 1.0).is_some_and(|(_, text)| text.contains("only 29 % of it is explained")));
+        assert!(of(0.99, 180.0 / PI).is_some_and(|(_, text)| text.ends_with("(it looks like degrees)")));
+    }
 }

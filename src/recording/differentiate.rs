@@ -421,4 +421,10 @@ mod tests {
         assert!(description("q", 2.0..=3.00004).contains("cut-off 2 to 3 Hz"));
         assert!(gaussian_description("qd", 4.0).contains("of qd, then a Gaussian filter of 4 samples"));
     }
+
+    #[test]
+    fn a_gaussian_says_its_width() {
+        let text = gaussian_description("q", 2.5);
+        assert!(text.starts_with("central difference of q, then a Gaussian filter of 2.5 samples"), "{text}");
+    }
 }

@@ -43,3 +43,17 @@ impl Side {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_side_is_named_as_it_is_written() {
+        for side in Side::ALL {
+            assert_eq!(serde_json::to_value(side).unwrap(), side.name());
+            assert_eq!(side.to_string(), side.name());
+        }
+        assert!(Side::Link.about().starts_with("on the links") && Side::Motor.about().starts_with("on the motors"));
+    }
+}

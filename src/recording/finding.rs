@@ -155,3 +155,26 @@ impl fmt::Display for Finding {
         if self.remedy.is_empty() { Ok(()) } else { write!(f, " {}", self.remedy) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_finding_is_said_with_its_place_and_remedy() {
+        let mut finding = Finding {
+            severity: Severity::Warning,
+            kind: FindingKind::Constant,
+            what: "τ never changes.".into(),
+            place: Place::default(),
+            remedy: String::new(),
+            set_right: Vec::new(),
+        };
+        assert_eq!(finding.to_string(), "τ never changes.");
+        finding.remedy = "Check it.".into();
+        finding.place = Place::file("log.csv");
+        assert_eq!(finding.to_string(), "log.csv: τ never changes. Check it.");
+        let words = [Severity::Info, Severity::Warning, Severity::Error].map(Severity::word);
+        assert_eq!(words, ["note", "warning", "error"]);
+    }
+}

@@ -179,3 +179,27 @@ impl Told {
         completed
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{Channels, Trajectory};
+    use crate::signals::Signals;
+
+    #[test]
+    fn a_sample_is_found_by_its_path_and_by_its_seal() {
+        let sample = &all()[0];
+        assert!(at(&sample.path()).is_ok_and(|found| found.is_some_and(|it| it.name == sample.name)));
+        let elsewhere = ["gallery", "other/healthy-arm", "gallery/healthy-arm/log.csv"];
+        assert!(elsewhere.iter().all(|path| matches!(at(Path::new(path)), Ok(None))));
+        let unknown = at(&Path::new(FOLDER).join("no-such-log")).err().map(|error| error.to_string());
+        assert!(unknown.is_some_and(|error| error.contains("no-such-log") && error.contains(sample.name)));
+        let channels = || Signals::zeros(1, 3);
+        let run =
+            Channels { time: vec![0.0, 1.0, 2.0], q: channels(), qd: channels(), qdd: channels(), tau: channels() };
+        let mut recording = Recording::of_runs(vec![Trajectory::new("run", run).unwrap()]);
+        assert!(of(&recording).is_none(), "it has no seal");
+        recording.seal = Some(sample.seal());
+        assert!(of(&recording).is_some_and(|it| it.name == sample.name));
+    }
+}

@@ -309,3 +309,44 @@ pub fn joints_text(joints: &[usize]) -> String {
     let numbers: Vec<String> = joints.iter().map(|joint| (joint + 1).to_string()).collect();
     format!("joint{} {}", if joints.len() == 1 { "" } else { "s" }, numbers.join(", "))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signals::Signals;
+
+    fn recording(kinds: &[JointKind]) -> Recording {
+        let signal = || Signals::zeros(kinds.len(), 3);
+        let channels = Channels { time: vec![0.0, 1.0, 2.0], q: signal(), qd: signal(), qdd: signal(), tau: signal() };
+        let mut recording = Recording::of_runs(vec![Trajectory::new("run", channels).unwrap()]);
+        recording.joints.iter_mut().zip(kinds).for_each(|(joint, kind)| joint.kind = *kind);
+        recording
+    }
+
+    /// Units and words are those of the joints; where some turn and others slide, both.
+    #[test]
+    fn units_are_those_of_what_turns_and_slides() {
+        use JointKind::{Prismatic, Revolute};
+        let of = |kinds: &[JointKind]| (recording(kinds).units().join(", "), recording(kinds).effort());
+        assert_eq!(of(&[Revolute, Revolute]), ("rad, rad/s, rad/s², N m".to_owned(), "torque"));
+        assert_eq!(of(&[Prismatic, Prismatic]), ("m, m/s, m/s², N".to_owned(), "force"));
+        let mixed = "rad or m, rad/s or m/s, rad/s² or m/s², N m or N".to_owned();
+        assert_eq!(of(&[Revolute, Prismatic]), (mixed, "torque"));
+    }
+
+    #[test]
+    fn gravity_that_was_taken_out_is_not_in_the_arm() {
+        let mut recording = recording(&[JointKind::Revolute]);
+        recording.stated_arm = Some(Arm::uniform(1));
+        assert_eq!(recording.arm_in_torque(), Some(Arm::uniform(1)));
+        recording.torque.state(TorqueFact::WithoutGravity);
+        assert!(recording.is_weightless() && recording.arm_in_torque().is_some_and(|arm| arm.gravity == 0.0));
+    }
+
+    #[test]
+    fn joints_are_listed_from_one() {
+        assert_eq!(joints_in("1, 3"), Ok(vec![0, 2]));
+        assert_eq!((joints_in("1,0"), joints_in("x")), (Err("0"), Err("x")));
+        assert_eq!([joints_text(&[1]), joints_text(&[0, 2])], ["joint 2", "joints 1, 3"]);
+    }
+}

@@ -136,4 +136,18 @@ mod tests {
             assert_eq!(column.values, table.columns[4].1, "{form:?}");
         }
     }
+
+    #[test]
+    fn rows_of_another_table_go_to_the_columns_of_their_names() {
+        let mut table = Table::default();
+        table.extend("t", &[0.0, 1.0]);
+        table.extend("q", &[5.0, 6.0]);
+        let mut other = Table::default();
+        other.extend("q", &[7.0, 8.0, 9.0]);
+        other.extend("t", &[2.0, 3.0, 4.0]);
+        table.extend_rows(&other, 1..3);
+        assert_eq!((table.names(), table.row_count()), (vec!["t", "q"], 4));
+        assert_eq!(table.columns[0].1, [0.0, 1.0, 3.0, 4.0]);
+        assert_eq!(table.columns[1].1, [5.0, 6.0, 8.0, 9.0]);
+    }
 }

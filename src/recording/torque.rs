@@ -195,4 +195,15 @@ mod tests {
         assert!(facts.iter().all(|fact| !fact.about().is_empty() && words.contains(fact.about())), "{words}");
         assert_eq!(words.matches("; ").count(), 1, "{words}");
     }
+
+    /// Whoever states a fact of which something is hidden learns what; a motor's torque that was measured hides nothing.
+    #[test]
+    fn a_fact_says_what_it_hides() {
+        let hides = |fact: TorqueFact| fact.hides().unwrap_or_default();
+        assert!(hides(TorqueFact::Link).contains("friction and rotor inertia"));
+        assert!(hides(TorqueFact::WithoutFriction).starts_with("how much friction"));
+        assert!(hides(TorqueFact::WithoutGravity).starts_with("what the links weigh"));
+        assert!(hides(TorqueFact::Commanded).starts_with("what the drive made of its command"));
+        assert_eq!((TorqueFact::Motor.hides(), TorqueFact::Measured.hides()), (None, None));
+    }
 }

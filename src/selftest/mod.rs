@@ -16,7 +16,7 @@ pub mod memory;
 pub mod opener;
 mod places;
 mod sameness;
-pub(crate) mod seeds;
+pub mod seeds;
 pub mod window;
 
 use std::collections::BTreeMap;

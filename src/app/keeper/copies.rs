@@ -101,6 +101,22 @@ fn remove(document: &Path) {
     paths.for_each(|path| drop(fs::remove_file(path)));
 }
 
+/// Takes a lock of the system on an open file, or fails at once.
+type TakeLock = fn(&File) -> Result<(), TryLockError>;
+
+/// How the system is asked for locks.
+#[derive(Debug, Clone, Copy)]
+struct Locks {
+    alone: TakeLock,
+    shared: TakeLock,
+}
+
+impl Default for Locks {
+    fn default() -> Self {
+        Locks { alone: File::try_lock, shared: File::try_lock_shared }
+    }
+}
+
 /// A lock that is held.
 #[derive(Debug)]
 struct Held {
@@ -110,9 +126,9 @@ struct Held {
 
 impl Held {
     /// Takes the lock of a document; `None` if somebody else has it.
-    fn take(document: &Path) -> std::io::Result<Option<Held>> {
+    fn take(document: &Path, locks: Locks) -> std::io::Result<Option<Held>> {
         let file = OpenOptions::new().create(true).write(true).truncate(false).open(part(document, LOCK))?;
-        match file.try_lock() {
+        match (locks.alone)(&file) {
             // Where the system knows no locks, the note says whose it is.
             Ok(()) | Err(TryLockError::Error(_)) => Ok(Some(Held { document: document.to_owned(), _lock: file })),
             Err(TryLockError::WouldBlock) => Ok(None),
@@ -121,9 +137,9 @@ impl Held {
 }
 
 /// Whether the owner of a copy is gone.
-fn is_left(document: &Path, note: &Note) -> bool {
+fn is_left(document: &Path, note: &Note, locks: Locks) -> bool {
     let Ok(lock) = File::open(part(document, LOCK)) else { return true };
-    match lock.try_lock_shared() {
+    match (locks.shared)(&lock) {
         Ok(()) => true,
         Err(TryLockError::WouldBlock) => false,
         Err(TryLockError::Error(_)) => note.owner.as_ref().is_none_or(Owner::is_gone),
@@ -134,6 +150,7 @@ fn is_left(document: &Path, note: &Note) -> bool {
 #[derive(Debug, Default)]
 pub struct Shelf {
     folder: PathBuf,
+    locks: Locks,
     own: Option<Held>,
     /// The newest first.
     left: Vec<Copy>,
@@ -151,6 +168,10 @@ impl Shelf {
     /// # Errors
     /// What the system says if no copies can be kept there.
     pub fn open(folder: PathBuf) -> std::io::Result<Shelf> {
+        Shelf::with_locks(folder, Locks::default())
+    }
+
+    fn with_locks(folder: PathBuf, locks: Locks) -> std::io::Result<Shelf> {
         fs::create_dir_all(&folder)?;
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_millis();
         let mut own = None;
@@ -159,13 +180,13 @@ impl Shelf {
             let document = folder.join(name);
             // Nobody else has this number; another window of this process may.
             if !part(&document, LOCK).exists()
-                && let Some(held) = Held::take(&document)?
+                && let Some(held) = Held::take(&document, locks)?
             {
                 own = Some(held);
                 break;
             }
         }
-        let mut shelf = Shelf { folder, own, ..Shelf::default() };
+        let mut shelf = Shelf { folder, locks, own, ..Shelf::default() };
         shelf.look();
         Ok(shelf)
     }
@@ -183,7 +204,7 @@ impl Shelf {
                 closed: false,
                 owner: None,
             });
-            is_left(&path, &note).then_some(Copy { path, note, written })
+            is_left(&path, &note, self.locks).then_some(Copy { path, note, written })
         };
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path());
         let others = entries.filter(is_document).filter(|path| Some(path) != own.as_ref());
@@ -223,7 +244,7 @@ impl Shelf {
         // Another window may have given it back, or thrown it away.
         self.look();
         let known = self.left.iter().find(|other| other.path == copy).cloned();
-        let held = Held::take(copy).ok().flatten();
+        let held = Held::take(copy, self.locks).ok().flatten();
         self.taken = held.zip(known);
         self.look();
         self.taken.is_some()
@@ -250,7 +271,11 @@ impl Shelf {
 
     /// Throws a copy away, unless another window has it.
     pub fn throw_away(&mut self, copy: &Path) {
-        if let Ok(Some(held)) = Held::take(copy) {
+        // Where the system knows no locks, only the look tells that it has an owner.
+        self.look();
+        if self.left.iter().any(|other| other.path == copy)
+            && let Ok(Some(held)) = Held::take(copy, self.locks)
+        {
             remove(&held.document);
         }
         self.look();
@@ -378,6 +403,33 @@ mod tests {
         assert_eq!(next.left()[0].run(), Some(second.clone()));
         next.throw_away(&own);
         assert!(!second.exists() && next.left().is_empty());
+    }
+
+    /// As on a network's file system that knows no locks: the note says whose a copy is, and whether that process lives.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn without_locks_the_note_tells_whether_the_owner_is_gone() {
+        let none = |_: &File| Err(TryLockError::Error(std::io::ErrorKind::Unsupported.into()));
+        let folder = tempfile::tempdir().unwrap();
+        let open = || Shelf::with_locks(folder.path().to_owned(), Locks { alone: none, shared: none }).unwrap();
+        let first = open();
+        let copy = keep(&first, "mine", true, false);
+        let mut second = open();
+        assert_ne!(first.own(), second.own(), "no two share one");
+        assert!(second.left().is_empty() && !second.take(&copy), "its process lives");
+        second.throw_away(&copy);
+        assert!(copy.exists());
+        let mut gone = std::process::Command::new("true").spawn().unwrap();
+        let process = gone.id();
+        gone.wait().unwrap();
+        let owner = Some(Owner { process, ..Owner::this() });
+        let note = Note { name: "mine".to_owned(), has_work: true, closed: false, owner };
+        fs::write(part(&copy, NOTE), serde_json::to_vec(&note).unwrap()).unwrap();
+        let mut third = open();
+        assert_eq!(names(&third), ["mine"]);
+        assert!(third.take(&copy));
+        third.remove_taken();
+        assert!(!copy.exists());
     }
 
     /// As the program of before left it: without a lock, and without a note.

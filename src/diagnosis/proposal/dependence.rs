@@ -213,3 +213,42 @@ fn predicted(columns: &DMatrix<f64>, rows: &Rows, places: &[usize]) -> f64 {
     };
     if whole.energy <= 0.0 { 0.0 } else { 1.0 - folds.iter().map(after).sum::<f64>() / whole.energy }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DVector;
+
+    /// Chebyshev's polynomials are cos(n arccos x) between the ends, and a speed has its direction, sharp and soft.
+    #[test]
+    fn a_channel_is_laid_out_between_its_ends() {
+        let values = [1.0, 2.0, 3.0, 4.0, 5.0];
+        let found = functions(&values, [1.0, 5.0], false, 3);
+        let x = [-1.0, -0.5, 0.0, 0.5, 1.0];
+        let exact = [x.map(|x| x), x.map(|x| 2.0 * x * x - 1.0), x.map(|x| 4.0 * x * x * x - 3.0 * x)];
+        assert_eq!(found.len(), exact.len());
+        for (found, exact) in found.iter().zip(exact) {
+            assert!(found.iter().zip(exact).all(|(found, exact)| (found - exact).abs() < 1e-12), "{found:?}");
+        }
+        let speeds = [-2.0, 0.0, 1.0];
+        let found = functions(&speeds, [-2.0, 1.0], true, 1);
+        assert_eq!(found.len(), 3);
+        assert_eq!(found[1], [-1.0, 0.0, 1.0]);
+        assert_eq!(found[2], speeds.map(|speed| (speed / (2.0 * NEAR)).tanh()));
+    }
+
+    /// A column that is the target predicts all of it but what its price takes, one that has nothing to do with it nothing, and of
+    /// nothing there is nothing to predict.
+    #[test]
+    fn what_is_predicted_is_a_share_of_what_was_left_out() {
+        let wave = |rate: f64| DVector::from_fn(200, |row, _| (rate * row as f64).sin());
+        let target = wave(0.37);
+        let columns = DMatrix::from_columns(&[target.clone(), wave(1.91)]);
+        let rows = Rows::of_blocks((0..20).map(|block| 10 * block..10 * block + 10).collect(), target);
+        let share = |places: &[usize]| predicted(&columns, &rows, places);
+        assert!((1.0 - share(&[0])).abs() < 1e-4 && share(&[1]).abs() < 0.05, "{} {}", share(&[0]), share(&[1]));
+        assert!(share(&[0, 1]) > 0.99);
+        let nothing = Rows::of_blocks(vec![0..100, 100..200], DVector::zeros(200));
+        assert_eq!(predicted(&columns, &nothing, &[0]), 0.0);
+    }
+}

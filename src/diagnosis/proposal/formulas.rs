@@ -349,3 +349,29 @@ fn half_width(values: &[f64]) -> Option<f64> {
     let count = values.len();
     (count >= 3).then(|| interval_quantile(count) * jackknife_error(values.iter().copied()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The values of a mean with each of n numbers left out have the jackknife error s/√n.
+    #[test]
+    fn the_interval_of_a_mean_is_that_of_students_t() {
+        let numbers = [1.0, 2.0, 4.0, 9.0];
+        let (count, sum) = (numbers.len() as f64, numbers.iter().sum::<f64>());
+        let mean = sum / count;
+        let variance = numbers.iter().map(|number| (number - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let without: Vec<f64> = numbers.iter().map(|number| (sum - number) / (count - 1.0)).collect();
+        let expected = interval_quantile(numbers.len()) * (variance / count).sqrt();
+        assert!((half_width(&without).unwrap() - expected).abs() < 1e-12);
+        assert_eq!(half_width(&without[..2]), None);
+    }
+
+    #[test]
+    fn formulas_correlate_by_their_angle() {
+        let gram = DMatrix::from_row_slice(3, 3, &[4.0, 3.0, 0.0, 3.0, 9.0, 0.0, 0.0, 0.0, 0.0]);
+        let beside = Beside { gram, moment: DVector::zeros(3) };
+        assert_eq!((beside.correlation(0, 1), beside.correlation(1, 1)), (0.5, 1.0));
+        assert_eq!(beside.correlation(0, 2), 0.0, "what is nothing correlates with nothing");
+    }
+}

@@ -331,7 +331,10 @@ mod tests {
     use std::collections::HashSet;
 
     use super::*;
+    use crate::arm::Arm;
     use crate::effect::own;
+    use crate::model::Preset;
+    use crate::simulation::{Excitation, Scenario, simulate};
 
     /// Whatever is proposed can be adopted, and no two formulas are the same effect.
     #[test]
@@ -362,5 +365,34 @@ mod tests {
             }
         }
         assert!(ids.len() > 500);
+    }
+
+    /// Coulomb friction with a constant beside it, which the catalogue has without the constant.
+    #[test]
+    fn a_formula_is_found_with_its_numbers_and_known_by_its_column() {
+        let motion = Excitation::PaperPointToPoint { trajectories: 8, duration: 4.0, samples: 200, range: 2.0 };
+        let [friction, ..] = &Scenario::embedded().effects[..] else { panic!("it hides friction") };
+        let scenario =
+            Scenario { motion, arm: Arm::uniform(1), effects: vec![friction.clone()], ..Scenario::embedded() };
+        let recording = simulate(&scenario, &Monitor::new()).unwrap();
+        let split = Split::automatic(&recording);
+        let model = Preset::RigidBody.model(&recording).unwrap();
+        let body = fit::fit(&model, &recording, &split, &Monitor::new()).unwrap();
+        let Proposals { remainders, formulas } = propose(&body, &recording, &split, &Monitor::new()).unwrap();
+        assert_eq!((remainders[0].nature, &*remainders[0].channels[0].channels[0]), (Nature::Static, "qd1"));
+        let found = &formulas[0];
+        assert_eq!((&*found.formula, &*found.unit, found.offset), ("direction1", "N m", None));
+        assert_eq!(found.known.map(|effect| effect.id), Some("coulomb-friction"));
+        let [low, high] = found.interval.unwrap();
+        assert!((found.value - 2.4).abs() < 0.1 && low < found.value && found.value < high, "{found:?}");
+        assert!(high - low < 0.5, "{low} to {high}");
+        let [low, high] = found.share_interval.unwrap();
+        assert!(found.share > 0.9 && low <= found.share && found.share <= high && found.stability == 1.0);
+        let remarks = found.remarks(&recording.joints[0]);
+        assert!(remarks.iter().any(|remark| remark.ends_with("add coulomb-friction@1")), "{remarks:?}");
+        assert!(!remarks.iter().any(|remark| remark.contains("a constant beside it")));
+        let beside = Proposal { offset: Some(0.5), look_alikes: vec!["a".into(), "b".into()], ..found.clone() };
+        let remarks = beside.remarks(&recording.joints[0]);
+        assert_eq!(remarks[1..], ["is hardly told from a, b", "has a constant beside it: 0.500 N m"]);
     }
 }

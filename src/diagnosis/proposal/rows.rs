@@ -138,3 +138,39 @@ fn orthonormal(columns: &[DVector<f64>], rows: usize) -> DMatrix<f64> {
         .collect();
     DMatrix::from_columns(&directions)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl Rows {
+        /// Rows that all count, with no model beside them.
+        pub fn of_blocks(blocks: Vec<Range<usize>>, target: DVector<f64>) -> Rows {
+            let (counts, known) = (vec![true; target.len()], DMatrix::zeros(target.len(), 0));
+            Rows { blocks, target, counts, known }
+        }
+    }
+
+    #[test]
+    fn a_basis_spans_what_its_columns_span_and_no_more() {
+        let column = |values: [f64; 4]| DVector::from_column_slice(&values);
+        let [one, two] = [column([1.0, 1.0, 0.0, 0.0]), column([0.0, 2.0, 0.0, 5.0])];
+        let zero = DVector::zeros(4);
+        let basis = orthonormal(&[one.clone(), two.clone(), &one + &two, zero.clone(), one.map(|_| f64::NAN)], 4);
+        assert_eq!(basis.ncols(), 2, "a sum, nothing and what is no number add no direction");
+        assert!((basis.tr_mul(&basis) - DMatrix::identity(2, 2)).norm() < 1e-12);
+        for column in [one, two] {
+            assert!((&basis * basis.tr_mul(&column) - &column).norm() < 1e-12);
+        }
+        assert_eq!(orthonormal(&[zero], 4).shape(), (4, 0));
+    }
+
+    #[test]
+    fn rows_that_do_not_count_are_nothing_beside_a_model() {
+        let mut rows = Rows::of_blocks(vec![0..2, 2..4], DVector::zeros(4));
+        rows.counts[3] = false;
+        rows.known = orthonormal(&[DVector::from_column_slice(&[1.0, 1.0, 1.0, 0.0])], 4);
+        let left = rows.beside_model(DMatrix::from_column_slice(4, 1, &[1.0, 2.0, 3.0, 50.0]));
+        assert!((left - DMatrix::from_column_slice(4, 1, &[-1.0, 0.0, 1.0, 0.0])).norm() < 1e-12);
+    }
+}

@@ -64,10 +64,50 @@ impl Proposal {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Step;
     use super::*;
 
     #[test]
     fn a_small_share_has_a_digit_more() {
         assert_eq!([0.0, 0.042, -0.042, 0.42, 1.0].map(percent), ["0.0 %", "4.2 %", "-4.2 %", "42 %", "100 %"]);
+    }
+
+    fn remainder(nature: Nature) -> Remainder {
+        let dependence = |channels: &[&str], share| Dependence {
+            channels: channels.iter().map(|it| it.to_string()).collect(),
+            share,
+        };
+        let step = |channel: &str, share| Step { channel: channel.to_owned(), share };
+        Remainder {
+            joint: 0,
+            rms: 1.25,
+            share: 0.05,
+            nature,
+            predicted: 0.9,
+            correlation: 12.4,
+            channels: vec![dependence(&["qd1"], 0.8), dependence(&["q1"], 0.3), dependence(&["t"], -0.1)],
+            pairs: vec![dependence(&["q1", "qd1"], 0.88)],
+            order: vec![step("qd1", 0.8), step("q1", 0.9)],
+        }
+    }
+
+    #[test]
+    fn what_is_left_is_said_with_what_it_is() {
+        let said = |nature| remainder(nature).sentence(&Joint::numbered(1));
+        let name = &Joint::numbered(1).name;
+        let open = format!("{name}: 1.250 N m RMS are left, 5.0 % of the torque; ");
+        assert_eq!(said(Nature::Noise), format!("{open}it is noise, or too little to tell."));
+        assert_eq!(said(Nature::Static), format!("{open}90 % of it follows from the state of the arm."));
+        assert!(said(Nature::Memory).contains("about 12 neighbouring samples say the same"));
+    }
+
+    #[test]
+    fn only_what_follows_from_the_state_says_from_which_channels() {
+        let lists =
+            [("alone", "qd1 80 %, q1 30 %"), ("together", "q1 and qd1 88 %"), ("in order", "qd1 80 %, then q1 90 %")];
+        assert_eq!(remainder(Nature::Static).dependence(), lists.map(|(what, list)| (what, list.to_owned())));
+        assert!(remainder(Nature::Memory).dependence().is_empty() && remainder(Nature::Noise).dependence().is_empty());
+        let alone = Remainder { pairs: Vec::new(), order: Vec::new(), ..remainder(Nature::Static) };
+        assert_eq!(alone.dependence().len(), 1);
     }
 }

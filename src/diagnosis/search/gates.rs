@@ -227,3 +227,57 @@ fn extrapolates(search: &Search, before: &[usize], after: &[usize], gain: f64) -
     let ([slow_before, fast_before], [slow_after, fast_after]) = rayon::join(|| errors(before), || errors(after));
     slow_before - slow_after < LEAST_SLOW_SHARE * gain || fast_after < fast_before
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::effect::registry;
+
+    #[test]
+    fn the_t_of_paired_gains_is_their_mean_over_its_standard_error() {
+        let gains = [1.0, 2.0, 3.0, 6.0];
+        // Mean 3, variance 14/3, of four.
+        assert!((paired_t(&gains) - 3.0 / (14.0f64 / 12.0).sqrt()).abs() < 1e-12);
+        assert!(paired_t(&[-1.0, -2.0]) < 0.0 && paired_t(&[1.0, 1.0]) > 1e100);
+    }
+
+    /// Gains are weighed as they are and as shares of the error: one block that drowns the others does not drown their shares.
+    #[test]
+    fn blocks_confirm_by_their_gains_or_their_shares() {
+        let gains = BlockGains::between(&[3.0, 1.0, 2.0], &[1.0, 1.0, 3.0]);
+        assert_eq!((gains.gains.clone(), gains.count(), gains.total()), (vec![2.0, 0.0, -1.0], 3, 1.0));
+        assert_eq!(gains.shares, [0.5, 0.0, -0.2]);
+        let before: Vec<f64> = (0..10).map(|block| if block == 0 { 1e4 } else { 1.0 }).collect();
+        let after: Vec<f64> = (0..10).map(|block| if block == 0 { 2e3 } else { 0.2 }).collect();
+        let uneven = BlockGains::between(&before, &after);
+        assert!(paired_t(&uneven.gains) < 2.0 && uneven.t() > 10.0);
+        assert!(uneven.confirm(5.0, 1e9), "the shares do");
+        let noise = BlockGains::between(&[1.0; 6], &[0.9, 1.1, 0.9, 1.1, 0.9, 1.1]);
+        assert!(!noise.confirm(2.0, 1e9));
+        assert!(
+            BlockGains::between(&[1.0; FEWEST_BLOCKS - 1], &[2.0; FEWEST_BLOCKS - 1]).confirm(2.0, 1e9),
+            "too few to speak"
+        );
+    }
+
+    #[test]
+    fn what_shows_in_few_blocks_counts_where_nothing_speaks_against_it() {
+        let mut gains = vec![0.0; 20];
+        gains[..LEAST_CONFIRMING].fill(2.0);
+        assert!(is_unopposed(&gains, 1.0) && !is_unopposed(&gains, 2.0), "each must be worth its price");
+        gains[19] = -1.5 * MOST_AGAINST * 2.0 * LEAST_CONFIRMING as f64;
+        assert!(!is_unopposed(&gains, 1.0));
+        gains[0] = 0.0;
+        gains[19] = 0.0;
+        assert!(!is_unopposed(&gains, 1.0), "one is missing");
+    }
+
+    #[test]
+    fn friction_that_pushes_makes_no_sense() {
+        let coulomb = registry::find("coulomb-friction").unwrap();
+        assert!(are_physical(coulomb, &[0.3]) && are_physical(coulomb, &[0.0]) && !are_physical(coulomb, &[-0.3]));
+        let stribeck = registry::find("stribeck-friction").unwrap();
+        assert!(are_physical(stribeck, &[0.3, 0.1]) && !are_physical(stribeck, &[0.3, -0.1]));
+    }
+}

@@ -321,6 +321,8 @@ fn round_ratio(factor: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::{Channels, Trajectory};
+    use crate::signals::Signals;
 
     #[test]
     fn every_order_is_tried_once_and_the_stated_one_never() {
@@ -338,5 +340,28 @@ mod tests {
     #[test]
     fn ratios_are_rounded_to_whole_ones_and_degrees() {
         assert_eq!([0.010_01, -0.031_3, 0.017_47, 0.0283].map(round_ratio), [0.01, -1.0 / 32.0, PI / 180.0, 0.0283]);
+    }
+
+    #[test]
+    fn a_turn_is_the_shorter_way_round() {
+        for (one, other, turn) in [(0.1, -0.1, 0.2), (3.0, -3.0, TAU - 6.0), (TAU, 0.0, 0.0), (0.0, PI, PI)] {
+            assert!((turn_between(one, other) - turn).abs() < 1e-12, "{one} {other}");
+        }
+    }
+
+    /// The first link of an arm in a vertical plane has a direction, that of an arm in space or of what slides has none.
+    #[test]
+    fn only_arms_in_a_plane_have_a_zero() {
+        let mut recording = crate::selftest::seeds::recording(0).unwrap();
+        assert!(is_planar(&recording));
+        // q = A sin(ωt) has the period 2π rms(q) / rms(q̇).
+        let time: Vec<f64> = (0..500).map(|sample| f64::from(sample) * 0.01).collect();
+        let signal = |f: &dyn Fn(f64) -> f64| Signals::from_fn(1, 500, |_, sample| f(TAU * 0.8 * time[sample]));
+        let (q, qd) = (signal(&|phase| 2.0 + 0.3 * phase.sin()), signal(&|phase| 0.3 * TAU * 0.8 * phase.cos()));
+        let channels = Channels { q, qd, qdd: signal(&|_| 0.0), tau: signal(&|_| 0.0), time: time.clone() };
+        let swing = Recording::of_runs(vec![Trajectory::new("swing", channels).unwrap()]);
+        assert!((period(&swing) - 1.25).abs() < 1e-3, "{}", period(&swing));
+        recording.joints[0].kind = JointKind::Prismatic;
+        assert!(!is_planar(&recording));
     }
 }

@@ -172,3 +172,35 @@ fn simplest(stated: &Fit, trials: Vec<Trial>, is_contradiction: bool) -> Option<
     let is_told = others.is_empty() && !trial.corrections.is_empty();
     is_told.then_some(Told { trial, equals, is_contradiction })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fit(errors: &[f64], folds: &[f64]) -> Fit {
+        Fit { errors: errors.to_vec(), folds: folds.to_vec(), impossible: Vec::new(), links: [1, 0] }
+    }
+
+    #[test]
+    fn a_set_up_decides_where_it_mends_what_fails_and_spoils_nothing() {
+        let [well, badly] = [0.5 * EXPLAINED, 2.0 * DECISIVE * EXPLAINED];
+        let (stated, before, after) = (fit(&[badly, well], &[1.0; 5]), [1.0; 5], [0.1; 5]);
+        assert!(is_decisive(&stated, &fit(&[well, well], &after)));
+        assert!(!is_decisive(&fit(&[well, well], &before), &fit(&[well, well], &after)), "it mends nothing");
+        assert!(!is_decisive(&stated, &fit(&[well, 1.1 * EXPLAINED], &after)), "a joint is not explained");
+        assert!(!is_decisive(&stated, &fit(&[well, 0.9 * EXPLAINED], &after)), "a joint is spoiled");
+        assert!(!is_decisive(&stated, &fit(&[well, well], &before)), "no fold is better");
+    }
+
+    #[test]
+    fn what_is_searched_for_has_to_explain_all() {
+        let [least, more] = [0.9, 1.1].map(|times| times * EXPLAINED_BY_SEARCH);
+        assert!(explains_all(&fit(&[least, least], &[])) && !explains_all(&fit(&[least, more], &[])));
+        let [stated, better] = [fit(&[0.4, 0.2], &[]), fit(&[0.04, 0.2], &[])];
+        let expected = ((0.4 + FLOOR) / (0.04 + FLOOR)).ln();
+        assert!((gain(&stated, &better) - expected).abs() < 1e-12 && gain(&stated, &stated) == 0.0);
+        let upside_down = Fit { links: [0, 2], ..stated.clone() };
+        assert!(is_possible(&stated) && !is_possible(&upside_down));
+        assert!(!is_possible(&Fit { impossible: vec![1], ..stated }));
+    }
+}

@@ -379,3 +379,93 @@ impl Architecture {
         format!("{} joints, {}", self.joints, terms.join(" + "))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layers(hidden: &[usize]) -> Layers {
+        Layers { hidden: hidden.to_vec(), ..Layers::default() }
+    }
+
+    #[test]
+    fn presets_are_found_by_their_names() {
+        for preset in LearnedPreset::ALL {
+            assert_eq!(LearnedPreset::parse(preset.id()), Some(preset));
+            assert_eq!(serde_json::to_value(preset).unwrap(), preset.id());
+            let others = LearnedPreset::ALL.iter().filter(|other| **other != preset);
+            assert!(
+                others.into_iter().all(|it| (it.title(), it.description()) != (preset.title(), preset.description()))
+            );
+            assert!(!preset.title().is_empty() && !preset.description().is_empty());
+            assert_eq!(preset.architecture(3, &layers(&[8])).check(), Ok(()));
+        }
+        assert_eq!(LearnedPreset::parse("delan"), None);
+    }
+
+    #[test]
+    fn the_terms_of_the_presets_are_those_of_the_paper() {
+        let kinds = |preset: LearnedPreset| -> Vec<&str> {
+            preset.architecture(2, &layers(&[8])).terms.iter().map(LearnedTerm::kind).collect()
+        };
+        assert_eq!(kinds(LearnedPreset::FfNn), ["feed-forward"]);
+        assert_eq!(kinds(LearnedPreset::BlackBoxDelan), ["black-box Lagrangian"]);
+        assert_eq!(kinds(LearnedPreset::StructuredDelan), ["structured Lagrangian"]);
+        assert_eq!(kinds(LearnedPreset::DelanFriction), ["structured Lagrangian", "friction"]);
+        assert_eq!(kinds(LearnedPreset::DelanFfnn), ["structured Lagrangian", "feed-forward"]);
+        let of_energy = LearnedPreset::ALL.map(|preset| {
+            preset.architecture(2, &layers(&[8])).terms.iter().filter(|term| term.is_lagrangian()).count()
+        });
+        assert_eq!(of_energy, [0, 1, 1, 1, 1]);
+        let architecture = LearnedPreset::DelanFriction.architecture(2, &layers(&[8, 4]));
+        assert_eq!(architecture.describe(), "2 joints, structured lagrangian [8, 4] tanh + friction");
+        assert_eq!(architecture.terms[0].layers(), Some(&layers(&[8, 4])));
+        assert_eq!((architecture.terms[1].layers(), architecture.column_count()), (None, 0));
+        let names = vec!["one".to_owned(), "two".to_owned(), "three".to_owned()];
+        let columns = LearnedTerm::Columns { names };
+        assert_eq!((columns.kind(), columns.is_lagrangian(), columns.layers()), ("effects", false, None));
+        let with_columns = Architecture { terms: vec![columns], ..architecture };
+        assert_eq!(with_columns.column_count(), 3);
+        // q, q̇, q̈, τ and three columns of two joints each, in whole vectors.
+        let features = with_columns.state_features();
+        assert!((14..14 + 8).contains(&features) && features.is_multiple_of(4), "{features}");
+    }
+
+    #[test]
+    fn what_can_not_be_built_is_refused_with_its_reason() {
+        let sound = LearnedPreset::DelanFfnn.architecture(2, &layers(&[8]));
+        let refused = |change: &dyn Fn(&mut Architecture)| {
+            let mut changed = sound.clone();
+            change(&mut changed);
+            changed.check().unwrap_err()
+        };
+        for joints in [0, MOST_JOINTS + 1] {
+            assert_eq!(refused(&|it| it.joints = joints), ArchitectureError::JointCount(joints));
+        }
+        assert_eq!(refused(&|it| it.terms.clear()), ArchitectureError::NoTerms);
+        let twice = refused(&|it| it.terms.extend([LearnedTerm::Friction, LearnedTerm::Friction]));
+        assert_eq!(twice, ArchitectureError::Twice("friction"));
+        let hidden = |sizes: Vec<usize>| refused(&|it| it.terms[1] = it.terms[1].clone().with_layers(&layers(&sizes)));
+        assert_eq!(hidden(vec![1; MOST_LAYERS + 1]), ArchitectureError::Depth(MOST_LAYERS + 1));
+        for width in [0, MOST_NEURONS + 1] {
+            assert_eq!(hidden(vec![8, width]), ArchitectureError::Width(width));
+        }
+        let number = |error: ArchitectureError| match error {
+            ArchitectureError::Number { quantity, .. } => quantity,
+            other => panic!("{other}"),
+        };
+        let positive = |floor, inertia| Some(Positive { shift: 0.0, floor, inertia });
+        let held = |positive| number(refused(&|it| it.terms[0] = it.terms[0].clone().with_positive(positive)));
+        assert_eq!(held(positive(-0.1, 0.0)), "the floor of the diagonal");
+        assert_eq!(held(positive(0.1, f64::INFINITY)), "the added inertia");
+        let penalty = LearnedTerm::FeedForward { layers: layers(&[8]), penalty: f64::NAN };
+        assert_eq!(number(refused(&|it| it.terms[1] = penalty.clone())), "the penalty");
+        let weights = refused(&|it| it.scales.joints = vec![1.0; 3]);
+        assert_eq!(weights, ArchitectureError::Weights { weights: 3, joints: 2 });
+        assert_eq!(number(refused(&|it| it.scales.joints = vec![1.0, 0.0])), "weight of a joint");
+        assert_eq!(number(refused(&|it| it.scales.velocity = 0.0)), "velocity scale");
+        assert_eq!(number(refused(&|it| it.scales.acceleration = -1.0)), "acceleration scale");
+        assert_eq!(number(refused(&|it| it.scales.torque = f64::NAN)), "torque scale");
+        assert_eq!(number(refused(&|it| it.scales.inertia = Some(f64::INFINITY))), "inertia scale");
+    }
+}

@@ -266,3 +266,47 @@ fn columns(graph: &mut Graph, state: Node, count: usize, n: usize) -> Node {
     }
     torque
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use crate::model::learned::LearnedPreset;
+
+    fn built(preset: LearnedPreset) -> Built {
+        preset.architecture(2, &Layers { hidden: vec![4], ..Layers::default() }).build()
+    }
+
+    /// What a network is called says whether it stands alone or beside a Lagrangian; only what has a price is priced.
+    #[test]
+    fn a_network_beside_a_lagrangian_is_its_remainder() {
+        let names = |built: &Built| -> String {
+            let blocks = built.graph.layout.blocks();
+            blocks.iter().map(|block| block.name.as_str()).collect::<Vec<_>>().join(" ")
+        };
+        let alone = built(LearnedPreset::FfNn);
+        assert!(names(&alone).contains("inverse_model") && alone.penalised.is_none() && alone.lagrangian.is_none());
+        let beside = built(LearnedPreset::DelanFfnn);
+        assert!(names(&beside).contains("epsilon") && !names(&beside).contains("inverse_model"));
+        assert_eq!(beside.penalised.map(|(price, _)| price), Some(0.1));
+        assert!(beside.lagrangian.is_some_and(|nodes| nodes.potential.is_some()));
+        let black_box = built(LearnedPreset::BlackBoxDelan);
+        assert!(black_box.lagrangian.is_some_and(|nodes| nodes.potential.is_none()));
+    }
+
+    /// Of three joints: H and V of a planar arm see six sums of neighbouring angles, H those three without the first joint.
+    #[test]
+    fn networks_see_as_many_features_as_there_are_directions() {
+        let seen = |features: Features, joints: usize| {
+            let mut graph = Graph::new();
+            let q = graph.input(joints);
+            let all = super::features(&mut graph, features, q, &[]);
+            let of_inertia = inertia_features(&mut graph, features, q, all, &[]);
+            [graph.features(all), graph.features(of_inertia)]
+        };
+        assert_eq!(seen(Features::Raw, 3), [3, 3]);
+        assert_eq!(seen(Features::CosSin, 3), [6, 6]);
+        assert_eq!(seen(Features::LinkAngles, 3), [12, 6]);
+        assert_eq!(seen(Features::LinkAngles, 1), [2, 2], "a single joint keeps its angle");
+    }
+}

@@ -113,4 +113,10 @@ mod tests {
             assert_eq!(text.parse::<Correction>().unwrap().fault(), words);
         }
     }
+
+    #[test]
+    fn a_multiple_has_as_many_digits_as_it_needs() {
+        let texts = [0.12345, 1.5, 99.994, 100.04, 1234.56].map(multiple);
+        assert_eq!(texts, ["0.1235", "1.5", "99.99", "100", "1234.6"]);
+    }
 }

@@ -344,4 +344,14 @@ mod tests {
             assert!(matches!(wrong.parse::<MappingSpec>(), Err(MappingError::Text { .. })), "{wrong}");
         }
     }
+
+    #[test]
+    fn a_text_that_says_where_channels_are_is_meant_to_be_a_mapping() {
+        for text in ["[q]\ncolumns = [\"a\"]", "rate-hz = 100", "topic = \"x\"", "[command]"] {
+            assert!(MappingSpec::is_meant_by(text), "{text}");
+        }
+        for text in ["", "name = \"arm\"", "q1,tau1\n0,1", "[motion]\nq = 1"] {
+            assert!(!MappingSpec::is_meant_by(text), "{text}");
+        }
+    }
 }

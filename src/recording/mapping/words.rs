@@ -229,3 +229,27 @@ fn at_capitals(run: &str) -> Vec<String> {
     }
     words
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_lerobot_and_kuka_are_whole_names() {
+        let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
+        for (text, is_it) in [
+            ("observation state", true),
+            ("action", true),
+            ("state", false),
+            ("observation", false),
+            ("action state", false),
+        ] {
+            assert_eq!(is_of_lerobot(&words(text)), is_it, "{text}");
+        }
+        for (text, is_it) in
+            [("axis act", true), ("axis act meas a", true), ("aipos", true), ("axis", false), ("act", false)]
+        {
+            assert_eq!(is_axis_of_kuka(&words(text)), is_it, "{text}");
+        }
+    }
+}

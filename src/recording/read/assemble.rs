@@ -467,6 +467,7 @@ fn derive(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndarray::ArrayD;
 
     #[test]
     fn the_time_between_rows_follows_from_a_speed_that_fits() {
@@ -481,5 +482,22 @@ mod tests {
         assert_eq!(step_of_motion(&table, &q, &Signals::from_fn(1, 100, |_, row| -rate(row))), None);
         let other = Signals::from_fn(1, 100, |_, row| if row % 2 == 0 { 1.0 } else { -1.0 });
         assert_eq!(step_of_motion(&table, &q, &other), None);
+    }
+
+    #[test]
+    fn what_was_passed_over_is_told_with_constants_that_nothing_uses() {
+        let constant = |name: &str| (name.to_owned(), ArrayD::zeros(vec![1]));
+        let mut table = Table { passed_over: vec!["`note` (text)".into()], ..Table::default() };
+        let told = |table: &Table, spec: &MappingSpec| -> Vec<String> {
+            passed_over(table, spec, "log.mat").into_iter().map(|finding| finding.what).collect()
+        };
+        assert_eq!(told(&Table::default(), &MappingSpec::default()), [""; 0]);
+        assert_eq!(told(&table, &MappingSpec::default()), ["passed over: `note` (text)."]);
+        table.constants = [constant("gear"), constant("Kt")].into();
+        let all = told(&table, &MappingSpec::default());
+        assert!(all[0].contains("gear") && all[0].contains("Kt"), "{all:?}");
+        let spec = MappingSpec::from_toml("[tau]\ncolumns = [\"i\"]\nfactor = \"Kt\"").unwrap();
+        let rest = told(&table, &spec);
+        assert!(rest[0].contains("gear") && !rest[0].contains("Kt"), "{rest:?}");
     }
 }

@@ -510,4 +510,20 @@ mod tests {
         assert!(table.columns[1].values[..rows].iter().all(|value| *value == -1.25));
         assert_eq!(table.columns[1].text, Some(TextCell { line: rows as u64 + 7, cell: "x".into() }));
     }
+
+    #[test]
+    fn decimal_commas_between_blanks_are_numbers() {
+        let is_it = |line: &str| between_blanks_are_numbers(&[&b"t q"[..], line.as_bytes()]);
+        assert!(is_it("0,1 0,2 0,3") && is_it("1 2,5"));
+        assert!(!is_it("0,1") && !is_it("0.1,0.2, 0.3,0.4") && !is_it("1,2 three") && !is_it(",1 2"));
+        assert!(!between_blanks_are_numbers(&[]));
+    }
+
+    #[test]
+    fn a_line_wider_than_any_log_is_refused_with_its_number() {
+        let wide = format!("t,q\n1,2\n{}\n", "1,".repeat(MOST_COLUMNS));
+        assert_eq!(refuse_wide_lines(wide.as_bytes(), b','), Err(CsvError::TooWide { line: 3 }));
+        assert_eq!(refuse_wide_lines(wide.as_bytes(), b';'), Ok(()), "its commas delimit nothing");
+        assert_eq!(refuse_wide_lines(format!("#{wide}").replace("\n", "").as_bytes(), b','), Ok(()), "it is a comment");
+    }
 }

@@ -261,4 +261,47 @@ mod tests {
         let bytes = [b"PK\x03\x04".to_vec(), LISTED.repeat(MOST_ENTRIES + 1)].concat();
         assert!(matches!(parse(&bytes, 1 << 30), Err(NpzError::TooMany { .. })));
     }
+
+    #[test]
+    fn runs_are_counted_from_zero_without_a_gap() {
+        assert_eq!(runs(vec![0.0, 0.0, 1.0, 2.0, 2.0], 3).unwrap(), [0..2, 2..3, 3..5]);
+        for (numbers, count) in
+            [(vec![0.0, 1.0, 0.0], 2), (vec![1.0, 1.0], 1), (vec![0.0, 1.0], 1), (vec![0.0, f64::NAN], 2)]
+        {
+            assert!(matches!(runs(numbers, count), Err(NpzError::Layout(_))));
+        }
+    }
+
+    /// A recording of our own whose parts do not fit together is refused by name, and one of a later layout as such.
+    #[test]
+    fn a_layout_that_does_not_fit_is_refused_where_it_does_not() {
+        let whole = crate::selftest::seeds::recording(0).unwrap();
+        let bytes = crate::recording::write::to_npz_bytes(&whole).unwrap();
+        let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).unwrap();
+        let mut manifest = String::new();
+        archive.by_name(MANIFEST).unwrap().read_to_string(&mut manifest).unwrap();
+        let manifest: serde_json::Value = serde_json::from_str(&manifest).unwrap();
+        let samples = 4;
+        let array = |rows: usize, columns: Option<usize>| {
+            let shape: Vec<usize> = std::iter::once(rows).chain(columns).collect();
+            ArrayD::from_shape_fn(shape, |place| if columns.is_none() { place[0] as f64 } else { 0.5 })
+        };
+        let arrays = |rows: [usize; 3]| {
+            let joints = whole.joint_count();
+            let run = ArrayD::zeros(vec![rows[1]]);
+            let channels = CHANNELS.map(|name| (name.to_owned(), array(rows[2], Some(joints))));
+            [(TIME.to_owned(), array(rows[0], None)), (TRAJECTORY.to_owned(), run)]
+                .into_iter()
+                .chain(channels)
+                .collect()
+        };
+        let read = |rows, manifest: &serde_json::Value| recording(arrays(rows), manifest.to_string().as_bytes(), None);
+        assert_eq!(read([samples; 3], &manifest).unwrap().sample_count(), samples);
+        let told = |rows| read(rows, &manifest).unwrap_err().to_string();
+        assert!(told([samples, samples + 1, samples]).contains(&format!("`{TRAJECTORY}` {}", samples + 1)));
+        assert!(told([samples, samples, samples - 1]).contains(&format!("`{}` {}", CHANNELS[0], samples - 1)));
+        let mut later = manifest.clone();
+        later["format"] = (VERSION + 1).into();
+        assert!(matches!(read([samples; 3], &later), Err(NpzError::FutureVersion { .. })));
+    }
 }

@@ -1,5 +1,6 @@
 //! Clean recordings, and each of them as a file of every kind that is read.
 
+pub mod arms;
 pub mod bag;
 pub mod hdf5;
 pub mod json;
