@@ -163,6 +163,7 @@ fn pinned_equations(search: &Search, stated: &StatedBody, extra: &[usize]) -> No
 mod tests {
     use super::*;
 
+    use crate::diagnosis::excerpt::Excerpt;
     use crate::diagnosis::presence::Judged;
     use crate::diagnosis::presence::calibration::Calibration;
     use crate::diagnosis::{Searched, naming};
@@ -184,7 +185,8 @@ mod tests {
         let model = Preset::RigidBody.model(&recording).unwrap();
         let body = model::fit(&model, &recording, &split, &Monitor::new()).unwrap();
         let effects: Vec<_> = candidates.iter().map(|id| registry::find(id).unwrap()).collect();
-        let searched = Searched::new(&effects, &body, &recording, &split, &Monitor::new()).unwrap();
+        let excerpt = Excerpt::of(&recording, &split);
+        let searched = Searched::new(&effects, &body, &excerpt, &Monitor::new()).unwrap();
         let stated = StatedBody::of(&searched.search, &model).unwrap();
         let comparison = compare(&searched.search, Some(&stated));
         look(&searched.search, &stated, comparison);

@@ -177,6 +177,7 @@ mod tests {
     use super::*;
     use crate::arm::Arm;
     use crate::diagnosis::Searched;
+    use crate::diagnosis::excerpt::Excerpt;
     use crate::effect::registry;
     use crate::model::{self, Preset};
     use crate::progress::Monitor;
@@ -282,7 +283,8 @@ mod tests {
         let fit = |model: &Model| model::fit(model, &recording, &split, &monitor).unwrap();
         let body = Preset::RigidBody.model(&recording).unwrap();
         let whole = fit(&body.with_effect(stribeck, &[0]).unwrap());
-        let searched = Searched::new(&[coulomb, stribeck], &fit(&body), &recording, &split, &monitor).unwrap();
+        let excerpt = Excerpt::of(&recording, &split);
+        let searched = Searched::new(&[coulomb, stribeck], &fit(&body), &excerpt, &monitor).unwrap();
         let groups = &searched.search.library.groups;
         let [rival, group] =
             [coulomb, stribeck].map(|effect| groups.iter().position(|it| it.effect == effect).unwrap());

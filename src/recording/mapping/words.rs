@@ -249,7 +249,7 @@ mod tests {
         for (text, is_it) in
             [("axis act", true), ("axis act meas a", true), ("aipos", true), ("axis", false), ("act", false)]
         {
-            assert_eq!(is_axis_of_kuka(&words(text)), is_it, "{text}");
+            assert_eq!(is_axis_of_kuka(text), is_it, "{text}");
         }
     }
 }

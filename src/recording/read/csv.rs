@@ -522,8 +522,12 @@ mod tests {
     #[test]
     fn a_line_wider_than_any_log_is_refused_with_its_number() {
         let wide = format!("t,q\n1,2\n{}\n", "1,".repeat(MOST_COLUMNS));
-        assert_eq!(refuse_wide_lines(wide.as_bytes(), b','), Err(CsvError::TooWide { line: 3 }));
-        assert_eq!(refuse_wide_lines(wide.as_bytes(), b';'), Ok(()), "its commas delimit nothing");
-        assert_eq!(refuse_wide_lines(format!("#{wide}").replace("\n", "").as_bytes(), b','), Ok(()), "it is a comment");
+        assert_eq!(problem(&wide), CsvError::TooWide { line: 3 });
+        let comment = format!("# {}\n", "1,".repeat(MOST_COLUMNS));
+        assert_eq!(
+            table(&format!("t,q\n1,2\n{comment}3,4\n")).columns[0].values,
+            [1.0, 3.0],
+            "a comment is no line of the log"
+        );
     }
 }
