@@ -64,7 +64,7 @@ impl Search<'_> {
     }
 
     /// The set with common friction in the place of all odd forms on a joint, and the odds for it before the data speak; `None` if there
-    /// are none, or its parameters are impossible.
+    /// are none, if one has no common form among the candidates, or if the parameters of these are impossible.
     fn with_common_on(&self, joint: usize) -> Option<(Vec<usize>, f64)> {
         let groups = &self.library.groups;
         let families = self.common_families();
@@ -88,7 +88,13 @@ impl Search<'_> {
             set.push(common);
             odds *= if is_new { of_family } else { 1.0 };
         }
-        set[kept..].iter().all(|&group| gates::is_physical(self, &set, group)).then_some((set, odds))
+        let is_common_of = |family: Family, group: usize| {
+            let group = &groups[group];
+            group.joint == Some(joint) && group.effect.family == family && group.effect.is_common()
+        };
+        let stands = |&odd: &usize| set.iter().any(|&group| is_common_of(groups[odd].effect.family, group));
+        let is_possible = set[kept..].iter().all(|&group| gates::is_physical(self, &set, group));
+        (is_possible && odd.iter().all(stands)).then_some((set, odds))
     }
 
     /// The sets with the common form of a family on a joint. Beside it an odd form of the other kind of friction may have nothing left to
@@ -206,6 +212,9 @@ mod tests {
         after.sort_unstable();
         let dry = (0..3).map(|joint| ("coulomb-friction", Some(joint)));
         assert_eq!(after, dry.chain([("viscous-friction", Some(2))]).collect::<Vec<_>>());
+        let mut without = searched(&recording, &["coulomb-friction", "concave-friction"]);
+        assert!(found(&without).contains(&("concave-friction", Some(2))));
+        assert!(!without.prefer_common(|_| 0.0).unwrap(), "nothing else says what it says");
     }
 
     /// Coulomb friction is hidden on joints 1 and 2 of three: it is usual on the third, but its data have none.
