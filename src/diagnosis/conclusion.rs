@@ -109,21 +109,9 @@ fn hardly_told(named: &MissingEffect) -> Option<Note> {
 mod tests {
     use super::*;
     use crate::diagnosis::report::Alternative;
-    use crate::effect::registry;
 
     fn named(id: &str) -> MissingEffect {
-        MissingEffect {
-            effect: registry::find(id).unwrap(),
-            joints: vec![0],
-            presence: 0.95,
-            form: 0.9,
-            parameters: Vec::new(),
-            nmse_before: vec![0.2],
-            nmse_after: vec![0.1],
-            alternatives: Vec::new(),
-            telling_motion: None,
-            evidence: Vec::new(),
-        }
+        MissingEffect::example(id)
     }
 
     /// With one block or two nothing can be left out, so nothing is confirmed; the gates let pass what they can't judge.

@@ -400,16 +400,14 @@ pub(super) mod alone {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effect::registry;
-
-    fn named(joints: Vec<usize>) -> MissingEffect {
+impl MissingEffect {
+    /// An effect that is surely there on joint 1 and halves its error: what tests begin from.
+    pub(super) fn example(id: &str) -> MissingEffect {
         MissingEffect {
-            effect: registry::find("coulomb-friction").unwrap(),
-            joints,
-            presence: 0.6,
-            form: 0.62,
+            effect: crate::effect::registry::find(id).unwrap(),
+            joints: vec![0],
+            presence: 0.95,
+            form: 0.9,
             parameters: Vec::new(),
             nmse_before: vec![0.2],
             nmse_after: vec![0.1],
@@ -417,6 +415,16 @@ mod tests {
             telling_motion: None,
             evidence: Vec::new(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::registry;
+
+    fn named(joints: Vec<usize>) -> MissingEffect {
+        MissingEffect { joints, presence: 0.6, form: 0.62, ..MissingEffect::example("coulomb-friction") }
     }
 
     /// The presence of an effect is the least over its joints; each joint has its own.
