@@ -27,6 +27,13 @@ impl Figure {
     pub fn new(panels: Vec<Panel>) -> Self {
         Figure { panels, columns: 1 }
     }
+
+    /// The legend that several panels have, if they all have the same.
+    pub(super) fn common_legend(&self) -> Vec<Entry<'_>> {
+        let mut all = self.panels.iter().map(Panel::legend);
+        let Some(first) = all.next().filter(|_| self.panels.len() > 1) else { return Vec::new() };
+        if all.all(|other| other == first) { first } else { Vec::new() }
+    }
 }
 
 /// Marks over two axes. Its data are shared, so that a copy costs little.

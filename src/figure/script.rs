@@ -6,33 +6,34 @@ const POINTS_PER_INCH: f64 = 72.0;
 
 /// The script for a table of this name, which stands beside it.
 ///
-/// It draws the figure's marks in the width and the letters of the style; parts of a drawing, which it does not draw, it tells.
+/// It draws the figure's marks in the width and the letters of the style.
 pub fn script(figure: &Figure, style: &Style, table: &str) -> String {
     let panels: String = figure
         .panels
         .iter()
         .map(|panel| {
             let [x, y] = [&panel.x, &panel.y].map(axis);
-            format!("    {}: dict(x={x}, y={y}),\n", text(&panel.title))
+            let aspect = panel.aspect.map_or("None".to_owned(), |aspect| format!("{aspect:.3}"));
+            let bare = if panel.bare { "True" } else { "False" };
+            format!("    {}: dict(x={x}, y={y}, aspect={aspect}, bare={bare}),\n", text(&panel.title))
         })
         .collect();
     let (width, letter) = (style.size.width() / POINTS_PER_INCH, style.letter.unwrap_or(style.size.letter()));
     let look = format!("WIDTH, LETTER, LINE = {width:.3}, {letter}, {}  # inches, points, points", letter / 8.0);
-    let (drawn, marks) = branches(figure);
-    format!("{HEAD}TABLE = {}\n{look}\nDRAWN = [{drawn}]\nPANELS = {{\n{panels}}}\n\n{BODY}{marks}{END}", text(table))
+    format!("{HEAD}TABLE = {}\n{look}\nPANELS = {{\n{panels}}}\n\n{BODY}{}{END}", text(table), branches(figure))
 }
 
-/// The kinds of marks of the figure that are drawn, and what draws each.
-fn branches(figure: &Figure) -> (String, String) {
-    let (mut kinds, mut branches): (Vec<String>, String) = Default::default();
+/// What draws each kind of mark that the figure has.
+fn branches(figure: &Figure) -> String {
+    let (mut kinds, mut branches): (Vec<&str>, String) = Default::default();
     for mark in figure.panels.iter().flat_map(|panel| &panel.marks) {
-        let kind = text(mark.kind());
-        let Some(python) = mark.matplotlib().filter(|_| !kinds.contains(&kind)) else { continue };
-        let lines: String = python.lines().map(|line| format!("            {line}\n")).collect();
-        branches += &format!("        elif mark == {kind}:\n{lines}");
-        kinds.push(kind);
+        if !kinds.contains(&mark.kind()) {
+            let lines: String = mark.matplotlib().lines().map(|line| format!("            {line}\n")).collect();
+            branches += &format!("        if mark == {}:\n{lines}", text(mark.kind()));
+            kinds.push(mark.kind());
+        }
     }
-    (kinds.join(", "), branches)
+    branches
 }
 
 /// Label, scale and range of an axis.
@@ -79,8 +80,6 @@ for ax, (title, panel) in zip(axes[:, 0], PANELS.items()):
             continue
         x, y = column(rows, "x"), column(rows, "y")
         count = sum(1 for other in series if other[:2] == (of, mark))
-        if mark not in DRAWN:
-            print(f"{title}: `{mark}` {name} is not drawn", file=sys.stderr)
 "#;
 
 const END: &str = r#"    for axis, along in (("x", panel["x"]), ("y", panel["y"])):
@@ -89,6 +88,10 @@ const END: &str = r#"    for axis, along in (("x", panel["x"]), ("y", panel["y"]
             ax.set(**{f"{axis}lim": along["range"]})
         if along["names"]:
             ax.set(**{f"{axis}ticks": range(len(along["names"])), f"{axis}ticklabels": along["names"]})
+    if panel["aspect"]:
+        ax.set_box_aspect(panel["aspect"])
+    if panel["bare"]:
+        ax.axis("off")
     if ax.get_legend_handles_labels()[0]:
         ax.legend(fontsize="small")
 if len(sys.argv) > 1:
@@ -123,8 +126,10 @@ mod tests {
         let of = |panel: Panel| script(&Figure::new(vec![panel]), &Style::default(), "a.csv");
         let panel = || Panel::new("errors", [Axis::default(), Axis::default()]);
         let text = of(panel().with(spread.clone()).with(spread).with(Arrow { ends: [[0.0; 2], [1.0; 2]], ink }));
-        assert!(text.contains("DRAWN = [\"box\"]") && text.matches("elif mark == ").count() == 1, "{text}");
-        assert!(text.contains("        elif mark == \"box\":\n            ends = (column(rows, end)"), "{text}");
-        assert!(of(panel()).contains("DRAWN = []"));
+        assert!(text.matches("        if mark == ").count() == 2, "{text}");
+        assert!(text.contains("        if mark == \"box\":\n            ends = (column(rows, end)"), "{text}");
+        assert!(
+            !of(panel()).contains("if mark == ") && of(panel().bare().aspect(0.5)).contains("aspect=0.500, bare=True")
+        );
     }
 }

@@ -3,31 +3,57 @@
 use super::axis::{Axis, Scale};
 use super::colours::{Colours, Rgb};
 use super::decimate::{self, Sight};
+use super::size::POINTS_PER_MILLIMETRE;
 
-/// So many columns of pixels hold all that is seen of a line on paper.
-pub const COLUMNS: usize = 400;
-/// So many points are drawn of a cloud, or of a path.
+/// Of a line on paper, all is seen that columns of this width hold: they are as wide as the line \[mm\].
+const COLUMN: f64 = 0.25;
+/// At most so many points are drawn of a cloud or of a path; and of all that a figure has, which is what TeX's memory holds.
 const MOST_POINTS: usize = 2000;
+const MOST_OF_ALL: usize = 8000;
+
+/// Height of letters of LaTeX's `\footnotesize` in a paper of 10 pt \[mm\].
+pub const FOOTNOTE: f64 = 8.0 / POINTS_PER_MILLIMETRE;
 
 /// What a mark is drawn on.
 pub struct Paper<'a> {
     /// The horizontal and the vertical axis.
     pub axes: [&'a Axis; 2],
+    /// What they show.
+    pub ranges: [[f64; 2]; 2],
+    /// Width and height of the plot \[mm\].
+    pub size: [f64; 2],
     /// What inks are.
     pub colours: &'a Colours,
-    /// How many marks of its kind the plot has.
-    pub of_kind: usize,
+    /// How many marks the figure has.
+    pub marks: usize,
 }
 
 /// What draws a mark.
 pub enum Drawn {
-    /// A plot, by its options beside the colour and by what is plotted. It may stand in the legend.
+    /// A plot, by its options beside the colour and by what is plotted.
     Plot(String, String),
-    /// Commands that paint the ground.
-    Ground(String),
+    /// Commands that draw it.
+    Commands(String),
 }
 
 impl Paper<'_> {
+    /// So many columns hold all that is seen on a plot of this width \[mm\].
+    pub fn columns(width: f64) -> usize {
+        (width / COLUMN) as usize
+    }
+
+    /// How long a unit of an even axis is \[mm\].
+    pub fn per_unit(&self, axis: usize) -> f64 {
+        let [low, high] = self.ranges[axis];
+        self.size[axis] / (high - low)
+    }
+
+    /// Every point, or every n-th.
+    pub fn some(&self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let most = (MOST_OF_ALL / self.marks.max(1)).clamp(1, MOST_POINTS);
+        points.iter().step_by(points.len().div_ceil(most).max(1)).copied().collect()
+    }
+
     /// A line as it is seen, with a hole between its pieces; a path that turns back keeps its shape.
     pub fn thinned(&self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let [across, up] = self.axes;
@@ -35,10 +61,10 @@ impl Paper<'_> {
         let (x, y): (Vec<f64>, Vec<f64>) = shown.filter(|(x, _)| x.is_finite()).unzip();
         let (Some(first), Some(last)) = (x.first(), x.last()) else { return Vec::new() };
         if x.windows(2).any(|pair| pair[1] < pair[0]) || last <= first {
-            return some(points);
+            return self.some(points);
         }
         let positive = up.scale == Scale::Logarithmic;
-        let sight = Sight { range: [*first, *last], columns: COLUMNS, gaps: false, positive };
+        let sight = Sight { range: [*first, *last], columns: Paper::columns(self.size[0]), gaps: false, positive };
         let mut line: Vec<[f64; 2]> = Vec::new();
         for piece in decimate::pieces(&x, &y, sight) {
             if let Some([end, _]) = line.last() {
@@ -50,14 +76,30 @@ impl Paper<'_> {
     }
 }
 
-/// Every point, or every n-th.
-pub fn some(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    points.iter().step_by(points.len().div_ceil(MOST_POINTS).max(1)).copied().collect()
+/// An area between two lines over ascending x (each x, lower, upper), as it is seen in so many pieces.
+pub fn hull(ends: &[[f64; 3]], pieces: usize) -> Vec<[f64; 3]> {
+    let around = |piece: &[[f64; 3]]| {
+        let ends = piece.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], [_, low, high]| {
+            [least.min(*low), most.max(*high)]
+        });
+        [piece[piece.len() / 2][0], ends[0], ends[1]]
+    };
+    ends.chunks(ends.len().div_ceil(pieces.max(1)).max(1)).map(around).collect()
+}
+
+/// A place between the axes, as commands read it.
+pub fn place([x, y]: [f64; 2]) -> String {
+    format!("(axis cs:{},{})", number(x), number(y))
 }
 
 /// The option for a colour.
-pub fn color([red, green, blue]: Rgb) -> String {
-    format!("color={{rgb,255:red,{red};green,{green};blue,{blue}}}")
+pub fn color(of: Rgb) -> String {
+    format!("color={}", rgb(of))
+}
+
+/// A colour.
+pub fn rgb([red, green, blue]: Rgb) -> String {
+    format!("{{rgb,255:red,{red};green,{green};blue,{blue}}}")
 }
 
 /// A number of six digits, or what TeX takes for none.
@@ -84,6 +126,14 @@ pub fn listed(points: impl Iterator<Item = String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_area_keeps_its_ends_where_it_is_thinned() {
+        let ends: Vec<[f64; 3]> = (0..1000).map(|n| [f64::from(n), -1.0, if n == 777 { 9.0 } else { 1.0 }]).collect();
+        let hull = hull(&ends, 50);
+        assert!(hull.len() == 50 && hull.iter().filter(|[.., high]| *high == 9.0).count() == 1);
+        assert!(hull.iter().all(|[_, low, _]| *low == -1.0) && super::hull(&ends[..3], 50) == ends[..3]);
+    }
 
     #[test]
     fn numbers_are_short_and_holes_are_told() {

@@ -5,6 +5,7 @@ use crate::figure::axis::Axis;
 use crate::figure::canvas::{Canvas, Fill};
 use crate::figure::colours::Ink;
 use crate::figure::place::{Place, is_finite};
+use crate::figure::tex::{self, Drawn, Paper};
 
 /// An arrow from the first point to the second.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,5 +43,16 @@ impl Mark for Arrow {
 
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
         self.ends.into_iter().for_each(|end| write(Row::point("", end)));
+    }
+
+    fn pgfplots(&self, _: &[Row], paper: &Paper) -> Drawn {
+        let color = tex::color(paper.colours.of(self.ink));
+        Drawn::Commands(format!("\\draw[{color}, -latex] {};\n", self.ends.map(tex::place).join(" -- ")))
+    }
+
+    fn matplotlib(&self) -> &'static str {
+        r#"for end in range(0, len(x), 2):
+    tip, tail = (x[end + 1], y[end + 1]), (x[end], y[end])
+    ax.annotate("", tip, tail, arrowprops=dict(arrowstyle="-|>", linewidth=LINE, shrinkA=0, shrinkB=0))"#
     }
 }

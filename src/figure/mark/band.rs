@@ -6,7 +6,7 @@ use crate::figure::canvas::{Canvas, Fill};
 use crate::figure::colours::Ink;
 use crate::figure::place::{Place, is_finite};
 use crate::figure::shared::Shared;
-use crate::figure::tex::{Drawn, Paper, coordinates};
+use crate::figure::tex::{Drawn, Paper, coordinates, hull};
 
 /// How much of a band's colour is seen, unless something else is said.
 const FAINT: f64 = 0.2;
@@ -68,15 +68,17 @@ impl Mark for Band {
     }
 
     /// Its outline: the lower line, and back along the upper one.
-    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Option<Drawn> {
-        let seen: Vec<&Row> = rows.iter().filter(|row| row.low.is_finite() && row.high.is_finite()).collect();
-        let lower = seen.iter().map(|row| [row.x, row.low]);
-        let outline: Vec<[f64; 2]> = lower.chain(seen.iter().rev().map(|row| [row.x, row.high])).collect();
-        let filled = "draw=none, fill, fill opacity=0.2".to_owned();
-        Some(Drawn::Plot(filled, format!("{} -- cycle", coordinates(&outline))))
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Drawn {
+        let seen = rows.iter().filter(|row| row.low.is_finite() && row.high.is_finite());
+        let ends: Vec<[f64; 3]> = seen.map(|row| [row.x, row.low, row.high]).collect();
+        let seen = hull(&ends, Paper::columns(paper.size[0]));
+        let lower = seen.iter().map(|[x, low, _]| [*x, *low]);
+        let outline: Vec<[f64; 2]> = lower.chain(seen.iter().rev().map(|[x, _, high]| [*x, *high])).collect();
+        let filled = format!("draw=none, fill, fill opacity={}, area legend", self.opacity);
+        Drawn::Plot(filled, format!("{} -- cycle", coordinates(&outline)))
     }
 
-    fn matplotlib(&self) -> Option<&'static str> {
-        Some(r#"ax.fill_between(x, column(rows, "low"), column(rows, "high"), label=name or None, alpha=0.3)"#)
+    fn matplotlib(&self) -> &'static str {
+        r#"ax.fill_between(x, column(rows, "low"), column(rows, "high"), label=name or None, alpha=0.3)"#
     }
 }

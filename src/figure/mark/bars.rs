@@ -130,27 +130,25 @@ impl Mark for Bars {
         }
     }
 
-    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Option<Drawn> {
-        let origin = if paper.axes[1].scale == Scale::Logarithmic { ", log origin=infty" } else { "" };
-        let width = 0.6 / paper.of_kind.max(1) as f64;
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Drawn {
+        let lowest = paper.ranges[1][0];
         let error = |end: f64, from: f64| if end.is_finite() { (end - from).abs() } else { 0.0 };
         let bar = |row: &Row| {
-            let [x, y, up, down] = [row.x, row.y, error(row.high, row.y), error(row.low, row.y)].map(number);
+            let has_no_place = paper.axes[1].scale == Scale::Logarithmic && row.low <= 0.0;
+            let low = if has_no_place { lowest } else { row.low };
+            let [x, y, up, down] = [row.x, row.y, error(row.high, row.y), error(low, row.y)].map(number);
             format!("({x},{y}) += (0,{up}) -= (0,{down})")
         };
-        Some(Drawn::Plot(
-            format!(
-                "ybar, bar width={width:.3}, fill, fill opacity=0.35{origin}, error bars/.cd, y dir=both, y explicit"
-            ),
+        let bars = format!("ybar, bar width={:.4}, fill, fill opacity={PALE}, area legend", self.width);
+        Drawn::Plot(
+            format!("{bars}, error bars/.cd, y dir=both, y explicit, error bar style={{black}}"),
             listed(rows.iter().map(bar)),
-        ))
+        )
     }
 
-    fn matplotlib(&self) -> Option<&'static str> {
-        Some(
-            r#"down = [end - low for end, low in zip(y, column(rows, "low"))]
+    fn matplotlib(&self) -> &'static str {
+        r#"down = [end - low for end, low in zip(y, column(rows, "low"))]
 up = [high - end for end, high in zip(y, column(rows, "high"))]
-ax.bar(x, y, width=0.6 / count, yerr=[down, up], label=name or None, alpha=0.5)"#,
-        )
+ax.bar(x, y, width=0.6 / count, yerr=[down, up], label=name or None, alpha=0.5)"#
     }
 }

@@ -73,7 +73,7 @@ impl Mark for Boxes {
     }
 
     /// One line with holes.
-    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Option<Drawn> {
+    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Drawn {
         let (half, hole) = (self.width / 2.0, [f64::NAN; 2]);
         let of = |row: &Row| {
             let [left, right] = [row.x - half, row.x + half];
@@ -82,16 +82,14 @@ impl Mark for Boxes {
             [frame.to_vec(), lines.to_vec(), vec![[left, row.y], [right, row.y], hole]].concat()
         };
         let lines: Vec<[f64; 2]> = rows.iter().flat_map(of).collect();
-        Some(Drawn::Plot("line width=0.70pt".to_owned(), coordinates(&lines)))
+        Drawn::Plot("line width=0.70pt".to_owned(), coordinates(&lines))
     }
 
-    fn matplotlib(&self) -> Option<&'static str> {
-        Some(
-            r#"ends = (column(rows, end) for end in ("least", "low", "y", "high", "most"))
+    fn matplotlib(&self) -> &'static str {
+        r#"ends = (column(rows, end) for end in ("least", "low", "y", "high", "most"))
 boxes = [dict(zip(("whislo", "q1", "med", "q3", "whishi"), of)) for of in zip(*ends)]
 look = dict(color=ax.plot([], [], label=name or None)[0].get_color(), linewidth=LINE)
 look = {f"{part}props": look for part in ("box", "whisker", "cap", "median")}
-ax.bxp(boxes, positions=x, widths=0.6 / count, showfliers=False, manage_ticks=False, **look)"#,
-        )
+ax.bxp(boxes, positions=x, widths=0.6 / count, showfliers=False, manage_ticks=False, **look)"#
     }
 }

@@ -6,7 +6,7 @@ use crate::figure::canvas::{Canvas, Hold};
 use crate::figure::colours::{Colours, Rgb};
 use crate::figure::place::Place;
 use crate::figure::shared::Shared;
-use crate::figure::tex::{Drawn, Paper, listed, number};
+use crate::figure::tex::{self, Drawn, Paper};
 use crate::figure::ticks;
 
 /// Pieces of a bar of colours.
@@ -52,16 +52,18 @@ impl Shades {
         }
     }
 
-    /// A bar from the colour of the smallest value to that of the largest.
-    pub(super) fn bar(self, canvas: &mut dyn Canvas, [[left, right], sides]: [[f64; 2]; 2]) {
+    /// The colours from that of the smallest value to that of the largest.
+    pub fn all(self, colours: &Colours) -> [Rgb; BAR] {
         let first = if self == Shades::Signed { -1.0 } else { 0.0 };
-        let at = |part: usize| part as f64 / BAR as f64;
-        let piece = |part: usize| {
-            let share = first + (1.0 - first) * (at(part) + at(part + 1)) / 2.0;
-            let x = [at(part), at(part + 1)].map(|at| left + at * (right - left));
-            ([x, sides], self.of(canvas.colours(), share))
-        };
-        let pieces: Vec<_> = (0..BAR).map(piece).collect();
+        std::array::from_fn(|part| self.of(colours, first + (1.0 - first) * (part as f64 + 0.5) / BAR as f64))
+    }
+
+    /// A bar of them.
+    pub(super) fn bar(self, canvas: &mut dyn Canvas, [[left, right], sides]: [[f64; 2]; 2]) {
+        let at = |part: usize| left + part as f64 / BAR as f64 * (right - left);
+        let colours = self.all(canvas.colours());
+        let pieces: Vec<_> =
+            colours.into_iter().enumerate().map(|(part, color)| ([[at(part), at(part + 1)], sides], color)).collect();
         canvas.cells(&pieces);
     }
 }
@@ -114,6 +116,11 @@ impl Cells {
         [side(0, index % columns, columns), side(1, index / columns, rows)]
     }
 
+    /// The colour of a value beside the largest one.
+    fn color(&self, colours: &Colours, value: f64, most: f64) -> Rgb {
+        self.shades.of(colours, if most > 0.0 { value / most } else { 0.0 })
+    }
+
     /// The largest value that the value of a cell is compared with.
     fn most(&self) -> impl Fn(usize) -> f64 + '_ {
         let whole = self.strongest();
@@ -148,9 +155,7 @@ impl Mark for Cells {
         let most = self.most();
         let (mut cells, mut texts) = (Vec::with_capacity(self.values.len()), Vec::new());
         for (index, value) in self.values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
-            let most = most(index);
-            let share = if most > 0.0 { value / most } else { 0.0 };
-            let color = self.shades.of(canvas.colours(), share);
+            let color = self.color(canvas.colours(), *value, most(index));
             let [x, y] = self.sides(index);
             let Some(sides) = place.sides(x, Some(y)) else { continue };
             cells.push((sides, color));
@@ -177,14 +182,31 @@ impl Mark for Cells {
         }
     }
 
-    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Option<Drawn> {
-        let seen = rows.iter().filter(|row| row.value.is_finite());
-        let valued = seen.map(|row| format!("({},{}) [{}]", number(row.x), number(row.y), number(row.value)));
-        Some(Drawn::Plot("scatter, only marks, mark=square*, scatter src=explicit".to_owned(), listed(valued)))
+    fn pgfplots(&self, _: &[Row], paper: &Paper) -> Drawn {
+        let most = self.most();
+        let cell = |(index, value): (usize, &f64)| {
+            let color = self.color(paper.colours, *value, most(index));
+            let [[left, right], [low, high]] = self.sides(index);
+            let corners = [[left, low], [right, high]].map(tex::place).join(" rectangle ");
+            let filled = format!("\\fill[{}] {corners};\n", tex::color(color));
+            if self.shades != Shades::Written || *value == 0.0 {
+                return filled;
+            }
+            let ink = if is_bright(color) { "black" } else { "white" };
+            let middle = tex::place([(left + right) / 2.0, (low + high) / 2.0]);
+            format!("{filled}\\node[{ink}, font=\\footnotesize] at {middle} {{{}}};\n", ticks::short(*value))
+        };
+        Drawn::Commands(self.values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(cell).collect())
     }
 
-    fn matplotlib(&self) -> Option<&'static str> {
-        Some(r#"ax.scatter(x, y, c=column(rows, "value"), marker="s")"#)
+    fn matplotlib(&self) -> &'static str {
+        r#"across, up, values = sorted(set(x)), sorted(set(y)), column(rows, "value")
+cells = {(at, high): value for at, high, value in zip(x, y, values)}
+grid = [[cells.get((at, high), float("nan")) for at in across] for high in up]
+most = max((abs(value) for value in values if value == value), default=0)
+look = dict(cmap="PuOr", vmin=-most) if any(value < 0 for value in values) else dict(cmap="Blues", vmin=0)
+shown = ax.pcolormesh(across, up, grid, shading="nearest", vmax=most, **look)
+figure.colorbar(shown, ax=ax, label=name or None)"#
     }
 }
 

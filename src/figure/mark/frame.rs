@@ -5,6 +5,7 @@ use crate::figure::axis::Axis;
 use crate::figure::canvas::{Canvas, Fill, Stroke};
 use crate::figure::colours::Ink;
 use crate::figure::place::Place;
+use crate::figure::tex::{self, Drawn, Paper};
 
 /// A box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,5 +36,18 @@ impl Mark for Frame {
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
         let [[left, right], [low, high]] = self.sides;
         [[left, low], [right, high]].into_iter().for_each(|corner| write(Row::point("", corner)));
+    }
+
+    fn pgfplots(&self, _: &[Row], paper: &Paper) -> Drawn {
+        let [color, ground] = [paper.colours.of(self.ink), paper.colours.canvas].map(tex::rgb);
+        let [[left, right], [low, high]] = self.sides;
+        let corners = [[left, low], [right, high]].map(tex::place).join(" rectangle ");
+        Drawn::Commands(format!("\\draw[draw={color}, fill={ground}, rounded corners=1pt] {corners};\n"))
+    }
+
+    fn matplotlib(&self) -> &'static str {
+        r#"for corner in range(0, len(x), 2):
+    size = (x[corner + 1] - x[corner], y[corner + 1] - y[corner])
+    ax.add_patch(plt.Rectangle((x[corner], y[corner]), *size, edgecolor="0.2", facecolor="white", zorder=3))"#
     }
 }

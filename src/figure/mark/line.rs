@@ -193,18 +193,18 @@ impl Mark for Line {
         self.points().filter(shown).for_each(|point| write(Row::point(&self.name, point)));
     }
 
-    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Option<Drawn> {
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Drawn {
         let points: Vec<[f64; 2]> = rows.iter().map(|row| [row.x, row.y]).collect();
         // Dashes are told for lines of the screen; on paper they are half as long.
         let pairs = self.dash.chunks_exact(2).map(|pair| format!("on {}pt off {}pt", pair[0] / 2.0, pair[1] / 2.0));
         let pattern = pairs.collect::<Vec<_>>().join(" ");
         let dashed = if pattern.is_empty() { String::new() } else { format!(", dash pattern={pattern}") };
         let stroke = format!("line width={:.2}pt, opacity={}{dashed}", 0.7 * self.width, self.opacity);
-        Some(Drawn::Plot(stroke, coordinates(&paper.thinned(&points))))
+        Drawn::Plot(stroke, coordinates(&paper.thinned(&points)))
     }
 
-    fn matplotlib(&self) -> Option<&'static str> {
-        Some("ax.plot(x, y, label=name or None, linewidth=LINE)")
+    fn matplotlib(&self) -> &'static str {
+        "ax.plot(x, y, label=name or None, linewidth=LINE)"
     }
 
     fn value_at(&self, x: f64) -> Option<f64> {

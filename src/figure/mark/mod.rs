@@ -74,16 +74,12 @@ pub trait Mark: Debug + Send + Sync {
     /// Its numbers, one row a point: all that lie in the shown range.
     fn rows(&self, x: &Axis, write: &mut dyn FnMut(Row));
 
-    /// What draws these rows in a picture of pgfplots; `None` for what only a drawing has.
-    fn pgfplots(&self, _rows: &[Row], _paper: &Paper) -> Option<Drawn> {
-        None
-    }
+    /// What draws these rows in a picture of pgfplots.
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Drawn;
 
     /// Lines of Python that draw `rows` of its kind on `ax` by matplotlib, where `x`, `y` and `column(rows, "low")` are lists,
-    /// `name` stands in the legend, and `count` is how many marks of the kind the plot has; `None` for what only a drawing has.
-    fn matplotlib(&self) -> Option<&'static str> {
-        None
-    }
+    /// `name` stands in the legend, and `count` is how many marks of the kind the plot has.
+    fn matplotlib(&self) -> &'static str;
 
     /// Its value at x, if it has one there.
     fn value_at(&self, _x: f64) -> Option<f64> {

@@ -6,7 +6,10 @@ use crate::figure::canvas::{Canvas, Fill};
 use crate::figure::colours::Ink;
 use crate::figure::place::{Place, is_finite};
 use crate::figure::shared::Shared;
-use crate::figure::tex::{Drawn, Paper, coordinates, some};
+use crate::figure::tex::{Drawn, Paper, coordinates};
+
+/// Radius of a usual point on paper \[pt\].
+const DOT: f64 = 0.7;
 
 /// A cloud of points.
 #[derive(Debug, Clone)]
@@ -74,12 +77,13 @@ impl Mark for Points {
         self.points.iter().filter(shown).for_each(|point| write(Row::point(&self.name, *point)));
     }
 
-    fn pgfplots(&self, rows: &[Row], _: &Paper) -> Option<Drawn> {
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Drawn {
         let points: Vec<[f64; 2]> = rows.iter().map(|row| [row.x, row.y]).collect();
-        Some(Drawn::Plot("only marks, mark size=0.7pt".to_owned(), coordinates(&some(&points))))
+        let dots = format!("only marks, mark=*, mark size={:.2}pt, opacity={}", DOT * self.radius, self.opacity);
+        Drawn::Plot(dots, coordinates(&paper.some(&points)))
     }
 
-    fn matplotlib(&self) -> Option<&'static str> {
-        Some("ax.scatter(x, y, label=name or None, s=4)")
+    fn matplotlib(&self) -> &'static str {
+        "ax.scatter(x, y, label=name or None, s=4)"
     }
 }

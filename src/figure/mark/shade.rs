@@ -38,7 +38,7 @@ impl Mark for Shade {
     }
 
     /// From below to above.
-    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Option<Drawn> {
+    fn pgfplots(&self, rows: &[Row], paper: &Paper) -> Drawn {
         let fill = color(paper.colours.held_out);
         // The height of a corner is that of the axis; 1 is a number on a logarithmic one, too.
         let corner = |x: f64, end: u8| format!("({{axis cs:{},1}} |- {{rel axis cs:0,{end}}})", number(x));
@@ -46,13 +46,11 @@ impl Mark for Shade {
             let corners = [corner(row.low, 0), corner(row.high, 1)].join(" rectangle ");
             format!("\\fill[{fill}, fill opacity=0.6] {corners};\n")
         };
-        Some(Drawn::Ground(rows.iter().map(shade).collect()))
+        Drawn::Commands(rows.iter().map(shade).collect())
     }
 
-    fn matplotlib(&self) -> Option<&'static str> {
-        Some(
-            r#"for low, high in zip(column(rows, "low"), column(rows, "high")):
-    ax.axvspan(low, high, color="0.92", zorder=0)"#,
-        )
+    fn matplotlib(&self) -> &'static str {
+        r#"for low, high in zip(column(rows, "low"), column(rows, "high")):
+    ax.axvspan(low, high, color="0.92", zorder=0)"#
     }
 }

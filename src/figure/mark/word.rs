@@ -4,7 +4,10 @@ use super::{Mark, Reach, Row};
 use crate::figure::axis::Axis;
 use crate::figure::canvas::{Canvas, Hold};
 use crate::figure::colours::Ink;
+use crate::figure::font::{Family, Ruler};
+use crate::figure::latex::escaped;
 use crate::figure::place::{Place, is_finite};
+use crate::figure::tex::{self, Drawn, FOOTNOTE, Paper};
 
 /// Height of a word with what hangs below and stands above its letters, in letters.
 const HEIGHT: f64 = 1.15;
@@ -46,5 +49,19 @@ impl Mark for Word {
 
     fn rows(&self, _: &Axis, write: &mut dyn FnMut(Row)) {
         write(Row::point(&self.text, self.at));
+    }
+
+    fn pgfplots(&self, _: &[Row], paper: &Paper) -> Drawn {
+        let room = |axis: usize| self.room[axis] * paper.per_unit(axis);
+        let width = Ruler::of(Family::Serif).width(&self.text, FOOTNOTE).max(1e-9);
+        let scale = (room(0) / width).min(room(1) / (HEIGHT * FOOTNOTE)).min(1.0);
+        let (color, at) = (tex::color(paper.colours.of(self.ink)), tex::place(self.at));
+        let text = escaped(&self.text);
+        Drawn::Commands(format!("\\node[{color}, font=\\footnotesize, scale={scale:.2}] at {at} {{{text}}};\n"))
+    }
+
+    fn matplotlib(&self) -> &'static str {
+        r#"for at in zip(x, y):
+    ax.text(*at, name, ha="center", va="center", fontsize="xx-small", zorder=4)"#
     }
 }

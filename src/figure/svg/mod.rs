@@ -305,9 +305,7 @@ fn shared_legend(figure: &Figure, legend: Legend) -> Vec<Entry<'_>> {
         }
         return entries;
     }
-    let mut all = figure.panels.iter().map(Panel::legend);
-    let Some(first) = all.next().filter(|_| figure.panels.len() > 1) else { return Vec::new() };
-    if all.all(|other| other == first) { first } else { Vec::new() }
+    figure.common_legend()
 }
 
 impl Paper {
