@@ -9,7 +9,11 @@ th,td{border-bottom:1px solid #ddd;padding:.25em .7em;text-align:left;vertical-a
 pre{background:#f3f3f3;padding:.8em;overflow-x:auto}figure{margin:1.2em 0;break-inside:avoid}figcaption{font-size:.87em}\
 svg{max-width:100%;height:auto}.beside{display:grid;grid-template-columns:1fr 1fr;gap:2em}.beside>div{min-width:0;overflow-x:auto}\
 .beside h3{font-size:1em;color:#555;margin:.8em 0 0}.note{display:none;position:absolute;pointer-events:none;background:#fff;border:1px solid #888;border-radius:3px;padding:.2em .6em;\
-font-size:.8em;white-space:nowrap}body:has(.beside){max-width:110em}@media print{.note{display:none!important}body{margin:0;max-width:none}table{break-inside:auto}}";
+font-size:.8em;white-space:nowrap}body:has(.beside){max-width:110em}@media print{.note{display:none!important}body{margin:0;max-width:none}\
+h2,h3,caption{break-after:avoid}tr,.short{break-inside:avoid}}.number{white-space:nowrap}";
+
+/// A table of at most so many rows stands on one page.
+const SHORT: usize = 16;
 
 /// What lets charts tell the values at the pointer.
 const HOVER: &str = include_str!("hover.js");
@@ -51,13 +55,18 @@ fn block(part: &Block) -> String {
 }
 
 fn table_of(table: &Table) -> String {
+    let cell = |tag: &str, text: &String| {
+        // A number is not broken at its sign.
+        let class = if text.parse::<f64>().is_ok() { " class=\"number\"" } else { "" };
+        format!("<{tag}{class}>{}</{tag}>", escaped(text))
+    };
     let row = |tag: &str, cells: &[String]| {
-        let cells: String = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect();
-        format!("<tr>{cells}</tr>\n")
+        format!("<tr>{}</tr>\n", cells.iter().map(|text| cell(tag, text)).collect::<String>())
     };
     let rows: String = table.rows.iter().map(|cells| row("td", cells)).collect();
     let (title, head) = (escaped(&table.title), row("th", &table.head));
-    format!("<table>\n<caption>{title}</caption>\n<thead>{head}</thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
+    let class = if table.rows.len() <= SHORT { " class=\"short\"" } else { "" };
+    format!("<table{class}>\n<caption>{title}</caption>\n<thead>{head}</thead>\n<tbody>\n{rows}</tbody>\n</table>\n")
 }
 
 fn escaped(text: &str) -> String {
