@@ -6,7 +6,9 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::differentiate::{central_difference, default_cutoff, low_pass_together};
+use super::differentiate::{
+    central_difference, default_cutoff, default_cutoff_of_positions, low_pass, low_pass_together,
+};
 use super::fault::{self, Fault, FaultKind};
 use super::finding::{Finding, FindingKind, Place, Severity};
 use super::glitch;
@@ -23,6 +25,8 @@ const FEW_SAMPLES: usize = 200;
 const MANY_AXES: usize = 6;
 /// A revolute joint that moves further than this \[rad\] is more likely to be given in degrees.
 pub(crate) const FAR: f64 = 15.0;
+/// A filter that takes more than this part of a motion away is no filter of its noise.
+const MOST_LOST: f64 = 0.5;
 /// Longest median step \[s\] that is believed.
 const LONGEST_STEP: f64 = 0.5;
 /// Shortest median step \[s\] that is believed.
@@ -262,6 +266,7 @@ fn derivatives(recording: &Recording, joint: usize, findings: &mut Vec<Finding>)
     ];
     for (origin, kind, [name, slope, key], signal, stated) in comparisons {
         if *origin != Origin::Measured {
+            findings.extend(flattened(recording, joint, [name, slope, key], signal, stated));
             continue;
         }
         let complaint = Comparison::of(recording, joint, signal, stated).and_then(|found| found.complaint(slope));
@@ -276,6 +281,66 @@ fn derivatives(recording: &Recording, joint: usize, findings: &mut Vec<Finding>)
             });
         }
     }
+}
+
+/// What is to be said of a derivative whose filter takes most of the motion away.
+fn flattened(
+    recording: &Recording,
+    joint: usize,
+    [name, slope, key]: [&str; 3],
+    signal: Pick,
+    derived: Pick,
+) -> Option<Finding> {
+    let share = recording.trajectories.iter().fold([0.0; 2], |[lost, whole], trajectory| {
+        let about_mean = |values: &[f64]| {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            values.iter().map(|value| value - mean).collect::<Vec<_>>()
+        };
+        let travelled = integral(&derived(trajectory)[joint], &trajectory.time);
+        let moved = about_mean(&signal(trajectory)[joint]);
+        let left = moved.iter().zip(about_mean(&travelled)).map(|(moved, told)| (moved - told).powi(2));
+        [lost + left.sum::<f64>(), whole + moved.iter().map(|value| value * value).sum::<f64>()]
+    });
+    let lost = share[0] / share[1];
+    // What is lost of a joint that is held still is noise, and so is its slope.
+    let moves = || {
+        recording.trajectories.iter().any(|trajectory| {
+            let cutoff = default_cutoff_of_positions(&trajectory.q, &trajectory.time);
+            let raw = central_difference(&signal(trajectory)[joint], &trajectory.time);
+            let smooth = low_pass(&raw, trajectory.time_step(), cutoff);
+            let power = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+            let noise: f64 = raw.iter().zip(&smooth).map(|(raw, smooth)| (raw - smooth).powi(2)).sum();
+            power(&smooth) > noise * noise_passed(cutoff * trajectory.time_step())
+        })
+    };
+    (lost > MOST_LOST && moves()).then(|| Finding {
+        severity: Severity::Warning,
+        kind: FindingKind::Flattened,
+        what: format!(
+            "the filter of {slope} takes {:.0} % of the motion of {} away: what is left in {name} is not its motion.",
+            (100.0 * lost).min(100.0),
+            recording.joints[joint].name
+        ),
+        place: Place::joint(joint),
+        remedy: format!(
+            "Take a higher cut-off (--low-pass) or a narrower Gaussian (--gaussian), or neither: it follows from the motion then. \
+             Or map a column with {name} (`{key}=`)."
+        ),
+        set_right: Vec::new(),
+    })
+}
+
+/// The integral of a sampled signal from its first sample on, by trapezoids.
+fn integral(signal: &[f64], time: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    (0..signal.len())
+        .map(|at| {
+            if at > 0 {
+                sum += (time[at] - time[at - 1]) * (signal[at] + signal[at - 1]) / 2.0;
+            }
+            sum
+        })
+        .collect()
 }
 
 /// So many times the noise that a filter lets through must a motion have to be one.
@@ -384,6 +449,7 @@ impl Comparison {
 mod tests {
     use super::*;
     use crate::recording::Channels;
+    use crate::recording::differentiate::derivative;
     use crate::signals::Signals;
 
     /// One joint that swings; q̇ = `factor` times the truth, `lag` samples late, likewise q̈.
@@ -429,6 +495,22 @@ mod tests {
     }
 
     /// Whoever splits a recording without its check leaves out the same readings.
+    #[test]
+    fn a_filter_that_takes_the_motion_away_is_told() {
+        let derived = |cutoff: f64| {
+            let mut recording = swinging(1.0, 0.0);
+            for trajectory in &mut recording.trajectories {
+                let Channels { time, q, qd, tau, .. } = Channels::clone(trajectory);
+                let qdd = qd.map_joints(|joint| derivative(joint, &time, cutoff));
+                *trajectory = Trajectory::new("swing", Channels { time, q, qd, qdd, tau }).unwrap();
+            }
+            recording.provenance.acceleration = Origin::Derived(String::new());
+            recording
+        };
+        assert_eq!(kinds(&derived(20.0)), []);
+        assert_eq!(kinds(&derived(0.05)), [FindingKind::Flattened]);
+    }
+
     #[test]
     fn what_is_unusable_is_the_same_with_findings_and_without() {
         let mut recording = swinging(1.0, 0.0);

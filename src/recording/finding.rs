@@ -69,6 +69,8 @@ pub enum FindingKind {
     VelocityMismatch,
     /// q̈ is not dq̇/dt.
     AccelerationMismatch,
+    /// The filter of a derived q̇ or q̈ takes the motion away.
+    Flattened,
     /// Angles that look like degrees.
     Degrees,
     /// Torque readings that repeat while the joint moves.

@@ -155,16 +155,16 @@ impl ReadOptions {
     /// [`ReadError::Option`]
     pub fn check(&self) -> Result<(), ReadError> {
         let stated = self.mapping.as_ref();
-        for (option, value) in [
-            ("the sampling rate", self.rate_hz),
-            ("the sampling rate of the mapping", stated.and_then(|mapping| mapping.rate_hz)),
-            ("the cut-off of the mapping", stated.and_then(|mapping| mapping.low_pass_hz)),
-            ("the cut-off", self.low_pass_hz),
-            ("the width of the mapping's Gaussian", stated.and_then(|mapping| mapping.gaussian_samples)),
-            ("the width of the Gaussian", self.gaussian_samples),
+        for (option, unit, value) in [
+            ("the sampling rate", "Hz", self.rate_hz),
+            ("the sampling rate of the mapping", "Hz", stated.and_then(|mapping| mapping.rate_hz)),
+            ("the cut-off of the mapping", "Hz", stated.and_then(|mapping| mapping.low_pass_hz)),
+            ("the cut-off", "Hz", self.low_pass_hz),
+            ("the width of the mapping's Gaussian", "samples", stated.and_then(|mapping| mapping.gaussian_samples)),
+            ("the width of the Gaussian", "samples", self.gaussian_samples),
         ] {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
-                return Err(ReadError::Option { option, value });
+                return Err(ReadError::Option { option, value, unit });
             }
         }
         Ok(())
@@ -211,12 +211,14 @@ pub enum ReadError {
     #[error(transparent)]
     Sample(#[from] UnknownSample),
     /// An option makes no sense.
-    #[error("{option} is {value}, but must be a number of Hz above 0")]
+    #[error("{option} is {value}, but must be a number of {unit} above 0")]
     Option {
         /// Which option.
         option: &'static str,
         /// Its value.
         value: f64,
+        /// What it is a number of.
+        unit: &'static str,
     },
     /// The file can't be opened.
     #[error("{path} can't be read: {problem}", path = path.display())]
