@@ -46,6 +46,7 @@ impl Command {
                 let document = file::open(path, monitor)?.document.knowing(&session.own_effects);
                 Ok(document.history.current().clone())
             }
+            Command::BeginAnew => Ok(emptied(session)),
             Command::Simulate(scenario) => self.simulated(session, simulation::simulate(scenario, monitor)?, monitor),
             Command::SimulateWorld(scenario) => self.simulated(session, world::simulate(scenario, monitor)?, monitor),
             Command::DrawMystery { level, seed } => {

@@ -41,6 +41,8 @@ pub enum Command {
         /// The file.
         path: PathBuf,
     },
+    /// Puts everything away, as if nothing had been opened.
+    BeginAnew,
     /// Simulates a recording and fits the preset.
     Simulate(Box<Scenario>),
     /// Lets a world of rigid bodies happen, and fits the preset to what was logged there.
@@ -201,7 +203,7 @@ impl Command {
             Lock::Effects => matches!(self, Command::AddEffect { .. } | Command::Adopt { .. }),
             Lock::Recordings => {
                 let opens = matches!(self, Command::Open { .. } | Command::Beside { .. });
-                let makes = matches!(self, Command::Simulate(_) | Command::SimulateWorld(_));
+                let makes = matches!(self, Command::Simulate(_) | Command::SimulateWorld(_) | Command::BeginAnew);
                 opens || makes || matches!(self, Command::DrawMystery { .. })
             }
         };
@@ -230,6 +232,7 @@ impl Command {
             Command::Restore { path } => {
                 format!("open the session {}", path.file_name().unwrap_or_default().to_string_lossy())
             }
+            Command::BeginAnew => "begin anew".to_owned(),
             Command::Simulate(_) => "simulate a recording".to_owned(),
             Command::SimulateWorld(_) => "simulate a world of rigid bodies".to_owned(),
             Command::DrawMystery { .. } => "draw a mystery".to_owned(),
@@ -271,9 +274,8 @@ impl Command {
     /// Whether what it gives is another document, which is in no file yet. A recording that is set right is still that recording.
     pub fn begins_anew(&self) -> bool {
         match self {
-            Command::Open { .. } | Command::Simulate(_) | Command::SimulateWorld(_) | Command::DrawMystery { .. } => {
-                true
-            }
+            Command::Open { .. } | Command::BeginAnew | Command::DrawMystery { .. } => true,
+            Command::Simulate(_) | Command::SimulateWorld(_) => true,
             Command::SetUp(wanted) => wanted.begins.is_some(),
             _ => false,
         }
@@ -313,6 +315,7 @@ impl Command {
     /// Whether it takes less than a few milliseconds, so that no job is needed.
     pub fn is_quick(&self) -> bool {
         let is_of_models = matches!(self, Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. });
-        self.is_final() || is_of_models || matches!(self, Command::GoTo { .. } | Command::LoadEffect { .. })
+        let is_small = matches!(self, Command::BeginAnew | Command::GoTo { .. } | Command::LoadEffect { .. });
+        self.is_final() || is_of_models || is_small
     }
 }

@@ -24,6 +24,22 @@ fn three_cards_lead_to_a_mystery_a_log_and_the_lessons() {
     assert!(window.query_by_label("Open your log").is_none());
 }
 
+/// The name of the program, or a button beside the path of a file, leads back to where one begins; undo brings back what was there.
+#[test]
+fn one_can_begin_anew_from_anywhere() {
+    let mut window = window(support::repaired(), &compare::ABOUT, Theme::Dark);
+    let name = window.state().session().recording.as_ref().unwrap().name.clone();
+    click(&mut window, "Torquescope");
+    assert!(window.state().session().recording.is_none() && window.query_by_label("Open your log").is_some());
+    click(&mut window, "Undo");
+    assert_eq!(window.state().session().recording.as_ref().unwrap().name, name);
+    window.state_mut().order(Order::Show(&data::ABOUT));
+    settle(&mut window);
+    click(&mut window, "Recordings to try…");
+    click(&mut window, gallery::all()[0].told.title.as_str());
+    assert!(window.state().session().recording.is_some());
+}
+
 /// One trains on one recording and looks at another: both are drawn in one plot, and no model is fitted to the other.
 #[test]
 fn another_recording_is_looked_at_beside_the_one_that_was_trained_on() {

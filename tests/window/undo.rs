@@ -110,6 +110,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
         (switched_off, Command::EditTerms(TermEdit::Forget(0))),
         (support::repaired(), Command::Extrapolate { steps, stretch: Stretch::Speed }),
         (support::repaired(), Command::GoTo { step: 0 }),
+        (diagnosed(), Command::BeginAnew),
         (small(), Command::LoadEffect { path: own }),
         (demonstration(), Command::Propose),
         (run(Command::Propose, &demonstration()), Command::Adopt { proposal: 0 }),
@@ -118,7 +119,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     for (_, command) in &all {
         match command {
             Command::Open { .. } | Command::Restore { .. } | Command::Simulate(_) | Command::DrawMystery { .. } => (),
-            Command::ChoosePreset(_) | Command::SimulateWorld(_) => (),
+            Command::ChoosePreset(_) | Command::SimulateWorld(_) | Command::BeginAnew => (),
             Command::TrainPreset { .. } | Command::Train { .. } | Command::TrainSeeds { .. } | Command::Resume(_) => (),
             Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. } | Command::Make { .. } => (),
             Command::SetRight(_)

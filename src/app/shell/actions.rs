@@ -11,6 +11,9 @@ use crate::session::Command;
 use crate::simulation::Scenario;
 use crate::simulation::extrapolation::Stretch;
 
+/// What leads back to the first screen.
+pub const BEGIN_ANEW: &str = "Begin anew: with your log, a recording to try, or a lesson";
+
 /// Something that can be done.
 pub struct Action {
     /// What is searched and shown.
@@ -63,6 +66,9 @@ pub fn all(shell: &Shell) -> Vec<Action> {
     }
     for copy in desk.copies {
         add(format!("Go on with {}", copy.label()), "", Order::Recover(copy.path.clone()));
+    }
+    if desk.session.recording.is_some() {
+        add(BEGIN_ANEW.into(), "", Order::run(Command::BeginAnew));
     }
     add("Simulate the demonstration arm".into(), "", Order::run(Command::Simulate(Box::new(Scenario::embedded()))));
     add("Draw a mystery".into(), "", Order::DrawMystery);

@@ -2,9 +2,11 @@
 
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{
-    Align, Button, Color32, KeyboardShortcut, Layout, PopupCloseBehavior, RichText, ScrollArea, Stroke, Ui, WidgetInfo,
+    Align, Button, Color32, CursorIcon, KeyboardShortcut, Label, Layout, PopupCloseBehavior, RichText, ScrollArea,
+    Sense, Stroke, Ui, WidgetInfo, WidgetType,
 };
 
+use super::actions::BEGIN_ANEW;
 use super::frame::Shell;
 use super::keys;
 use super::primary::primary;
@@ -13,6 +15,7 @@ use crate::app::screen::NextStep;
 use crate::app::theme::{self, BODY, GAP, Palette};
 use crate::app::widgets::is_narrow;
 use crate::recording::read::READABLE;
+use crate::session::Command;
 
 /// With less room than this only the tools stand in their bar \[points\].
 const ROOM_FOR_NAME: f32 = 700.0;
@@ -23,7 +26,16 @@ pub fn tools(ui: &mut Ui, shell: &mut Shell) {
     ui.horizontal(|ui| {
         // The title bar has the name, too.
         if ui.available_width() > ROOM_FOR_NAME {
-            ui.label(RichText::new("Torquescope").size(BODY + 2.0).color(palette.text));
+            let name = RichText::new("Torquescope").size(BODY + 2.0).color(palette.text);
+            let leads = desk.session.recording.is_some() && desk.busy.is_none();
+            let name = Label::new(name).sense(if leads { Sense::click() } else { Sense::hover() });
+            let name = ui.add(name);
+            if leads {
+                name.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, "Torquescope"));
+            }
+            if leads && name.on_hover_cursor(CursorIcon::PointingHand).on_hover_text(BEGIN_ANEW).clicked() {
+                desk.run(Command::BeginAnew);
+            }
             ui.add_space(GAP);
         }
         let keys = keys::text(ui, &keys::OPEN);

@@ -82,6 +82,10 @@ impl Screen for Data {
         dock::show(self, ui, desk, ABOUT.id, &PANELS);
     }
 
+    fn answers(&self, command: &Command) -> bool {
+        matches!(command, Command::BeginAnew)
+    }
+
     fn figures(&self, desk: &mut Desk) -> Vec<Panel> {
         let Some(recording) = &desk.session.recording else { return Vec::new() };
         let joint = desk.focus.joint_of(recording);
@@ -382,6 +386,10 @@ impl Data {
                     desk.orders.push(Order::OpenDialog);
                 }
                 columns(ui, desk, &path);
+                let hint = "Small logs with a story each; undo brings back what is here now";
+                if desk.session.recording.is_some() && ui.button("Recordings to try…").on_hover_text(hint).clicked() {
+                    desk.run(Command::BeginAnew);
+                }
             });
         });
         if let Some(recording) = desk.session.recording.clone() {
