@@ -136,6 +136,8 @@ impl Inspect {
 
 fn posture_text(recording: &Recording) -> String {
     match recording.posture {
+        None if recording.chain.is_some() => "where the axes of the arm are stated".to_owned(),
+        None if recording.stated_arm.is_some() => "as the stated arm has it".to_owned(),
         None => "not said by the file, taken as pointing right (give --zero)".to_owned(),
         Some(posture) => {
             let sense = if posture.sign() > 0.0 { "counter-clockwise" } else { "clockwise" };

@@ -106,8 +106,8 @@ fn not_planar(recording: &Recording, findings: &mut Vec<Finding>) {
                  with so many are hardly ever planar."
             ),
             place: Place::default(),
-            remedy: "State the axes in a mapping file (a table `arm`, as `--map ur10` has one), or the links of a planar arm with \
-                     `--arm`."
+            remedy: "Take the axes from the robot's file (URDF or MJCF: `--arm`; in the window open it, or drop it there) or from a \
+                     mapping (a table `arm`, as `--map ur10` has one), or state the links of a planar arm with `--arm`."
                 .to_owned(),
             set_right: Vec::new(),
         });

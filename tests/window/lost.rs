@@ -120,6 +120,10 @@ fn closing_asks_and_each_answer_does_what_it_says() {
     close_by(third, "Close, keep a copy");
     let mut fourth = empty_window(&copies);
     assert!(offers(&fourth)[0].starts_with("Go on with three-joint demo ("), "{:?}", offers(&fourth));
+    click(&mut fourth, "Draw a mystery");
+    let top = |label: &str| fourth.get_by_label(label).rect().top();
+    let height = top("Open a recording") - top("Go on with");
+    assert!(height < 220.0, "a copy takes the room of its buttons, not {height}");
     go_on(&mut fourth);
     assert_eq!(fitted(&fourth), model);
     assert_eq!(fourth.state().screen(), &ladder::ABOUT, "one looks where one looked");

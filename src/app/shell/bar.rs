@@ -3,7 +3,7 @@
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{
     Align, Button, Color32, CursorIcon, KeyboardShortcut, Label, Layout, PopupCloseBehavior, RichText, ScrollArea,
-    Sense, Stroke, Ui, WidgetInfo, WidgetType,
+    Sense, Stroke, Ui, WidgetInfo,
 };
 
 use super::actions::BEGIN_ANEW;
@@ -31,7 +31,7 @@ pub fn tools(ui: &mut Ui, shell: &mut Shell) {
             let name = Label::new(name).sense(if leads { Sense::click() } else { Sense::hover() });
             let name = ui.add(name);
             if leads {
-                name.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, "Torquescope"));
+                name.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Torquescope"));
             }
             if leads && name.on_hover_cursor(CursorIcon::PointingHand).on_hover_text(BEGIN_ANEW).clicked() {
                 desk.run(Command::BeginAnew);

@@ -199,8 +199,9 @@ fn findings(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 /// A log hardly ever says where q = 0 points, but gravity depends on it: without the answer the model is wrong.
 fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let Some(source) = opening(desk.session) else { return };
-    // What slides does not point anywhere.
-    if recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic) {
+    // What slides does not point anywhere, and axes in space are stated with where they are at q = 0.
+    let slides = recording.joints.iter().all(|joint| joint.kind == JointKind::Prismatic);
+    if slides || recording.chain.is_some() {
         return;
     }
     widgets::card(ui, "Where does the arm point at q = 0?", |ui| {
@@ -217,7 +218,7 @@ fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                     read_again(desk, source, options);
                 }
             }
-            if current.is_none() {
+            if current.is_none() && recording.stated_arm.is_none() {
                 let color = Palette::in_ui(ui).warning;
                 ui.label(
                     RichText::new("The file does not say: to the right is assumed. Gravity depends on it.")

@@ -14,7 +14,8 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
     widgets::card(ui, "Go on with", |ui| {
         for copy in desk.copies {
             let label = copy.label();
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            // A row, no higher than its buttons.
+            let row = |ui: &mut Ui| {
                 let throw = ui.add(Button::new("×").small());
                 let spoken = format!("Throw away {label}");
                 throw.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, &spoken));
@@ -27,7 +28,8 @@ pub fn show(ui: &mut Ui, desk: &mut Desk) {
                         desk.orders.push(Order::Recover(copy.path.clone()));
                     }
                 });
-            });
+            };
+            ui.horizontal(|ui| ui.with_layout(Layout::right_to_left(Align::Center), row));
         }
         for recent in desk.recent {
             let open = ui.add_enabled(idle, Button::new(recent.name()).truncate());
