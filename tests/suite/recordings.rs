@@ -774,3 +774,16 @@ fn names_of_loggers_are_understood_and_currents_are_no_torque() {
     let import = read_bytes("ur.csv", &amperes, &options("tau=actual_current_*")).unwrap();
     assert!(kinds(&import).contains(&FindingKind::Amperes));
 }
+
+/// What fuzzing found (`tests/fuzz`) is read, or refused with what is wrong; in a build for tests, where numbers that overflow panic.
+#[test]
+fn what_fuzzing_found_stays_mended() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/found");
+    let files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(!files.is_empty());
+    for path in files {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let Err(refusal) = read(&[path], &ReadOptions::default(), &Monitor::new()) else { continue };
+        assert!(refusal.to_string().contains(&name), "{refusal}");
+    }
+}

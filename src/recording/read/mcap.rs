@@ -144,6 +144,9 @@ fn check_chunks(bytes: &[u8], budget: &mut Budget) -> Result<usize, McapError> {
             if ![&b""[..], b"lz4", b"zstd"].contains(&codec) {
                 return Err(McapError::Codec(String::from_utf8_lossy(codec).chars().take(40).collect()));
             }
+            if codec.is_empty() && !holds_whole_records(body) {
+                return Err(damaged(at, "a record in a chunk claims to be longer than the chunk"));
+            }
             budget.unpack(unpacked)?;
             largest = largest.max(usize::try_from(unpacked).unwrap_or(usize::MAX));
         }
@@ -153,6 +156,19 @@ fn check_chunks(bytes: &[u8], budget: &mut Budget) -> Result<usize, McapError> {
         }
     }
     Err(damaged(at.min(bytes.len()), "it breaks off"))
+}
+
+/// Whether the records that are stored in the body of a chunk end with it, one behind the other. The reader counts on that.
+fn holds_whole_records(body: &[u8]) -> bool {
+    // Behind the empty name of the codec stands how long they are in all.
+    let length = number(body, 32).and_then(|length| usize::try_from(length).ok());
+    let Some(mut left) = length.and_then(|length| body.get(40..length.checked_add(40)?)) else { return false };
+    while !left.is_empty() {
+        let end = number(left, 1).and_then(|length| usize::try_from(length).ok()?.checked_add(HEAD));
+        let Some(rest) = end.and_then(|end| left.get(end..)) else { return false };
+        left = rest;
+    }
+    true
 }
 
 fn number(bytes: &[u8], at: usize) -> Option<u64> {
@@ -236,6 +252,22 @@ mod tests {
             assert_eq!(table.joints, Some(vec!["elbow".to_owned()]));
             assert!(table.passed_over[0].contains("/notes"), "{:?}", table.passed_over);
         }
+    }
+
+    /// Found by fuzzing: the reader of the library counts below zero there.
+    #[test]
+    fn a_record_that_is_longer_than_its_chunk_is_refused() {
+        let whole = log(None);
+        let next = |at: &usize| Some(at + HEAD + number(&whole, at + 1)? as usize);
+        let chunk = std::iter::successors(Some(MAGIC), next).find(|&at| whole[at] == CHUNK).unwrap();
+        let first = chunk + HEAD + 40;
+        for length in [number(&whole, chunk + HEAD + 32).unwrap(), 1 << 60] {
+            let mut bytes = whole.clone();
+            bytes[first + 1..first + 9].copy_from_slice(&length.to_le_bytes());
+            let refusal = table(&bytes).unwrap_err().to_string();
+            assert!(refusal.contains("a record in a chunk claims to be longer than the chunk"), "{refusal}");
+        }
+        assert!(table(&whole).is_ok());
     }
 
     /// A topic: its name, and what it says each time, if it says something then.
