@@ -68,8 +68,10 @@ pub struct Name {
     pub effect: String,
     /// The joint, from 1; none for the whole arm.
     pub joint: Option<usize>,
-    /// How sure the diagnosis is.
+    /// How sure the diagnosis is that something of its kind is there.
     pub confidence: f64,
+    /// How sure it is of this form of it, if it is there.
+    pub form: f64,
     /// What it is.
     pub verdict: Verdict,
 }
@@ -268,7 +270,7 @@ fn names_of(named: &MissingEffect, report: &Report, truth: &Truth) -> Vec<Name> 
         let joint = place.map(|joint| joint + 1);
         let verdict = truth.judge(&effect, joint);
         let verdict = if is_half_step { verdict.max(Verdict::Beside) } else { verdict };
-        Name { effect, joint, confidence: report.presence_of(named, place), verdict }
+        Name { effect, joint, confidence: report.presence_of(named, place), form: named.form, verdict }
     };
     answer_of(named).into_iter().map(judged).collect()
 }
@@ -425,8 +427,13 @@ mod tests {
     }
 
     fn answered(kind: &str, names: &[(f64, Verdict)], wanted: &[Option<Verdict>]) -> Answered {
-        let name =
-            |&(confidence, verdict): &(f64, Verdict)| Name { effect: String::new(), joint: None, confidence, verdict };
+        let name = |&(confidence, verdict): &(f64, Verdict)| Name {
+            effect: String::new(),
+            joint: None,
+            confidence,
+            form: 1.0,
+            verdict,
+        };
         let is_clean = names.iter().all(|(_, verdict)| verdict.is_good());
         Answered {
             name: String::new(),

@@ -398,7 +398,8 @@ pub(super) fn named(report: &Report) -> Vec<Name> {
     let at_places = |named: &diagnosis::MissingEffect| {
         let name = |(effect, place): (String, Option<usize>)| {
             let joint = place.map(|joint| joint + 1);
-            Name { effect, joint, confidence: report.presence_of(named, place), verdict: Verdict::Right }
+            let confidence = report.presence_of(named, place);
+            Name { effect, joint, confidence, form: named.form, verdict: Verdict::Right }
         };
         answer_of(named).into_iter().map(name).collect::<Vec<Name>>()
     };

@@ -48,8 +48,10 @@ pub struct Variant {
 pub struct Stability {
     /// Each name of the log as it is.
     pub names: Vec<Stays>,
-    /// How many of them survive, by confidence, from sure to doubtful.
+    /// How many of them survive, by how sure it is that something of their kind is there, from sure to doubtful.
     pub classes: Vec<Class>,
+    /// The same by how sure it is that they are there in this form.
+    pub forms: Vec<Class>,
     /// What each variant says.
     pub variants: Vec<Said>,
 }
@@ -61,8 +63,10 @@ pub struct Stays {
     pub effect: String,
     /// The joint, from 1; none for the whole arm.
     pub joint: Option<usize>,
-    /// How sure the diagnosis is of it in the log as it is.
+    /// How sure the diagnosis is, in the log as it is, that something of its kind is there.
     pub confidence: f64,
+    /// How sure it is of this form, if it is there.
+    pub form: f64,
     /// Share of the variants that give the same name.
     pub same: f64,
     /// Share of the variants that give it or another form of it.
@@ -181,11 +185,13 @@ pub fn stability(
         effect: name.effect,
         joint: name.joint,
         confidence: name.confidence,
+        form: name.form,
         same: share_with(assumed, Verdict::Right),
         in_some_form: share_with(assumed, Verdict::Form),
     };
     let names: Vec<Stays> = names.into_iter().zip(&assumed).map(stays).collect();
-    Ok(Stability { classes: classes(&names), names, variants: said })
+    let classes = classes_by(&names, |name| name.confidence);
+    Ok(Stability { classes, forms: classes_by(&names, |name| name.confidence * name.form), names, variants: said })
 }
 
 /// What a variant says beside the names of the log as it is.
@@ -203,12 +209,12 @@ fn ask(variant: &Variant, assumed: &[Planted], monitor: &Monitor) -> Result<Said
     Ok(Said { name: variant.name.clone(), names, others, problem })
 }
 
-/// Sure, probable and hardly likely names.
-fn classes(names: &[Stays]) -> Vec<Class> {
+/// Sure, probable and hardly likely names, as this says.
+fn classes_by(names: &[Stays], sureness: impl Fn(&Stays) -> f64) -> Vec<Class> {
     let ends = [SURE, PROBABLE, 0.0];
     let of_class = |number: usize| {
         let below = if number == 0 { f64::INFINITY } else { ends[number - 1] };
-        let own: Vec<&Stays> = names.iter().filter(|name| (ends[number]..below).contains(&name.confidence)).collect();
+        let own: Vec<&Stays> = names.iter().filter(|name| (ends[number]..below).contains(&sureness(name))).collect();
         Class {
             from: ends[number],
             names: own.len(),
@@ -278,12 +284,17 @@ mod tests {
             effect: String::new(),
             joint: None,
             confidence,
+            form: if confidence > 0.92 { 0.99 } else { 0.8 },
             same,
             in_some_form,
         };
-        let classes = classes(&[stays(0.95, 1.0, 1.0), stays(0.9, 0.7, 0.8), stays(0.45, 0.5, 0.5)]);
-        let told: Vec<_> =
-            classes.iter().map(|class| (class.names, class.survive, class.survive_in_some_form)).collect();
-        assert_eq!(told, [(2, Some(0.5), Some(1.0)), (0, None, None), (1, Some(0.0), Some(0.0))]);
+        let names = [stays(0.95, 1.0, 1.0), stays(0.9, 0.7, 0.8), stays(0.45, 0.5, 0.5)];
+        let told = |classes: Vec<Class>| -> Vec<_> {
+            classes.iter().map(|class| (class.names, class.survive, class.survive_in_some_form)).collect()
+        };
+        let by_presence = told(classes_by(&names, |name| name.confidence));
+        assert_eq!(by_presence, [(2, Some(0.5), Some(1.0)), (0, None, None), (1, Some(0.0), Some(0.0))]);
+        let by_form = told(classes_by(&names, |name| name.confidence * name.form));
+        assert_eq!(by_form, [(1, Some(1.0), Some(1.0)), (1, Some(0.0), Some(1.0)), (1, Some(0.0), Some(0.0))]);
     }
 }

@@ -16,7 +16,7 @@ use crate::trial::stability::{CUTOFFS, Class, Said, Stability, Stays, Variant, s
 /// sample, other choices of what is held out, and other cut-offs of the filter where velocity or acceleration is derived.
 ///
 /// A name survives that at least 80 % of these variants give. In some form: another name that says the same of this motion
-/// counts too, such as a hysteresis for Coulomb friction.
+/// counts too, such as a hysteresis for Coulomb friction. What is sure is the kind; how sure the form of it is stands beside it.
 #[derive(Args)]
 #[command(after_help = "Examples:
   torquescope bench stability my-log.csv --zero down
@@ -69,23 +69,15 @@ fn print(result: &Stability) {
         vec![
             format!("{}@{}", name.effect, at(name.joint)),
             format!("{:.0} %", 100.0 * name.confidence),
+            format!("{:.0} %", 100.0 * name.form),
             percent(Some(name.same)),
             percent(Some(name.in_some_form)),
         ]
     };
     let rows: Vec<Vec<String>> = result.names.iter().map(of_name).collect();
-    println!("{}\n", table(&["name", "confidence", "variants that give it", "in some form"], &rows));
-    let percents = result.classes.iter().map(|class| format!("{:.0} %", 100.0 * class.from)).collect::<Vec<_>>();
-    let of_class = |(number, class): (usize, &Class)| {
-        let title = match number {
-            0 => format!("{} or more", percents[0]),
-            number if class.from == 0.0 => format!("below {}", percents[number - 1]),
-            number => format!("{} to {}", percents[number], percents[number - 1]),
-        };
-        vec![title, class.names.to_string(), percent(class.survive), percent(class.survive_in_some_form)]
-    };
-    let rows: Vec<Vec<String>> = result.classes.iter().enumerate().map(of_class).collect();
-    println!("{}\n", table(&["confidence", "names", "survive 80 % of the variants", "in some form"], &rows));
+    println!("{}\n", table(&["name", "is there", "in this form", "variants that give it", "in some form"], &rows));
+    print_classes("is there", &result.classes);
+    print_classes("is there in this form", &result.forms);
     let of_variant = |said: &Said| {
         let names = match &said.problem {
             Some(problem) => format!("could not be asked: {problem}"),
@@ -95,4 +87,19 @@ fn print(result: &Stability) {
     };
     let rows: Vec<Vec<String>> = result.variants.iter().map(of_variant).collect();
     println!("{}", table(&["variant", "other names", " all its names"], &rows));
+}
+
+/// How many names survive, by how sure the diagnosis is of what.
+fn print_classes(what: &str, classes: &[Class]) {
+    let percents = classes.iter().map(|class| format!("{:.0} %", 100.0 * class.from)).collect::<Vec<_>>();
+    let of_class = |(number, class): (usize, &Class)| {
+        let title = match number {
+            0 => format!("{} or more", percents[0]),
+            number if class.from == 0.0 => format!("below {}", percents[number - 1]),
+            number => format!("{} to {}", percents[number], percents[number - 1]),
+        };
+        vec![title, class.names.to_string(), percent(class.survive), percent(class.survive_in_some_form)]
+    };
+    let rows: Vec<Vec<String>> = classes.iter().enumerate().map(of_class).collect();
+    println!("{}\n", table(&[what, "names", "survive 80 % of the variants", "in some form"], &rows));
 }
