@@ -86,10 +86,11 @@ fn only_shown(
             model = model.with_effect(effect.effect, &effect.joints)?;
         }
         let whole = fit::fit_design(&model, design, monitor)?;
+        let quantile = fit::interval_quantile(design.blocks().len());
         let places = named.iter().enumerate().flat_map(|(number, effect)| {
             let parameters = parameters_of(&whole, effect.effect);
             let shown = |&joint: &usize| {
-                let shown = shown(effect.effect, &parameters, joint);
+                let shown = shown(effect.effect, &parameters, joint) / quantile;
                 let stays = shown > 0.0 && effect.usual.contains(&joint);
                 (if stays { f64::INFINITY } else { shown }, number, joint)
             };
@@ -128,16 +129,16 @@ fn take_off(named: &mut Vec<Named>, number: usize, joint: usize) {
     common.form = common.form.min(form);
 }
 
-/// How far what was fitted for an effect on a joint is from nothing, in half-widths of its interval; 0 if it is impossible.
+/// How far what was fitted for an effect on a joint is from nothing, in standard errors; 0 if it is impossible.
 fn shown(effect: &Effect, parameters: &[Parameter], joint: usize) -> f64 {
     let here = || parameters.iter().filter(|parameter| parameter.joint.is_none_or(|own| own == joint));
     if here().any(|parameter| !parameter.physical) {
         return 0.0;
     }
     let is_linear = |parameter: &&Parameter| effect.linear().any(|linear| linear.name == parameter.name);
-    let distance = |parameter: &Parameter| match parameter.interval {
+    let distance = |parameter: &Parameter| match parameter.std_error {
         _ if !parameter.identified => 0.0,
-        Some([low, high]) => (low + high).abs() / (high - low),
+        Some(error) => parameter.value.abs() / error,
         None => f64::INFINITY,
     };
     here().filter(is_linear).map(distance).fold(0.0, f64::max)

@@ -8,7 +8,8 @@ pub static EFFECT: Effect = Effect {
     formula: "tau = lambda * d(tau)/d(angle of the link's first moment)",
     typeset: r"\tau = \lambda\,\partial\tau/\partial\theta_{\mathrm{m}}",
     description: "The first moment of a link, with what it carries at its end, does not point along the line between its \
-                  joints but leans from it by lambda: a motor or a cable at the side, a bent link.",
+                  joints but has lambda times as much beside it as along it, the tangent of the angle by which it leans: a motor \
+                  or a cable at the side, a bent link.",
     fingerprint: "The joint and all before it, against position: a quarter period away from the gravity torque of that link.",
     absorbed: "Nothing: the planar rigid body has its centres of mass on the lines between the joints. A learned Lagrangian \
                absorbs all of it, and so do the base parameters of an arm in space.",
@@ -17,7 +18,7 @@ pub static EFFECT: Effect = Effect {
     family: Family::CentreOfMass,
     scope: Scope::Joint,
     axis: Axis::Position,
-    parameters: &[ParameterSpec::linear("lean", "λ", Dimension::Angle).between(-1.5, 1.5)],
+    parameters: &[ParameterSpec::linear("lean", "λ", Dimension::Ratio).between(-1.5, 1.5)],
     facts: Facts { depends_on_load: true, also_said_as: &["base-tilt"], ..Facts::USUAL },
 };
 

@@ -81,9 +81,9 @@ pub struct Parameter {
     pub joint: Option<usize>,
     /// Estimate, in [`Parameter::unit`]; 0 if the data can't show it.
     pub value: f64,
-    /// Standard error; `None` if the data can't show it.
+    /// Standard error, if the model is right; `None` if the data can't show it.
     pub std_error: Option<f64>,
-    /// 95 % confidence interval; `None` if the data can't show it.
+    /// 95 % confidence interval, wider where it may have taken common friction that the model lacks; `None` if the data can't show it.
     pub interval: Option<[f64; 2]>,
     /// SI unit.
     pub unit: String,
@@ -138,6 +138,8 @@ const LOAD_ROUNDS: usize = 2;
 /// 2060 the 95 % intervals hold the truth in 85.6 % without this, in 90.6 % with it
 /// (`torquescope bench diagnosis --world --draws 60 --seed 2001`).
 pub(crate) const ALONG_A_COLUMN: f64 = 0.2;
+/// Standard deviation of what may lie anywhere between two values, over their distance.
+const BETWEEN: f64 = 0.577_350_269_189_625_8;
 /// That share of the torque.
 const UNSEEN: f64 = 0.001;
 /// Smaller shares of the largest parameter that is stated are rounding.
@@ -232,6 +234,9 @@ fn fit_with_load(
     })
 }
 
+/// Shape parameters by term and number; columns and equations with their slopes.
+type WithSlopes = (Vec<(usize, usize)>, Vec<PreparedColumn>, Equations);
+
 /// The columns of a model for given shape parameters, and the search for better ones.
 struct ShapeSearch<'a> {
     model: &'a Model,
@@ -324,8 +329,8 @@ impl<'a> ShapeSearch<'a> {
         Ok(())
     }
 
-    /// The shape parameters (term and number), and the equations with a column more for each: the derivative of the torque by it.
-    fn with_slopes(&self, values: &DVector<f64>) -> Result<(Vec<(usize, usize)>, Equations), ModelError> {
+    /// The shape parameters (term and number), and the columns and equations with one more for each: the derivative of the torque by it.
+    fn with_slopes(&self, values: &DVector<f64>) -> Result<WithSlopes, ModelError> {
         let mut columns = self.columns.clone();
         let mut shape_parameters = Vec::new();
         for (term, shape) in self.shapes.iter().enumerate() {
@@ -348,7 +353,7 @@ impl<'a> ShapeSearch<'a> {
         } else {
             self.design.equations(&columns, self.torque)
         };
-        Ok((shape_parameters, equations))
+        Ok((shape_parameters, columns, equations))
     }
 
     /// Moves all shape parameters together, by Gauss and Newton, while the error falls: one at a time they stay behind where
@@ -358,7 +363,7 @@ impl<'a> ShapeSearch<'a> {
         let mut least = error(self);
         for _ in 0..MOST_POLISHING {
             monitor.check()?;
-            let (places, equations) = self.with_slopes(&self.solve(weights))?;
+            let (places, _, equations) = self.with_slopes(&self.solve(weights))?;
             let moves = equations.total(weights, |_| true).solve().factors;
             let moves = &moves.as_slice()[moves.len() - places.len()..];
             let before = self.shapes.clone();
@@ -417,8 +422,10 @@ impl<'a> ShapeSearch<'a> {
         values: &DVector<f64>,
         identified: &[bool],
     ) -> Result<Vec<Parameter>, ModelError> {
-        let (shape_parameters, equations) = self.with_slopes(values)?;
+        let (shape_parameters, columns, equations) = self.with_slopes(values)?;
         let errors = self.errors(&equations, weights, values);
+        let moves = self.moves_by_common_friction(&columns, &equations, weights)?;
+        let errors: Vec<(Option<f64>, f64)> = errors.into_iter().zip(moves).collect();
         let linear = factors.len();
         let quantile = interval_quantile(equations.block_count());
         let mut parameters = Vec::new();
@@ -513,13 +520,51 @@ impl ShapeSearch<'_> {
     }
 }
 
+impl ShapeSearch<'_> {
+    /// How far the factors of these columns move if the joints that rub have all the friction that nearly every joint has. Where a model
+    /// has some form of it alone, that may have taken what is of the other kind.
+    fn moves_by_common_friction(
+        &self,
+        columns: &[PreparedColumn],
+        equations: &Equations,
+        weights: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let solved = |equations: &Equations| equations.total(weights, |_| true).solve().factors;
+        let mut beside = self.model.common_friction_beside(weights.len());
+        while !beside.is_empty() {
+            let mut all = columns.to_vec();
+            for term in &beside {
+                all.extend(self.design.effect_columns(term, &[])?);
+            }
+            let factors = solved(&self.design.equations(&all, self.torque));
+            let mut taken = factors.as_slice()[columns.len()..].iter();
+            let before = beside.len();
+            // Friction pushes nothing on.
+            beside.retain(|_| taken.next().is_some_and(|&factor| factor > 0.0));
+            if beside.len() == before {
+                let without = solved(equations);
+                return Ok((0..columns.len()).map(|column| (factors[column] - without[column]).abs()).collect());
+            }
+        }
+        Ok(vec![0.0; columns.len()])
+    }
+}
+
 /// Energy of what may act unseen on a joint whose torque has this energy, not more than is `left` of it.
 pub(crate) fn unseen(energy: f64, left: f64) -> f64 {
     (UNSEEN.powi(2) * energy).min(left)
 }
 
-fn parameter(factor: &Factor, value: f64, identified: bool, std_error: Option<f64>, quantile: f64) -> Parameter {
+/// A parameter with its standard error and how far it may have been moved by what the model lacks.
+fn parameter(
+    factor: &Factor,
+    value: f64,
+    identified: bool,
+    (std_error, moved): (Option<f64>, f64),
+    quantile: f64,
+) -> Parameter {
     let [min, max] = factor.bounds;
+    let half = std_error.map(|error| quantile * error.hypot(BETWEEN * moved));
     Parameter {
         term: factor.term,
         name: factor.name.clone(),
@@ -527,7 +572,7 @@ fn parameter(factor: &Factor, value: f64, identified: bool, std_error: Option<f6
         joint: factor.joint,
         value,
         std_error,
-        interval: std_error.map(|error| [value - quantile * error, value + quantile * error]),
+        interval: half.map(|half| [value - half, value + half]),
         unit: factor.unit.to_owned(),
         identified,
         physical: (min..=max).contains(&value),
@@ -847,5 +892,33 @@ mod tests {
             assert!(parameter.identified && parameter.std_error.is_some_and(|error| error < 0.05 * truth));
         }
         assert_eq!(fitted.shapes()[1], [found[2].value]);
+    }
+
+    /// Where a joint has two kinds of friction and the model one, its interval says that it may have taken of the other; where the joint
+    /// has no more than the model, it is hardly wider than its error.
+    #[test]
+    fn an_interval_knows_of_common_friction_that_the_model_lacks() {
+        let motion = Excitation::PaperPointToPoint { trajectories: 10, duration: 3.0, samples: 150, range: 2.0 };
+        let hidden = |effect: &str, value: f64| HiddenEffect {
+            effect: effect.to_owned(),
+            joint: Some(0),
+            parameters: vec![value],
+        };
+        let interval = |effects: Vec<HiddenEffect>| {
+            let arm = Arm::uniform(1);
+            let scenario =
+                Scenario { motion: motion.clone(), arm, effects, torque_noise: 1e-2, ..Scenario::embedded() };
+            let recording = simulate(&scenario, &Monitor::new()).unwrap();
+            let effect = registry::find("viscous-friction").unwrap();
+            let model = Preset::RigidBody.model(&recording).unwrap().with_effect(effect, &[0]).unwrap();
+            let fitted = super::fit(&model, &recording, &Split::automatic(&recording), &Monitor::new()).unwrap();
+            let found = fitted.parameters_of(1).next().unwrap().clone();
+            (found.interval.unwrap(), found.std_error.unwrap())
+        };
+        let viscous = 1.5;
+        let ([low, high], error) = interval(vec![hidden("viscous-friction", viscous), hidden("coulomb-friction", 2.0)]);
+        assert!((low..high).contains(&viscous) && low + 2.2 * error > viscous, "{low} to {high}, error {error}");
+        let ([low, high], error) = interval(vec![hidden("viscous-friction", viscous)]);
+        assert!((low..high).contains(&viscous) && high - low < 6.0 * error, "{low} to {high}, error {error}");
     }
 }

@@ -28,7 +28,7 @@ mod working;
 use serde::{Deserialize, Serialize};
 
 use crate::arm::stated::{Resistance, StatedArm};
-use crate::effect::{self, Effect};
+use crate::effect::{self, Effect, registry};
 use crate::recording::Recording;
 
 pub use evaluate::{Evaluation, JointError, Prediction};
@@ -223,6 +223,25 @@ impl Model {
     /// Whether the torque of one of its effects follows from that of the rigid body.
     pub fn depends_on_load(&self) -> bool {
         self.effects().any(|term| term.effect.facts.depends_on_load)
+    }
+
+    /// Friction that nearly every joint has, of the kinds that the joints with friction have not: dry friction where it grows with the
+    /// speed only, and the other way round. None where resistance is stated.
+    pub(crate) fn common_friction_beside(&self, joints: usize) -> Vec<EffectTerm> {
+        if self.terms.iter().any(|term| matches!(term, Term::Resistance(_))) {
+            return Vec::new();
+        }
+        let common: Vec<&'static Effect> =
+            registry::addable().filter(|effect| effect.is_common() && !effect.facts.is_offset).collect();
+        let has = |joint: usize, effect: &Effect| {
+            self.effects().any(|term| term.joint == Some(joint) && term.effect.family == effect.family)
+        };
+        let lacking = |joint: usize| {
+            let (own, other): (Vec<_>, Vec<_>) = common.iter().partition(|effect| has(joint, effect));
+            let lacking = if own.is_empty() { Vec::new() } else { other };
+            lacking.into_iter().map(move |effect| EffectTerm { effect, joint: Some(joint) })
+        };
+        (0..joints).flat_map(lacking).collect()
     }
 
     /// This model with an effect more: on each of `joints`, or on the whole arm if the effect is one of the whole arm.

@@ -38,7 +38,7 @@ impl Install for LeaningLink {
         let (mass, com) = (link.mass, link.com);
         let carried: f64 = plan.arm.links[self.link + 1..].iter().map(|link| link.mass).sum();
         let moment = mass * com + link.length * carried;
-        let lean = plan.arm.posture.sign() * (mass * self.beside / moment).atan();
+        let lean = plan.arm.posture.sign() * mass * self.beside / moment;
         let slot = plan.hide("com-offset", Some(self.link), vec![lean]);
         plan.beside[self.link] = self.beside;
         plan.act(slot, Beside { link: self.link, mass, com, beside: self.beside });
