@@ -66,7 +66,8 @@ pub fn picture(figure: &Figure, style: &Style, table: &str) -> String {
          \\begin{{tikzpicture}}\n\\begin{{groupplot}}[\n  \
          group style={{group size={columns} by {rows}, horizontal sep={BESIDE}mm, vertical sep={below}mm}},\n  \
          width={width:.1}mm, height={height:.1}mm, scale only axis, grid=major, grid style={{gray!20}}, unbounded coords=jump,\n  \
-         axis on top=false, log origin=infty, legend cell align=left, legend style={{font=\\footnotesize, draw=none, fill=none}},\n  \
+         log origin=infty, legend cell align=left, legend style={{font=\\footnotesize, draw=none, fill=none}},\n  \
+         legend image post style={{mark size=1.6pt}},\n  \
          label style={{font=\\small}}, tick label style={{font=\\footnotesize}}, title style={{font=\\small}},\n]\n{groups}\
          \\end{{groupplot}}\n\\end{{tikzpicture}}\n",
         below = BELOW + legend,
