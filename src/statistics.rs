@@ -19,6 +19,17 @@ pub fn range<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     most - least
 }
 
+/// The integral of samples over ascending places, from 0 at the first on, by trapezoids.
+pub fn integral(values: &[f64], over: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut integral = vec![0.0; values.len()];
+    for place in 1..values.len() {
+        sum += 0.5 * (values[place] + values[place - 1]) * (over[place] - over[place - 1]);
+        integral[place] = sum;
+    }
+    integral
+}
+
 /// The value in the middle, the upper one of two; `None` of nothing.
 pub fn median(values: Vec<f64>) -> Option<f64> {
     above(values, 0.5)

@@ -47,18 +47,19 @@ pub fn picture(figure: &Figure, style: &Style, table: &str) -> String {
     let figure = Figure { panels, columns };
     let marks = figure.panels.iter().map(|panel| panel.marks.len()).sum();
     let common = Legend::of(&figure.common_legend(), whole);
-    let own = |panel: &Panel| Legend::of(&panel.legend(), width);
+    let own: Vec<Legend> = match common.lines {
+        0 => figure.panels.iter().map(|panel| Legend::of(&panel.legend(), width)).collect(),
+        _ => Vec::new(),
+    };
     let group_of = |(number, panel): (usize, &Panel)| {
-        let legend = match common.lines {
-            0 => Some(own(panel).above()),
-            _ => (number == 0).then(|| common.above_all()),
+        let legend = match own.get(number) {
+            Some(own) => Some(own.above()),
+            None => (number == 0).then(|| common.above_all()),
         };
         group(panel, marks, style, [width, height], legend)
     };
     let groups: String = figure.panels.iter().enumerate().map(group_of).collect();
-    let is_common = common.lines > 0;
-    let legend =
-        figure.panels.iter().map(|panel| if is_common { 0.0 } else { own(panel).height() }).fold(0.0, f64::max);
+    let legend = own.iter().map(Legend::height).fold(0.0, f64::max);
     format!(
         "% \\input of this file draws it, where the head of the paper has\n\
          % \\usepackage{{pgfplots}} \\usepgfplotslibrary{{groupplots}} \\pgfplotsset{{compat=1.16}}\n\

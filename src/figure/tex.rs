@@ -4,6 +4,7 @@ use super::axis::{Axis, Scale};
 use super::colours::{Colours, Rgb};
 use super::decimate::{self, Sight};
 use super::size::POINTS_PER_MILLIMETRE;
+use crate::statistics::ends as ends_of;
 
 /// Of a line on paper, all is seen that columns of this width hold: they are as wide as the line \[mm\].
 const COLUMN: f64 = 0.25;
@@ -79,10 +80,8 @@ impl Paper<'_> {
 /// An area between two lines over ascending x (each x, lower, upper), as it is seen in so many pieces.
 pub fn hull(ends: &[[f64; 3]], pieces: usize) -> Vec<[f64; 3]> {
     let around = |piece: &[[f64; 3]]| {
-        let ends = piece.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], [_, low, high]| {
-            [least.min(*low), most.max(*high)]
-        });
-        [piece[piece.len() / 2][0], ends[0], ends[1]]
+        let [low, high] = ends_of(piece.iter().flat_map(|[_, low, high]| [*low, *high]));
+        [piece[piece.len() / 2][0], low, high]
     };
     ends.chunks(ends.len().div_ceil(pieces.max(1)).max(1)).map(around).collect()
 }
@@ -90,6 +89,11 @@ pub fn hull(ends: &[[f64; 3]], pieces: usize) -> Vec<[f64; 3]> {
 /// A place between the axes, as commands read it.
 pub fn place([x, y]: [f64; 2]) -> String {
     format!("(axis cs:{},{})", number(x), number(y))
+}
+
+/// A rectangle between two values of x and two of y, as commands read it.
+pub fn rectangle([[left, right], [low, high]]: [[f64; 2]; 2]) -> String {
+    [[left, low], [right, high]].map(place).join(" rectangle ")
 }
 
 /// The option for a colour.

@@ -424,7 +424,7 @@ impl<'a> ShapeSearch<'a> {
     ) -> Result<Vec<Parameter>, ModelError> {
         let (shape_parameters, columns, equations) = self.with_slopes(values)?;
         let errors = self.errors(&equations, weights, values);
-        let moves = self.moves_by_common_friction(&columns, &equations, weights)?;
+        let moves = self.moves_by_common_friction(&columns, weights)?;
         let errors: Vec<(Option<f64>, f64)> = errors.into_iter().zip(moves).collect();
         let linear = factors.len();
         let quantile = interval_quantile(equations.block_count());
@@ -523,30 +523,29 @@ impl ShapeSearch<'_> {
 impl ShapeSearch<'_> {
     /// How far the factors of these columns move if the joints that rub have all the friction that nearly every joint has. Where a model
     /// has some form of it alone, that may have taken what is of the other kind.
-    fn moves_by_common_friction(
-        &self,
-        columns: &[PreparedColumn],
-        equations: &Equations,
-        weights: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
-        let solved = |equations: &Equations| equations.total(weights, |_| true).solve().factors;
-        let mut beside = self.model.common_friction_beside(weights.len());
-        while !beside.is_empty() {
-            let mut all = columns.to_vec();
-            for term in &beside {
-                all.extend(self.design.effect_columns(term, &[])?);
-            }
-            let factors = solved(&self.design.equations(&all, self.torque));
-            let mut taken = factors.as_slice()[columns.len()..].iter();
-            let before = beside.len();
-            // Friction pushes nothing on.
-            beside.retain(|_| taken.next().is_some_and(|&factor| factor > 0.0));
-            if beside.len() == before {
-                let without = solved(equations);
-                return Ok((0..columns.len()).map(|column| (factors[column] - without[column]).abs()).collect());
-            }
+    fn moves_by_common_friction(&self, columns: &[PreparedColumn], weights: &[f64]) -> Result<Vec<f64>, ModelError> {
+        let count = columns.len();
+        let mut all = columns.to_vec();
+        for term in self.model.common_friction_beside(weights.len()) {
+            all.extend(self.design.effect_columns(&term, &[])?);
         }
-        Ok(vec![0.0; columns.len()])
+        if all.len() == count {
+            return Ok(vec![0.0; count]);
+        }
+        let sum = self.design.equations(&all, self.torque).total(weights, |_| true);
+        let own: Vec<usize> = (0..count).collect();
+        let mut beside: Vec<usize> = (count..all.len()).collect();
+        loop {
+            let factors = sum.select(&[&own[..], &beside].concat()).solve().factors;
+            // Friction pushes nothing on.
+            let (rubs, pushes): (Vec<usize>, Vec<usize>) =
+                (0..beside.len()).partition(|&place| factors[count + place] > 0.0);
+            if pushes.is_empty() {
+                let without = sum.select(&own).solve().factors;
+                return Ok(own.iter().map(|&column| (factors[column] - without[column]).abs()).collect());
+            }
+            beside = rubs.into_iter().map(|place| beside[place]).collect();
+        }
     }
 }
 

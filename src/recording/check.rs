@@ -16,6 +16,7 @@ use super::limits;
 use super::segment::Segment;
 use super::trajectory::Pick;
 use super::{JointKind, Origin, Provenance, Recording, Trajectory};
+use crate::statistics::integral;
 
 /// A step longer than this many median steps is a gap: derivatives and internal states can't be followed across it.
 pub const GAP_STEPS: f64 = 5.0;
@@ -330,19 +331,6 @@ fn flattened(
     })
 }
 
-/// The integral of a sampled signal from its first sample on, by trapezoids.
-fn integral(signal: &[f64], time: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    (0..signal.len())
-        .map(|at| {
-            if at > 0 {
-                sum += (time[at] - time[at - 1]) * (signal[at] + signal[at - 1]) / 2.0;
-            }
-            sum
-        })
-        .collect()
-}
-
 /// So many times the noise that a filter lets through must a motion have to be one.
 const ABOVE_NOISE: f64 = 4.0;
 
@@ -494,7 +482,6 @@ mod tests {
         }
     }
 
-    /// Whoever splits a recording without its check leaves out the same readings.
     #[test]
     fn a_filter_that_takes_the_motion_away_is_told() {
         let derived = |cutoff: f64| {
@@ -511,6 +498,7 @@ mod tests {
         assert_eq!(kinds(&derived(0.05)), [FindingKind::Flattened]);
     }
 
+    /// Whoever splits a recording without its check leaves out the same readings.
     #[test]
     fn what_is_unusable_is_the_same_with_findings_and_without() {
         let mut recording = swinging(1.0, 0.0);

@@ -213,6 +213,11 @@ impl Recording {
         self.posture.or(self.stated_arm.as_ref().map(|arm| arm.posture)).unwrap_or_default()
     }
 
+    /// Whether it is known where the arm points at q = 0: the file says so, or its stated arm or its stated axes do.
+    pub fn states_zero(&self) -> bool {
+        self.posture.is_some() || self.stated_arm.is_some() || self.chain.is_some()
+    }
+
     /// Whether gravity was taken out of its torque.
     pub fn is_weightless(&self) -> bool {
         self.torque.has(TorqueFact::WithoutGravity)

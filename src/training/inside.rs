@@ -12,6 +12,7 @@ use crate::arm::Arm;
 use crate::model::Fitted;
 use crate::recording::{Channels, Trajectory};
 use crate::signals::Signals;
+use crate::statistics::integral;
 
 /// How many places of a slice are looked at.
 const PLACES: usize = 181;
@@ -106,7 +107,7 @@ impl Inside {
         let of_last =
             |parts: &Signals| Signals::from_fn(n, places.len(), |joint, place| parts[joint][place * asked + n]);
         let (coriolis, gravity) = (of_last(coriolis), of_last(gravity));
-        let potential = work(&gravity[slice.joint], &places);
+        let potential = integral(&gravity[slice.joint], &places);
         Inside { eigenvalues: eigenvalues(&mass, n), places, mass, coriolis, gravity, potential }
     }
 }
@@ -226,7 +227,7 @@ impl Balance {
         let rest = with_velocity(inertial).into_iter().zip(with_velocity(coriolis));
         Balance {
             kinetic: with_velocity(momentum).into_iter().map(|double| 0.5 * double).collect(),
-            potential: work(&against_gravity, &run.time),
+            potential: integral(&against_gravity, &run.time),
             change: rest
                 .zip(&against_gravity)
                 .map(|((inertial, coriolis), gravity)| inertial + coriolis + gravity)
@@ -239,7 +240,11 @@ impl Balance {
     /// What became of the energy that this power \[W\] put in and that is not there: what was lost so far, at each sample \[J\].
     pub fn lost(&self, power: &[f64], time: &[f64]) -> Vec<f64> {
         let energy = |sample: usize| self.kinetic[sample] + self.potential[sample];
-        work(power, time).into_iter().enumerate().map(|(sample, put_in)| put_in - energy(sample) + energy(0)).collect()
+        integral(power, time)
+            .into_iter()
+            .enumerate()
+            .map(|(sample, put_in)| put_in - energy(sample) + energy(0))
+            .collect()
     }
 }
 
@@ -253,17 +258,6 @@ pub fn power(torque: &Signals, run: &Trajectory) -> Vec<f64> {
 fn momentum_of(run: &Trajectory) -> Result<Trajectory, TrainError> {
     let still = Signals::zeros(run.joint_count(), run.len());
     Ok(Trajectory::new(&run.name, Channels { qd: still, qdd: run.qd.clone(), ..Channels::clone(run) })?)
-}
-
-/// The integral of `force` over `way`, from 0 on, by trapezoids.
-fn work(force: &[f64], way: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let mut work = vec![0.0; force.len()];
-    for place in 1..force.len() {
-        sum += 0.5 * (force[place] + force[place - 1]) * (way[place] - way[place - 1]);
-        work[place] = sum;
-    }
-    work
 }
 
 /// Eigenvalues of the symmetric parts of n × n matrices, the smallest first.
@@ -333,7 +327,7 @@ mod tests {
         assert!(close(&balance.kinetic, &kinetic, 1e-6));
         // Without friction all power that goes in is found in the energy.
         assert!(close(&balance.change, &power(&run.tau, run), 1e-6));
-        let gained = work(&balance.change, &run.time);
+        let gained = integral(&balance.change, &run.time);
         let last = run.len() - 1;
         let energy = balance.kinetic[last] - balance.kinetic[0] + balance.potential[last];
         assert!((gained[last] - energy).abs() < 1e-2, "{} J went in, {energy} J are there", gained[last]);

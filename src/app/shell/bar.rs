@@ -21,21 +21,11 @@ use crate::session::Command;
 const ROOM_FOR_NAME: f32 = 700.0;
 
 pub fn tools(ui: &mut Ui, shell: &mut Shell) {
-    let palette = Palette::in_ui(ui);
     let desk = &mut shell.desk;
     ui.horizontal(|ui| {
         // The title bar has the name, too.
         if ui.available_width() > ROOM_FOR_NAME {
-            let name = RichText::new("Torquescope").size(BODY + 2.0).color(palette.text);
-            let leads = desk.session.recording.is_some() && desk.busy.is_none();
-            let name = Label::new(name).sense(if leads { Sense::click() } else { Sense::hover() });
-            let name = ui.add(name);
-            if leads {
-                name.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Torquescope"));
-            }
-            if leads && name.on_hover_cursor(CursorIcon::PointingHand).on_hover_text(BEGIN_ANEW).clicked() {
-                desk.run(Command::BeginAnew);
-            }
+            name(ui, desk);
             ui.add_space(GAP);
         }
         let keys = keys::text(ui, &keys::OPEN);
@@ -76,6 +66,20 @@ pub fn tools(ui: &mut Ui, shell: &mut Shell) {
             }
         });
     });
+}
+
+/// The name of the program, which leads back to where one begins; not while something is at work.
+fn name(ui: &mut Ui, desk: &mut Desk) {
+    let name = Label::new(RichText::new("Torquescope").size(BODY + 2.0).color(Palette::in_ui(ui).text));
+    if desk.session.recording.is_none() || desk.busy.is_some() {
+        ui.add(name);
+        return;
+    }
+    let name = ui.add(name.sense(Sense::click()));
+    name.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, "Torquescope"));
+    if name.on_hover_cursor(CursorIcon::PointingHand).on_hover_text(BEGIN_ANEW).clicked() {
+        desk.run(Command::BeginAnew);
+    }
 }
 
 /// Undo or redo: `change` is what it is about. While something is at work, the session stays as it is.

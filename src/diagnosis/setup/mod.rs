@@ -51,9 +51,10 @@ pub fn check(recording: &Recording, found: &[Finding], monitor: &Monitor) -> Res
     let told = judgement::decided(&stated, answers.clone());
     let is_explained = told.as_ref().is_some_and(|told| !judgement::fails(&told.trial.fit));
     let has_direction = !recording.is_weightless();
-    let is_stated = !has_direction || recording.posture.is_some() || recording.stated_arm.is_some();
-    let may_point_elsewhere =
-        !is_stated && hypotheses::is_planar(&bench.thin) && hypotheses::far(&bench.thin).is_empty();
+    let may_point_elsewhere = has_direction
+        && !recording.states_zero()
+        && hypotheses::is_planar(&bench.thin)
+        && hypotheses::far(&bench.thin).is_empty();
     if is_explained || !may_point_elsewhere {
         return Ok(told.map(|told| finding(&stated, &told)));
     }

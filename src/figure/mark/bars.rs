@@ -62,13 +62,17 @@ impl Bars {
 
     fn whisker(&self, place: &Place, [x, _, low, high]: [f64; 4]) -> Option<[[f64; 2]; 2]> {
         let top = place.point([x, high]);
-        let bottom = match place.axes[1].scale {
-            // Such an interval has no lower end that the axis could show.
-            Scale::Logarithmic if low <= 0.0 => [top[0], place.plot.bottom()],
-            _ => place.point([x, low]),
+        let bottom = match has_no_place(place.axes[1], low) {
+            true => [top[0], place.plot.bottom()],
+            false => place.point([x, low]),
         };
         (is_finite(&top) && is_finite(&bottom)).then_some([bottom, top])
     }
+}
+
+/// Whether an interval has a lower end that the axis can't show.
+fn has_no_place(axis: &Axis, low: f64) -> bool {
+    axis.scale == Scale::Logarithmic && low <= 0.0
 }
 
 impl Mark for Bars {
@@ -134,8 +138,7 @@ impl Mark for Bars {
         let lowest = paper.ranges[1][0];
         let error = |end: f64, from: f64| if end.is_finite() { (end - from).abs() } else { 0.0 };
         let bar = |row: &Row| {
-            let has_no_place = paper.axes[1].scale == Scale::Logarithmic && row.low <= 0.0;
-            let low = if has_no_place { lowest } else { row.low };
+            let low = if has_no_place(paper.axes[1], row.low) { lowest } else { row.low };
             let [x, y, up, down] = [row.x, row.y, error(row.high, row.y), error(low, row.y)].map(number);
             format!("({x},{y}) += (0,{up}) -= (0,{down})")
         };

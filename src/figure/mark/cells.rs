@@ -186,14 +186,13 @@ impl Mark for Cells {
         let most = self.most();
         let cell = |(index, value): (usize, &f64)| {
             let color = self.color(paper.colours, *value, most(index));
-            let [[left, right], [low, high]] = self.sides(index);
-            let corners = [[left, low], [right, high]].map(tex::place).join(" rectangle ");
-            let filled = format!("\\fill[{}] {corners};\n", tex::color(color));
+            let sides = self.sides(index);
+            let filled = format!("\\fill[{}] {};\n", tex::color(color), tex::rectangle(sides));
             if self.shades != Shades::Written || *value == 0.0 {
                 return filled;
             }
             let ink = if is_bright(color) { "black" } else { "white" };
-            let middle = tex::place([(left + right) / 2.0, (low + high) / 2.0]);
+            let middle = tex::place(sides.map(|[from, to]| (from + to) / 2.0));
             format!("{filled}\\node[{ink}, font=\\footnotesize] at {middle} {{{}}};\n", ticks::short(*value))
         };
         Drawn::Commands(self.values.iter().enumerate().filter(|(_, value)| value.is_finite()).map(cell).collect())

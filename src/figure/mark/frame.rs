@@ -40,8 +40,7 @@ impl Mark for Frame {
 
     fn pgfplots(&self, _: &[Row], paper: &Paper) -> Drawn {
         let [color, ground] = [paper.colours.of(self.ink), paper.colours.canvas].map(tex::rgb);
-        let [[left, right], [low, high]] = self.sides;
-        let corners = [[left, low], [right, high]].map(tex::place).join(" rectangle ");
+        let corners = tex::rectangle(self.sides);
         Drawn::Commands(format!("\\draw[draw={color}, fill={ground}, rounded corners=1pt] {corners};\n"))
     }
 

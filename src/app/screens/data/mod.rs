@@ -218,7 +218,7 @@ fn posture(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                     read_again(desk, source, options);
                 }
             }
-            if current.is_none() && recording.stated_arm.is_none() {
+            if !recording.states_zero() {
                 let color = Palette::in_ui(ui).warning;
                 ui.label(
                     RichText::new("The file does not say: to the right is assumed. Gravity depends on it.")
