@@ -55,7 +55,7 @@ pub struct Reading {
     held_out: Vec<PathBuf>,
     /// Which column is which channel, such as `q=pos_filt*,qd=vel_filt*,tau=tau_meas*,time=time` (`*` is the joint); or a
     /// mapping file, which can state factors, matrices and axes too; or one that comes with the program: emps, kuka-kr300,
-    /// sarcos, tx40, ur10.
+    /// panda, sarcos, tx40, ur10.
     #[arg(long, value_name = "MAP|FILE.toml|NAME", value_parser = parse_mapping)]
     map: Option<MappingSpec>,
     /// Where the arm points at q = 0, if the file does not say it.

@@ -6,6 +6,7 @@ use super::mapping::{Mapping, MappingSpec};
 pub const ALL: &[(&str, &str)] = &[
     ("emps", include_str!("../../assets/mappings/emps.toml")),
     ("kuka-kr300", include_str!("../../assets/mappings/kuka-kr300.toml")),
+    ("panda", include_str!("../../assets/mappings/panda.toml")),
     ("sarcos", include_str!("../../assets/mappings/sarcos.toml")),
     ("tx40", include_str!("../../assets/mappings/tx40.toml")),
     ("ur10", include_str!("../../assets/mappings/ur10.toml")),
@@ -44,6 +45,16 @@ pub fn fitting(columns: &[String]) -> Vec<(&'static str, &'static str, MappingSp
     ALL.iter().filter_map(read).filter(fits).collect()
 }
 
+/// A mapping that states nothing but so many axes, so that it is for any log of its robot, and the name of that.
+pub fn with_axes(count: usize) -> Option<(&'static str, &'static str)> {
+    let robot = |text: &'static str| text.split(':').next().unwrap_or_default().trim_start_matches(['#', ' ']);
+    let is_it = |name: &str| {
+        let spec = mapping(name).ok();
+        spec.is_some_and(|spec| spec.q.is_none() && spec.chain.is_some_and(|chain| chain.axes.len() == count))
+    };
+    ALL.iter().find(|(name, _)| is_it(name)).map(|(name, text)| (*name, robot(text)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,11 +69,18 @@ mod tests {
     }
 
     #[test]
+    fn axes_that_are_stated_alone_are_of_the_robots_with_as_many() {
+        assert_eq!(with_axes(6), Some(("ur10", "Universal Robots UR10")));
+        assert_eq!(with_axes(7), Some(("panda", "Franka Emika Panda (FER) and Franka Research 3")));
+        assert_eq!(with_axes(3), None);
+    }
+
+    #[test]
     fn every_mapping_can_be_read() {
         for (name, _) in ALL {
             mapping(name).unwrap();
         }
-        let message = mapping("panda").unwrap_err().to_string();
-        assert!(message.contains("no mapping `panda`; there are: emps, kuka-kr300"), "{message}");
+        let message = mapping("pander").unwrap_err().to_string();
+        assert!(message.contains("no mapping `pander`; there are: emps, kuka-kr300, panda"), "{message}");
     }
 }

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
+use super::catalogue;
 use super::differentiate::{
     central_difference, default_cutoff, default_cutoff_of_positions, low_pass, low_pass_together,
 };
@@ -107,9 +108,14 @@ fn not_planar(recording: &Recording, findings: &mut Vec<Finding>) {
                  with so many are hardly ever planar."
             ),
             place: Place::default(),
-            remedy: "Take the axes from the robot's file (URDF or MJCF: `--arm`; in the window open it, or drop it there) or from a \
-                     mapping (a table `arm`, as `--map ur10` has one), or state the links of a planar arm with `--arm`."
-                .to_owned(),
+            remedy: format!(
+                "Take the axes from the robot's file (URDF or MJCF: `--arm`; in the window open it, or drop it there) or from a \
+                 mapping (a table `arm`{}), or state the links of a planar arm with `--arm`.",
+                match catalogue::with_axes(joints) {
+                    Some((name, robot)) => format!("; that of {robot} comes with the program: `--map {name}`, or *Columns…*"),
+                    None => ", as `--map ur10` has one".to_owned(),
+                }
+            ),
             set_right: Vec::new(),
         });
     }

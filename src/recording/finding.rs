@@ -57,6 +57,8 @@ impl Severity {
 pub enum FindingKind {
     /// Samples with NaN or infinite values were left out.
     NonFinite,
+    /// Samples that repeat the ones before them were left out.
+    Repeated,
     /// The clock jumps; the trajectory was cut there.
     TimeGap,
     /// Time steps differ much from each other.

@@ -20,8 +20,8 @@ use crate::simulation::{Excitation, Scenario, simulate};
 /// See its promise.
 pub static MEASURE: Measure = Measure {
     id: "faults",
-    promise: "spikes, gaps, signs, orders, delays, units, jumps, held derivatives and saturation planted into clean logs: at least \
-              95 % are found, and at most one of 20 clean logs raises an alarm",
+    promise: "spikes, gaps, signs, orders, delays, units, jumps, held derivatives, repeated readings and saturation planted into \
+              clean logs: at least 95 % are found, and at most one of 20 clean logs raises an alarm",
     take,
 };
 
@@ -48,8 +48,8 @@ struct Log {
 }
 
 use FindingKind::{
-    AccelerationMismatch, BeyondBelief, Degrees, FarOut, Held, NonFinite, Saturated, SetUp, Stuck, TimeGap, TimeUnit,
-    UnevenTime, VelocityMismatch, WholeTurn,
+    AccelerationMismatch, BeyondBelief, Degrees, FarOut, Held, NonFinite, Repeated, Saturated, SetUp, Stuck, TimeGap,
+    TimeUnit, UnevenTime, VelocityMismatch, WholeTurn,
 };
 
 const FAULTS: &[Fault] = &[
@@ -131,6 +131,7 @@ const FAULTS: &[Fault] = &[
         found_by: &[Held, AccelerationMismatch],
         joints: 1,
     },
+    Fault { name: "readings written again", plant: Log::ask_faster, found_by: &[Repeated], joints: 1 },
     Fault { name: "torque cut off at 60 %", plant: Log::saturate, found_by: &[Saturated], joints: 1 },
     Fault { name: "torque stands still for 5 %", plant: Log::stick, found_by: &[Stuck], joints: 1 },
 ];
@@ -242,6 +243,19 @@ impl Log {
         let column = self.any(channel, random);
         let values: Vec<f64> = self.rows.iter().map(|row| row[column]).collect();
         self.change(column, |row, _| values[row / 10 * 10]);
+    }
+
+    /// As a logger writes it that asks up to three times as often as there are readings.
+    fn ask_faster(&mut self, random: &mut ChaCha8Rng) {
+        let times = random.random_range(1.02..3.0);
+        let count = (self.rows.len() as f64 * times) as usize;
+        let (begin, step) = (self.rows[0][0], (self.rows[1][0] - self.rows[0][0]) / times);
+        let asked = |row: usize| {
+            let mut last = self.rows[(row as f64 / times) as usize].clone();
+            last[0] = begin + step * row as f64;
+            last
+        };
+        self.rows = (0..count).map(asked).collect();
     }
 
     fn saturate(&mut self, random: &mut ChaCha8Rng) {

@@ -709,7 +709,7 @@ fn wrong_usage_ends_with_2_and_says_what_is_possible() {
         (&["simulate", "--world", "--part", "backlash@0", "-o", "y.npz"], &["`0` is not a joint", "counted from 1"]),
         (&["evaluate", "x.npz", "--add", "magic"], &["magic", "coulomb-friction"]),
         (&["evaluate", "x.npz", "--add", "viscous-friction@4"], &["joint 4", "1 to 3"]),
-        (&["inspect", "x.npz", "--map", "panda"], &["panda", "emps, kuka-kr300, sarcos, tx40, ur10"]),
+        (&["inspect", "x.npz", "--map", "pander"], &["pander", "emps, kuka-kr300, panda, sarcos, tx40, ur10"]),
         (&["effects", "magic"], &["magic", "coulomb-friction"]),
         (&["experiment", "run", "magic"], &["magic", "table-2"]),
         (&["experiment", "run", "dfki", "--data", "missing"], &["--data", "no folder missing"]),

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use torquescope::arm::Posture;
-use torquescope::diagnosis::{Verdict, diagnose};
+use torquescope::diagnosis::{Presence, Verdict, diagnose};
 use torquescope::effect::Family;
 use torquescope::effect::registry::find;
 use torquescope::model::{Preset, fit, fit_plain};
 use torquescope::progress::Monitor;
-use torquescope::recording::finding::Finding;
+use torquescope::recording::finding::{Finding, FindingKind};
 use torquescope::recording::mapping::MappingSpec;
 use torquescope::recording::read::{ReadOptions, read};
 use torquescope::session::{Command, Session};
@@ -249,6 +249,26 @@ fn a_bag_keeps_the_names_of_its_joints() {
     assert!((3300..=3441).contains(&samples), "{samples} samples");
     let panda = folder.join("panda_exciting_trajectory.db3");
     assert_eq!(read(&[panda], &ReadOptions::default(), &Monitor::new()).unwrap().recording.joint_count(), 7);
+}
+
+/// The Panda answered 29.4 times a second and was asked 30 times, so one row in 51 is written twice. Without these its dry friction is
+/// found, as others know it (see RESULTS).
+#[test]
+fn on_the_panda_readings_that_were_written_again_are_left_out_and_dry_friction_is_named() {
+    let Some(folder) = real_logs("ur10-rosbag") else { return };
+    let session = open(&[folder.join("panda_exciting_trajectory.db3")], mapping("panda.toml"), &[]);
+    let of = |kind: FindingKind| session.findings.iter().filter(move |finding| finding.kind == kind);
+    let told: Vec<&str> = of(FindingKind::Repeated).map(|finding| finding.what.as_str()).collect();
+    assert!(told.len() == 1 && told[0].starts_with("14 of 727 samples") && told[0].contains("29.4 Hz"), "{told:?}");
+    assert_eq!(of(FindingKind::Contradiction).count(), 0);
+    let session = run(Command::Diagnose, &session);
+    let report = session.report.as_ref().unwrap();
+    let dry = |joint: usize| {
+        let is_it = |found: &&Presence| found.family == Family::DryFriction && found.joint == Some(joint);
+        report.presence.iter().find(is_it).map_or(0.0, |found| found.probability)
+    };
+    let sure: Vec<usize> = (0..7).filter(|joint| dry(*joint) >= 0.9).collect();
+    assert_eq!(sure, [0, 4, 5, 6]);
 }
 
 #[test]

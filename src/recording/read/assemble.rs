@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use super::clocks::Told;
+use super::repeats::{self, Times};
 use super::table::{Table, listed};
 use super::{ReadError, ReadOptions};
 use crate::progress::Monitor;
@@ -61,6 +62,7 @@ pub(super) fn assemble(
     let mut channels = convert(&mut table, mapping, &spec, file, options, &mut findings)?;
     check_clock(&table, &channels.time, file)?;
 
+    findings.extend(leave_out_repeats(&mut channels, &mut table, file));
     let usable = usable_rows(&channels);
     let left_out = usable.iter().filter(|usable| !**usable).count();
     if left_out > 0 {
@@ -348,6 +350,55 @@ fn check_clock(table: &Table, time: &[f64], file: &str) -> Result<(), ReadError>
         }
     }
     Ok(())
+}
+
+/// Leaves out rows that hold what the row before them held although the arm moved, if it is known when the others were made: by an even
+/// clock, whose times they get, or soon before they were written.
+fn leave_out_repeats(channels: &mut Converted, table: &mut Table, file: &str) -> Option<Finding> {
+    let Converted { time, q, qd, qdd, tau } = channels;
+    let others: Vec<&Signals> = [qd.as_ref(), qdd.as_ref(), Some(&*tau)].into_iter().flatten().collect();
+    let repeated = repeats::find(&table.runs, q, &others);
+    let first = *repeated.first()?;
+    let rows = time.len();
+    let mut finding = Finding {
+        severity: Severity::Warning,
+        kind: FindingKind::Repeated,
+        what: format!(
+            "{} of {rows} samples repeat the one before them in every channel while the arm moves (first: {}): there was \
+             nothing newer to be written.",
+            repeated.len(),
+            table.place(first)
+        ),
+        place: Place::file(file),
+        remedy: "Write each reading once, with the clock of whoever made it.".to_owned(),
+        set_right: Vec::new(),
+    };
+    let mut is_repeated = vec![false; rows];
+    repeated.iter().for_each(|row| is_repeated[*row] = true);
+    let others = |values: &[f64]| -> Vec<f64> {
+        values.iter().zip(&is_repeated).filter(|(_, is_repeated)| !**is_repeated).map(|(value, _)| *value).collect()
+    };
+    let written = others(time);
+    let (times, told) = match repeats::times(&table.runs_without(&repeated), &written, median_step(time)) {
+        Times::Even(times) => {
+            let rate = median_step(&times).recip();
+            (times, format!("They were left out, and the others are where an even clock of {rate:.1} Hz has them."))
+        }
+        Times::AsWritten => (written, "They were left out.".to_owned()),
+        Times::Unknown => {
+            finding.what +=
+                " The others did not come evenly, so nobody knows when they were made: all were left as they are.";
+            return Some(finding);
+        }
+    };
+    finding.what = format!("{} {told}", finding.what);
+    *time = times;
+    [Some(q), qd.as_mut(), qdd.as_mut(), Some(tau)]
+        .into_iter()
+        .flatten()
+        .for_each(|signal| *signal = signal.map_joints(others));
+    table.leave_out(&repeated);
+    Some(finding)
 }
 
 /// For each row, whether all used channels have a finite value there.

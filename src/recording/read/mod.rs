@@ -23,6 +23,7 @@ mod messages;
 mod npz;
 mod parquet;
 mod pickle;
+mod repeats;
 mod share;
 mod sniff;
 mod table;

@@ -17,6 +17,8 @@ pub(super) struct Table {
     pub columns: Vec<Column>,
     /// Rows of each run; most files hold one.
     pub runs: Vec<Range<usize>>,
+    /// Where its rows stood before some were left out: all of them and the runs then.
+    pub before: Option<(Vec<usize>, Vec<Range<usize>>)>,
     /// Names of the runs, where the file states them.
     pub run_names: Option<Vec<String>>,
     /// Line of the file that each row stands on, for text files.
@@ -121,13 +123,31 @@ impl Table {
 
     /// Where a row stands, in words.
     pub fn place(&self, row: usize) -> String {
+        let (row, runs) = match &self.before {
+            Some((rows, runs)) => (rows[row], runs),
+            None => (row, &self.runs),
+        };
         if let Some(lines) = &self.lines {
             return format!("line {}", lines.at(row));
         }
-        match self.runs.iter().position(|run| run.contains(&row)) {
-            Some(run) if self.runs.len() > 1 => format!("sample {} of run {}", row - self.runs[run].start, run + 1),
+        match runs.iter().position(|run| run.contains(&row)) {
+            Some(run) if runs.len() > 1 => format!("sample {} of run {}", row - runs[run].start, run + 1),
             _ => format!("sample {row}"),
         }
+    }
+
+    /// Leaves out rows, which are told in their order, once the columns were taken out of it.
+    pub fn leave_out(&mut self, rows: &[usize]) {
+        let count = self.runs.last().map_or(0, |run| run.end);
+        let kept = (0..count).filter(|row| rows.binary_search(row).is_err()).collect();
+        let runs = self.runs_without(rows);
+        self.before = Some((kept, std::mem::replace(&mut self.runs, runs)));
+    }
+
+    /// The runs, once rows are left out that are told in their order.
+    pub fn runs_without(&self, rows: &[usize]) -> Vec<Range<usize>> {
+        let now = |row: usize| row - rows.partition_point(|left_out| *left_out < row);
+        self.runs.iter().map(|run| now(run.start)..now(run.end)).collect()
     }
 }
 
@@ -142,6 +162,17 @@ mod tests {
         all.iter().for_each(|line| lines.push(*line));
         assert_eq!((0..all.len()).map(|row| lines.at(row)).collect::<Vec<_>>(), all);
         assert_eq!((lines.len(), lines.elsewhere.len()), (7, 4));
+    }
+
+    #[test]
+    fn rows_are_found_where_they_stood_before_others_were_left_out() {
+        let mut table = Table { runs: vec![0..4, 4..8], ..Table::default() };
+        table.leave_out(&[1, 4, 6]);
+        assert_eq!(table.runs, [0..3, 3..5]);
+        let places: Vec<String> = (0..5).map(|row| table.place(row)).collect();
+        let all =
+            ["sample 0 of run 1", "sample 2 of run 1", "sample 3 of run 1", "sample 1 of run 2", "sample 3 of run 2"];
+        assert_eq!(places, all);
     }
 
     #[test]
