@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::keeper::clock;
 use crate::file::{self, Mark, absolute};
-use crate::session::{Generation, Session, View};
+use crate::session::{Generation, History, Session, View};
 
 /// Which file the document is in, and what the files that the window read or wrote were then.
 #[derive(Default)]
@@ -15,6 +15,8 @@ pub struct Filed {
     saved: Option<(Generation, View)>,
     /// The session that was only opened or simulated so far: nobody loses work with it.
     fresh: Option<Generation>,
+    /// What nobody had saved when another document took its place, and what it was called: undo leads back to it.
+    left: Vec<(Generation, String)>,
     known: BTreeMap<PathBuf, Mark>,
 }
 
@@ -22,6 +24,9 @@ impl Filed {
     /// The document was read from a file, or written into one; what is in it is this session, looked at
     /// like this, or none that is known.
     pub fn is_in(&mut self, path: &Path, mark: Option<Mark>, saved: Option<(Generation, View)>) {
+        if let Some((generation, _)) = &saved {
+            self.left.retain(|(left, _)| left != generation);
+        }
         self.file = Some(path.to_owned());
         // Without a mark there is no such file any more.
         self.saved = saved.filter(|_| mark.is_some());
@@ -38,6 +43,19 @@ impl Filed {
         self.fresh = is_fresh.then_some(generation);
     }
 
+    /// Another document takes the place of this one.
+    pub fn leave(&mut self, session: &Session, set_up: &View) {
+        if self.loses(session, set_up) {
+            self.left.push((session.generation, self.name(session)));
+        }
+    }
+
+    /// What was left before it was saved, and undo leads back to, with what it was called.
+    pub fn left<'a>(&'a self, history: &'a History) -> impl Iterator<Item = (Generation, &'a str)> {
+        let is_there = |(generation, _): &&(Generation, String)| history.leads_back_to(*generation);
+        self.left.iter().filter(is_there).map(|(generation, name)| (*generation, name.as_str()))
+    }
+
     /// The file of the document.
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
@@ -50,8 +68,18 @@ impl Filed {
         self.saved.as_ref().is_some_and(is_same)
     }
 
-    /// Whether somebody worked on the session, and would lose that.
-    pub fn is_unsaved(&self, session: &Session, set_up: &View) -> bool {
+    /// What somebody worked on and would lose, in words: the session, and what undo leads back to.
+    pub fn unsaved(&self, history: &History, set_up: &View) -> Vec<String> {
+        let session = history.current();
+        let current =
+            self.loses(session, set_up).then(|| format!("{} has changes that are in no file.", self.name(session)));
+        let kept = "has changes that are in no file: a copy of it is kept.";
+        let left = self.left(history).map(|(_, name)| format!("{name}, to which undo leads back, {kept}"));
+        current.into_iter().chain(left).collect()
+    }
+
+    /// Whether somebody worked on this session, and would lose that.
+    fn loses(&self, session: &Session, set_up: &View) -> bool {
         let is_fresh = self.fresh == Some(session.generation);
         session.recording.is_some() && !is_fresh && !self.is_saved(session, set_up)
     }
@@ -85,7 +113,7 @@ impl Filed {
     pub fn title(&self, session: &Session, is_unsaved: bool) -> String {
         let mark = if is_unsaved { "• " } else { "" };
         match self.name(session) {
-            name if name.is_empty() => "Torquescope".to_owned(),
+            name if name.is_empty() => format!("{mark}Torquescope"),
             name => format!("{mark}{name} — Torquescope"),
         }
     }

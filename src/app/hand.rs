@@ -9,6 +9,7 @@ use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use rand::{Rng, RngExt};
 
 use super::desk::Order;
+use super::keeper::Locks;
 use super::pace::{NO_CLOCK, SIZE, run};
 use super::{TorquescopeApp, screens, theme};
 use crate::session::{Command, Session};
@@ -40,12 +41,12 @@ pub struct Hand {
 
 impl Hand {
     /// In an empty window, which keeps its copies in this folder if one is given.
-    pub fn new(copies: Option<PathBuf>) -> Self {
+    pub fn new(copies: Option<(PathBuf, Locks)>) -> Self {
         let ctx = egui::Context::default();
         theme::install(&ctx);
         let mut app = TorquescopeApp::new(Session::default());
-        if let Some(folder) = copies {
-            app.keep_copies(folder);
+        if let Some((folder, locks)) = copies {
+            app.keep_copies(folder, locks);
         }
         Hand { ctx, app, frames: 0 }
     }

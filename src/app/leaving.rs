@@ -33,7 +33,10 @@ impl TorquescopeApp {
     /// Somebody closes the window: unless all is saved and at rest, that is asked about first.
     pub(super) fn hear_closing(&mut self, ctx: &Context) {
         let asked = ctx.input(|input| input.viewport().close_requested());
-        if !asked || matches!(self.leaving, Some(Leaving::Decided)) || (self.at_work().is_none() && !self.is_unsaved) {
+        if !asked
+            || matches!(self.leaving, Some(Leaving::Decided))
+            || (self.at_work().is_none() && self.unsaved.is_empty())
+        {
             return;
         }
         ctx.send_viewport_cmd(ViewportCommand::CancelClose);
@@ -48,7 +51,7 @@ impl TorquescopeApp {
 
     /// A name for the file of a document that has none yet.
     pub(super) fn proposed_file(&self) -> String {
-        let name = self.filed.name(self.history.current());
+        let name = self.filed.name(self.document().history.current());
         let plain = |letter: char| if letter.is_alphanumeric() { letter } else { '-' };
         let name: String = name.chars().map(plain).collect();
         format!("{}.{}", if name.is_empty() { "session" } else { &name }, file::ENDING)
@@ -131,23 +134,31 @@ impl TorquescopeApp {
         }
     }
 
-    /// All that a file keeps.
+    /// All that a file keeps; where there is no recording now, it stands where there was one last.
     pub(super) fn document(&self) -> Document {
-        Document { history: self.history.clone(), view: self.view() }
+        Document { history: self.history.clone().to_recording(), view: self.view() }
     }
 
-    /// What is told of the copy.
-    pub(super) fn note(&self, closed: bool) -> Note {
-        let session = self.history.current();
-        let has_work = self.filed.is_unsaved(session, &self.set_up());
-        Note { name: self.filed.name(session), has_work, closed, owner: None }
+    /// What is told of a copy of this document.
+    pub(super) fn note(&self, document: &Document, closed: bool) -> Note {
+        let name = self.filed.name(document.history.current());
+        let has_work = !self.filed.unsaved(&self.history, &self.set_up()).is_empty();
+        Note { name, has_work, closed, owner: None }
     }
 
-    /// The window is closed: what no file has is left for the next one.
+    /// The window is closed: what no file has is left for the next one. A document is of one recording, so that what undo leads back to
+    /// needs others.
     pub(super) fn close(&mut self) {
-        let session = self.history.current();
-        let keeps = session.recording.is_some() && !self.filed.is_saved(session, &self.set_up());
-        let kept = keeps.then(|| (self.document(), self.note(true)));
-        self.keeper.close(kept);
+        let document = self.document();
+        let session = document.history.current();
+        let note = self.note(&document, true);
+        let is_saved = self.filed.is_saved(session, &self.set_up());
+        let aside = self.filed.left(&self.history).filter(|(generation, _)| *generation != session.generation);
+        let aside = aside.map(|(generation, name)| {
+            let document = Document { history: self.history.clone().back_to(generation), view: self.view() };
+            (document, Note { name: name.to_owned(), has_work: true, closed: true, owner: None })
+        });
+        let aside: Vec<(Document, Note)> = aside.collect();
+        self.keeper.close((session.recording.is_some() && !is_saved).then_some((document, note)), &aside);
     }
 }

@@ -44,6 +44,7 @@ use serde_json::json;
 
 pub use desk::{About, ExportPage, Order, Parting, ReportFormat, Shown};
 pub use headless::{ScreenshotOptions, plots, screenshot};
+pub use keeper::Locks;
 pub use looking::{Looking, LookingError};
 pub use report::{ReportError, Side, comparison, report};
 pub use settings::Settings;
@@ -101,7 +102,7 @@ pub struct TorquescopeApp {
     /// What stands in the title bar.
     title: String,
     /// Whether somebody worked on the document, and would lose that; found once a frame.
-    is_unsaved: bool,
+    unsaved: Vec<String>,
     orders: Vec<Order>,
     /// Where the window is shown, to remember its looks.
     context: Option<egui::Context>,
@@ -202,7 +203,7 @@ pub fn run_window(session: Session, first: Option<Command>) -> anyhow::Result<()
             app.restore(settings, &context.egui_ctx);
         }
         if let Some(folder) = Keeper::usual_place() {
-            app.keep_copies(folder);
+            app.keep_copies(folder, Locks::default());
         }
         app.orders.extend(first.map(Order::run));
         Ok(Box::new(app))
@@ -238,7 +239,7 @@ impl TorquescopeApp {
             copies_hidden: false,
             leaving: None,
             title: String::new(),
-            is_unsaved: false,
+            unsaved: Vec::new(),
             orders: Vec::new(),
             context: None,
         }
@@ -246,9 +247,17 @@ impl TorquescopeApp {
 
     /// Keeps a copy of the session in this folder after every change, so that neither a crash nor a closed window costs anything;
     /// copies that others left there are offered to the user.
-    pub fn keep_copies(&mut self, folder: PathBuf) {
-        match Keeper::with_copies(folder.clone()) {
-            Ok(keeper) => self.keeper = keeper,
+    pub fn keep_copies(&mut self, folder: PathBuf, locks: Locks) {
+        match Keeper::with_copies(folder.clone(), locks) {
+            Ok(keeper) => {
+                self.keeper = keeper;
+                if self.keeper.lacks_locks() {
+                    let text = format!("The recovery copies are where no file can be locked: {}.", folder.display());
+                    let remedy = "Of a window that crashed on this machine you are offered the copy all the same; one that another \
+                                  machine left has to be opened there.";
+                    self.messages.tell(Tone::Info, text, remedy);
+                }
+            }
             Err(error) => {
                 let text = format!("No recovery copies can be kept in {}: {error}.", folder.display());
                 self.messages.tell(Tone::Warning, text, "Save often, and check the folder's permissions.");
@@ -340,10 +349,10 @@ impl TorquescopeApp {
         }
         // Nobody sets up anything more before the next frame is drawn.
         let set_up = self.set_up();
-        self.is_unsaved = self.filed.is_unsaved(self.history.current(), &set_up);
+        self.unsaved = self.filed.unsaved(&self.history, &set_up);
         self.hear_closing(ctx);
         self.keep_what_is_set_up(&set_up, ctx);
-        let title = self.filed.title(self.history.current(), self.is_unsaved);
+        let title = self.filed.title(self.history.current(), !self.unsaved.is_empty());
         if self.title != title {
             ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;
@@ -436,7 +445,7 @@ impl TorquescopeApp {
             copies_hidden: self.copies_hidden,
             filed: &self.filed,
             has_models_open: self.overlays.models.is_some(),
-            is_unsaved: self.is_unsaved,
+            unsaved: &self.unsaved,
             aside,
             at_work,
             is_covered: self.overlays.cover(),
@@ -569,7 +578,9 @@ impl TorquescopeApp {
     }
 
     fn keep_copy(&mut self) {
-        self.keeper.copy(self.document(), self.note(false));
+        let document = self.document();
+        let note = self.note(&document, false);
+        self.keeper.copy(document, note);
     }
 
     /// What somebody has set up is in the copy, too, as soon as the pointer lets go of it.
@@ -581,11 +592,12 @@ impl TorquescopeApp {
     }
 
     fn save(&mut self, path: PathBuf) {
-        if self.history.current().recording.is_none() {
+        let document = self.document();
+        if document.history.current().recording.is_none() {
             let text = "There is no recording yet, so there is nothing to save.";
             self.messages.tell(Tone::Warning, text, "");
         } else {
-            self.keeper.save(path, self.document());
+            self.keeper.save(path, document);
         }
     }
 
@@ -737,6 +749,7 @@ impl TorquescopeApp {
             self.messages.tell(Tone::Warning, text, "Undo brings back the model before it.");
         }
         if command.begins_anew() {
+            self.filed.leave(before, &self.set_up());
             self.filed.begin(true, session.generation);
         }
         match command.is_final() {
@@ -750,6 +763,7 @@ impl TorquescopeApp {
     fn accept_opened(&mut self, opened: Opened, before: &Session, command: &Command, ctx: &egui::Context) {
         let Command::Restore { path } = command else { return };
         let Opened { document, mark, instead } = opened;
+        self.filed.leave(before, &self.set_up());
         self.history.open(document.history, &command.title());
         let generation = self.history.current().generation;
         let copy = self.keeper.taken().filter(|copy| copy.path == *path).cloned();

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::window::{Said, Task, clock};
+use super::window::{Copies, Said, Task, clock};
 use super::{Bench, Measure, Score, SelftestError, seeds};
+use crate::experiment::store::Owner;
 use crate::file;
 use crate::recording::write::to_npz_bytes;
 use crate::simulation::Scenario;
@@ -18,8 +19,8 @@ use crate::work;
 pub static MEASURE: Measure = Measure {
     id: "kills",
     promise: "trainings (with and without --add) and experiments that are killed and go on end with the bytes of one that was left \
-              alone; files whose saving is killed are the old one or the new one; of a window at work that is killed the next one \
-              offers a copy, and at most 10 s of work are lost",
+              alone; files whose saving is killed are the old one or the new one; of a window at work the next one offers a \
+              copy once it is killed, with locks of files and without, and at most 10 s of work are lost",
     take,
 };
 
@@ -208,9 +209,19 @@ const LONGEST_S: f64 = 25.0;
 
 fn window(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Score) -> Result<(), SelftestError> {
     let mut most = 0.0_f64;
+    let tells_processes = Owner::this().counted.is_some();
+    if !tells_processes {
+        score.left_out.push("windows without locks: the system does not tell which processes live".to_owned());
+    }
     for case in 0..cases {
         bench.report(case, cases, "killed windows")?;
-        let copies = bench.path(&format!("copies-{case}"));
+        // On every other one's file system nothing can be locked; there the system has to tell which processes live.
+        let can_lock = case % 2 == 0 || !tells_processes;
+        let copies = Copies { folder: bench.path(&format!("copies-{case}")), can_lock };
+        let go_on = || -> Result<Option<Said>, SelftestError> {
+            let output = in_window(bench, &Task::GoOn { copies: copies.clone() })?.output()?;
+            Ok(lines(&String::from_utf8_lossy(&output.stdout)).pop())
+        };
         let work = Task::Work { copies: copies.clone(), seed: random.random() };
         // It is read after its writer's death: a pipe would be full by then.
         let mut said = tempfile::tempfile()?;
@@ -220,6 +231,9 @@ fn window(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Scor
         while begin.elapsed() < patience && child.try_wait()?.is_none() {
             work::pause();
         }
+        let beside = go_on()?;
+        let is_left_alone = matches!(beside, Some(Said::WentOn { offers: 0, .. }));
+        score.demand(is_left_alone, || format!("window {case}: another one was told of it while it lived: {beside:?}"));
         let was_at_work = child.try_wait()?.is_none();
         child.kill()?;
         let end = clock();
@@ -229,13 +243,13 @@ fn window(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Scor
         let mut text = String::new();
         said.read_to_string(&mut text)?;
         let worked = lines(&text);
-        let output = in_window(bench, &Task::GoOn { copies: copies.clone() })?.output()?;
-        let went_on = lines(&String::from_utf8_lossy(&output.stdout)).pop();
-        std::fs::remove_dir_all(&copies)?;
+        let went_on = go_on()?;
+        std::fs::remove_dir_all(&copies.folder)?;
         match lost(&worked, went_on.as_ref(), end) {
             Ok(lost) => {
                 most = most.max(lost);
-                score.count("windows whose copy was offered");
+                let how = if can_lock { "" } else { " where nothing can be locked" };
+                score.count(&format!("windows whose copy was offered{how}"));
                 score.demand(lost <= MOST_LOST_S, || format!("window {case}: {lost:.1} s of work are lost"));
             }
             Err(problem) => {

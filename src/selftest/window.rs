@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::{SelftestError, memory, seeds};
-use crate::app::Order;
 use crate::app::hand::Hand;
+use crate::app::{Locks, Order};
 use crate::effect::registry;
 use crate::model::learned::{Layers, LearnedPreset};
 use crate::session::{Command, Session, Step};
@@ -30,15 +30,15 @@ use crate::work;
 pub enum Task {
     /// A session is worked on, with copies in a folder, until the process is killed.
     Work {
-        /// The folder of the copies.
-        copies: PathBuf,
+        /// Where the copies are.
+        copies: Copies,
         /// Of what is done.
         seed: u64,
     },
     /// What a killed window left is taken up.
     GoOn {
-        /// The folder of the copies.
-        copies: PathBuf,
+        /// Where the copies are.
+        copies: Copies,
     },
     /// A recording is opened, worked on and clicked through at random, over and over, until the process is killed.
     Endure {
@@ -47,6 +47,15 @@ pub enum Task {
         /// Of what is done.
         seed: u64,
     },
+}
+
+/// Where recovery copies are.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Copies {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Whether files can be locked there.
+    pub can_lock: bool,
 }
 
 impl FromStr for Task {
@@ -111,8 +120,8 @@ fn say(said: &Said) -> Result<(), SelftestError> {
 /// If the window can't be worked in, or nobody listens any more.
 pub fn serve(task: &Task) -> Result<(), SelftestError> {
     match task {
-        Task::Work { copies, seed } => toil(copies.clone(), *seed),
-        Task::GoOn { copies } => go_on(copies.clone()),
+        Task::Work { copies, seed } => toil(copies, *seed),
+        Task::GoOn { copies } => go_on(copies),
         Task::Endure { log, seed } => endure(log, *seed),
     }
 }
@@ -140,7 +149,9 @@ struct Window {
 }
 
 impl Window {
-    fn new(copies: Option<PathBuf>, seed: u64) -> Self {
+    fn new(copies: Option<&Copies>, seed: u64) -> Self {
+        let locks = |can_lock: bool| if can_lock { Locks::default() } else { Locks::none() };
+        let copies = copies.map(|copies| (copies.folder.clone(), locks(copies.can_lock)));
         Window { hand: Hand::new(copies), random: ChaCha8Rng::seed_from_u64(seed) }
     }
 
@@ -183,7 +194,7 @@ const EVERY_S: f64 = 0.1;
 const THINKS: Duration = Duration::from_millis(500);
 
 /// Works until this process is killed, and says each session that there is from then on.
-fn toil(copies: PathBuf, seed: u64) -> Result<(), SelftestError> {
+fn toil(copies: &Copies, seed: u64) -> Result<(), SelftestError> {
     let mut window = Window::new(Some(copies), seed);
     window.hand.order(Order::run(Command::Simulate(Box::new(seeds::scenario(seed)))));
     let (mut generation, mut last_epoch) = (window.hand.session().generation, (0, 0.0));
@@ -216,7 +227,7 @@ fn toil(copies: PathBuf, seed: u64) -> Result<(), SelftestError> {
 }
 
 /// Takes up the newest of what was left.
-fn go_on(copies: PathBuf) -> Result<(), SelftestError> {
+fn go_on(copies: &Copies) -> Result<(), SelftestError> {
     let mut window = Window::new(Some(copies), 0);
     window.frame()?;
     let offers: Vec<PathBuf> = window.hand.offers().into_iter().map(PathBuf::from).collect();

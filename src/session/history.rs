@@ -136,6 +136,30 @@ impl History {
         self.future.last().map(|entry| entry.change.as_str())
     }
 
+    /// Whether undo leads back to this session.
+    pub fn leads_back_to(&self, generation: Generation) -> bool {
+        self.past.iter().any(|entry| entry.session.generation == generation)
+    }
+
+    /// Goes back to this session, if undo leads there.
+    pub fn back_to(self, generation: Generation) -> Self {
+        self.back_until(|session| session.generation == generation)
+    }
+
+    /// Goes back to the last session that has a recording, if one has.
+    pub fn to_recording(self) -> Self {
+        self.back_until(|session| session.recording.is_some())
+    }
+
+    fn back_until(mut self, is_there: impl Fn(&Session) -> bool) -> Self {
+        if self.past.iter().any(|entry| is_there(&entry.session)) {
+            while !is_there(&self.current) {
+                self.undo();
+            }
+        }
+        self
+    }
+
     /// Goes one step back; nothing happens at the start.
     pub fn undo(&mut self) {
         if let Some(Entry { session, change }) = self.past.pop() {

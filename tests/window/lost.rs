@@ -44,7 +44,7 @@ fn close_by(mut window: Window, name: &str) {
 /// An empty window that keeps its copies in this folder.
 fn empty_window(copies: &Path) -> Window {
     let mut window = window(Session::default(), &data::ABOUT, Theme::Dark);
-    window.state_mut().keep_copies(copies.to_owned());
+    window.state_mut().keep_copies(copies.to_owned(), Locks::default());
     window.run_steps(3);
     window
 }
@@ -69,7 +69,7 @@ fn fitted(window: &Window) -> torquescope::model::Fitted {
 /// A session with work in it, of which a copy is kept.
 fn working(copies: &Path) -> Window {
     let mut window = window(diagnosed(), &diagnose::ABOUT, Theme::Dark);
-    window.state_mut().keep_copies(copies.to_owned());
+    window.state_mut().keep_copies(copies.to_owned(), Locks::default());
     click(&mut window, "Add Coulomb friction");
     window
 }
@@ -129,6 +129,75 @@ fn closing_asks_and_each_answer_does_what_it_says() {
     assert_eq!(fourth.state().screen(), &ladder::ABOUT, "one looks where one looked");
 }
 
+/// Another recording, another session or the start screen takes the place of work that is in no file: undo leads back to it, so closing
+/// asks about it, and the next start offers it.
+#[test]
+fn what_was_left_for_something_else_is_asked_about() {
+    let left = "three-joint demo, to which undo leads back, has changes that are in no file: a copy of it is kept.";
+    let folder = tempfile::tempdir().unwrap();
+    let (copies, mine, other) =
+        (folder.path().join("copies"), folder.path().join("mine.torquescope"), folder.path().join("other.torquescope"));
+    let mut window = working(&copies);
+    let model = fitted(&window);
+    window.state_mut().order(Order::run(Command::BeginAnew));
+    settle(&mut window);
+    close(&mut window);
+    assert!(asked(&window).contains(&ViewportCommand::CancelClose));
+    window.run_steps(3);
+    assert!(window.query_by_label(left).is_some());
+    type_into(&mut window, "File to save into", mine.display());
+    close_by(window, "Save and close");
+    let mut second = empty_window(&copies);
+    second.state_mut().order(Order::open(vec![mine.clone()]));
+    settle(&mut second);
+    assert_eq!(fitted(&second), model, "what was saved is the work, not the empty start");
+    close(&mut second);
+    assert!(!asked(&second).contains(&ViewportCommand::CancelClose));
+    drop(second);
+
+    let copies = folder.path().join("others");
+    let mut third = working(&copies);
+    third.state_mut().order(Order::run(Command::DrawMystery { level: Level::Easy, seed: 7 }));
+    settle(&mut third);
+    close(&mut third);
+    third.run_steps(3);
+    assert!(third.query_by_label(left).is_some());
+    close_by(third, "Close, keep a copy");
+    let mut fourth = empty_window(&copies);
+    let offered = offers(&fourth);
+    let of = |name: &str| offered.iter().filter(|offer| offer.contains(name)).count();
+    assert!(offered.len() == 2 && of("mystery 7") == 1 && of("three-joint demo") == 1, "{offered:?}");
+    click(&mut fourth, offered.iter().find(|offer| offer.contains("three-joint demo")).unwrap());
+    assert_eq!(fitted(&fourth), model);
+    drop(fourth);
+
+    // A session that is in its file takes the place: that it is saved says nothing of what was before it.
+    let mut fifth = working(&copies);
+    std::fs::copy(&mine, &other).unwrap();
+    fifth.state_mut().order(Order::open(vec![other.clone()]));
+    settle(&mut fifth);
+    close(&mut fifth);
+    fifth.run_steps(3);
+    assert!(fifth.query_by_label(left).is_some());
+}
+
+/// On a file system without locks a window says so, and goes on: whose a copy is is told by the process.
+#[test]
+fn where_nothing_can_be_locked_that_is_told_and_copies_are_kept() {
+    let copies = tempfile::tempdir().unwrap();
+    let mut window = window(diagnosed(), &diagnose::ABOUT, Theme::Dark);
+    window.state_mut().keep_copies(copies.path().to_owned(), Locks::none());
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("are where no file can be locked").is_some());
+    click(&mut window, "Add Coulomb friction");
+    settle(&mut window);
+    assert!(newest_copy(copies.path()).is_file());
+    let mut second = empty_window(copies.path());
+    second.state_mut().keep_copies(copies.path().to_owned(), Locks::none());
+    second.run_steps(3);
+    assert!(offers(&second).is_empty(), "its owner lives: {:?}", offers(&second));
+}
+
 /// A training that runs when the window is closed is ended with its best weights and saved, or goes on in the next window.
 #[test]
 fn a_training_survives_the_closing_of_its_window() {
@@ -136,7 +205,7 @@ fn a_training_survives_the_closing_of_its_window() {
     let (copies, mine) = (folder.path().join("copies"), folder.path().join("mine.torquescope"));
     let train = || {
         let mut window = window(Session { plan: short_plan(1_000_000), ..small() }, &train::ABOUT, Theme::Dark);
-        window.state_mut().keep_copies(copies.clone());
+        window.state_mut().keep_copies(copies.clone(), Locks::default());
         let plan = Box::new(short_plan(1_000_000));
         window.state_mut().order(Order::run(Command::TrainPreset { preset: LearnedPreset::FfNn, plan }));
         window.run_steps(2);

@@ -31,7 +31,7 @@ use support::{Window, demonstration, diagnosed, run, settle, short_plan, small, 
 use torquescope::app::screens::{
     self, compare, data, diagnose, experiment, extrapolation, ladder, model, residuals, train,
 };
-use torquescope::app::{About, ExportPage, Order, Shown, theme};
+use torquescope::app::{About, ExportPage, Locks, Order, Shown, theme};
 use torquescope::session::{Command, Session};
 use torquescope::simulation::{Excitation, Level, Scenario};
 

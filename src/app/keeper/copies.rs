@@ -76,6 +76,13 @@ pub fn clock(time: SystemTime) -> String {
     time.strftime(form).to_string()
 }
 
+/// Names of documents that this process may have in a folder.
+fn names(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_millis();
+    let name = |number| format!("recovery-{}-{number}.{}", std::process::id(), document_file::ENDING);
+    (since..).map(move |number| folder.join(name(number)))
+}
+
 /// The files of a copy are named after its document.
 fn part(document: &Path, ending: &str) -> PathBuf {
     beside(&document.with_extension(""), ending)
@@ -106,7 +113,7 @@ type TakeLock = fn(&File) -> Result<(), TryLockError>;
 
 /// How the system is asked for locks.
 #[derive(Debug, Clone, Copy)]
-struct Locks {
+pub struct Locks {
     alone: TakeLock,
     shared: TakeLock,
 }
@@ -117,22 +124,33 @@ impl Default for Locks {
     }
 }
 
+impl Locks {
+    /// As on a file system that knows none, which some of networks don't.
+    pub fn none() -> Self {
+        let none: TakeLock = |_| Err(TryLockError::Error(std::io::ErrorKind::Unsupported.into()));
+        Locks { alone: none, shared: none }
+    }
+}
+
 /// A lock that is held.
 #[derive(Debug)]
 struct Held {
     document: PathBuf,
     _lock: File,
+    /// Whether the system knows of it. Where it knows no locks, the note says whose the document is.
+    is_known: bool,
 }
 
 impl Held {
     /// Takes the lock of a document; `None` if somebody else has it.
     fn take(document: &Path, locks: Locks) -> std::io::Result<Option<Held>> {
         let file = OpenOptions::new().create(true).write(true).truncate(false).open(part(document, LOCK))?;
-        match (locks.alone)(&file) {
-            // Where the system knows no locks, the note says whose it is.
-            Ok(()) | Err(TryLockError::Error(_)) => Ok(Some(Held { document: document.to_owned(), _lock: file })),
-            Err(TryLockError::WouldBlock) => Ok(None),
-        }
+        let is_known = match (locks.alone)(&file) {
+            Ok(()) => true,
+            Err(TryLockError::Error(_)) => false,
+            Err(TryLockError::WouldBlock) => return Ok(None),
+        };
+        Ok(Some(Held { document: document.to_owned(), _lock: file, is_known }))
     }
 }
 
@@ -167,17 +185,10 @@ impl Shelf {
     ///
     /// # Errors
     /// What the system says if no copies can be kept there.
-    pub fn open(folder: PathBuf) -> std::io::Result<Shelf> {
-        Shelf::with_locks(folder, Locks::default())
-    }
-
-    fn with_locks(folder: PathBuf, locks: Locks) -> std::io::Result<Shelf> {
+    pub fn open(folder: PathBuf, locks: Locks) -> std::io::Result<Shelf> {
         fs::create_dir_all(&folder)?;
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_millis();
         let mut own = None;
-        for number in since.. {
-            let name = format!("recovery-{}-{number}.{}", std::process::id(), document_file::ENDING);
-            let document = folder.join(name);
+        for document in names(&folder) {
             // Nobody else has this number; another window of this process may.
             if !part(&document, LOCK).exists()
                 && let Some(held) = Held::take(&document, locks)?
@@ -189,6 +200,11 @@ impl Shelf {
         let mut shelf = Shelf { folder, locks, own, ..Shelf::default() };
         shelf.look();
         Ok(shelf)
+    }
+
+    /// Whether the folder is where the system knows no locks.
+    pub fn lacks_locks(&self) -> bool {
+        self.own.as_ref().is_some_and(|own| !own.is_known)
     }
 
     /// Looks for what others left.
@@ -291,6 +307,15 @@ impl Shelf {
         Shelf::describe(own, note).map_err(problem)
     }
 
+    /// Writes the copy of another document of this process, for whoever comes next.
+    ///
+    /// # Errors
+    /// As [`Shelf::write`].
+    pub fn write_beside(&self, document: &Document, note: &Note) -> Result<(), SessionFileError> {
+        let mut free = names(&self.folder).filter(|path| !part(path, LOCK).exists() && !path.exists());
+        free.next().map_or(Ok(()), |path| Shelf::write(&path, document, note))
+    }
+
     /// Writes what is told of the copy of this process.
     ///
     /// # Errors
@@ -340,7 +365,7 @@ mod tests {
     #[test]
     fn what_has_an_owner_is_neither_offered_nor_taken_nor_thrown_away() {
         let folder = tempfile::tempdir().unwrap();
-        let open = || Shelf::open(folder.path().to_owned()).unwrap();
+        let open = || Shelf::open(folder.path().to_owned(), Locks::default()).unwrap();
         let first = open();
         let copy = keep(&first, "mine", true, false);
         let mut second = open();
@@ -364,7 +389,7 @@ mod tests {
     #[test]
     fn of_closed_windows_without_work_only_the_newest_is_left() {
         let folder = tempfile::tempdir().unwrap();
-        let open = || Shelf::open(folder.path().to_owned()).unwrap();
+        let open = || Shelf::open(folder.path().to_owned(), Locks::default()).unwrap();
         for (name, has_work) in [("a", false), ("b", true), ("c", false), ("d", false)] {
             let mut shelf = open();
             keep(&shelf, name, has_work, true);
@@ -387,7 +412,7 @@ mod tests {
     #[test]
     fn trainings_that_are_over_leave_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        let mut shelf = Shelf::open(folder.path().to_owned()).unwrap();
+        let mut shelf = Shelf::open(folder.path().to_owned(), Locks::default()).unwrap();
         let own = keep(&shelf, "mine", true, false);
         let first = shelf.begin_training().unwrap();
         fs::write(&first, "1").unwrap();
@@ -399,7 +424,7 @@ mod tests {
         [&first, &second].iter().for_each(|path| fs::write(path, "2").unwrap());
         shelf.forget_trainings();
         drop(shelf);
-        let mut next = Shelf::open(folder.path().to_owned()).unwrap();
+        let mut next = Shelf::open(folder.path().to_owned(), Locks::default()).unwrap();
         assert_eq!(next.left()[0].run(), Some(second.clone()));
         next.throw_away(&own);
         assert!(!second.exists() && next.left().is_empty());
@@ -409,10 +434,10 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn without_locks_the_note_tells_whether_the_owner_is_gone() {
-        let none = |_: &File| Err(TryLockError::Error(std::io::ErrorKind::Unsupported.into()));
         let folder = tempfile::tempdir().unwrap();
-        let open = || Shelf::with_locks(folder.path().to_owned(), Locks { alone: none, shared: none }).unwrap();
+        let open = || Shelf::open(folder.path().to_owned(), Locks::none()).unwrap();
         let first = open();
+        assert!(first.lacks_locks());
         let copy = keep(&first, "mine", true, false);
         let mut second = open();
         assert_ne!(first.own(), second.own(), "no two share one");
@@ -437,7 +462,7 @@ mod tests {
     fn a_copy_without_a_lock_is_offered() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("recovery.torquescope"), "PK").unwrap();
-        let shelf = Shelf::open(folder.path().to_owned()).unwrap();
+        let shelf = Shelf::open(folder.path().to_owned(), Locks::default()).unwrap();
         assert_eq!(names(&shelf), ["a session"]);
     }
 }

@@ -6,7 +6,7 @@ mod copies;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-pub use copies::{Copy, Note, Shelf, clock};
+pub use copies::{Copy, Locks, Note, Shelf, clock};
 
 use crate::file::{self, Mark};
 use crate::session::{Document, Generation, Session, View, file as document_file};
@@ -65,8 +65,13 @@ impl Keeper {
     ///
     /// # Errors
     /// What the system says if that can't be.
-    pub fn with_copies(folder: PathBuf) -> std::io::Result<Self> {
-        Ok(Keeper { shelf: Shelf::open(folder)?, ..Keeper::default() })
+    pub fn with_copies(folder: PathBuf, locks: Locks) -> std::io::Result<Self> {
+        Ok(Keeper { shelf: Shelf::open(folder, locks)?, ..Keeper::default() })
+    }
+
+    /// Whether the folder of the copies is where the system knows no locks.
+    pub fn lacks_locks(&self) -> bool {
+        self.shelf.lacks_locks()
     }
 
     /// Where the copies of this user are.
@@ -193,13 +198,17 @@ impl Keeper {
     }
 
     /// Ends: what is being saved is saved, and the copy is left as it should be for the next window, or removed if there is nothing
-    /// to keep.
-    pub fn close(&mut self, keep: Option<(Document, Note)>) {
+    /// to keep; and so are copies of other documents that the window had.
+    pub fn close(&mut self, keep: Option<(Document, Note)>, others: &[(Document, Note)]) {
         while self.is_busy() {
             self.poll();
             work::pause();
         }
         let Some(own) = self.shelf.own().map(Path::to_owned) else { return };
+        for (document, note) in others {
+            // There is nobody left to tell; what can't be written now could not be at any change either, and that was told.
+            let _ = self.shelf.write_beside(document, note);
+        }
         let Some((document, note)) = keep else { return self.shelf.clear() };
         let (generation, view) = seen(&document);
         let is_as_copied = |(copied, then): &(Generation, View)| *copied == generation && then.is_like(&view);

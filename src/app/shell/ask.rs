@@ -76,12 +76,12 @@ fn ask(ui: &mut Ui, shell: &Shell, open: &mut Closing) -> Option<Parting> {
     if let Some(work) = &shell.at_work {
         ui.label(format!("{} is still at work.", widgets::sentence_case(work)));
     }
-    if shell.is_unsaved {
-        ui.label(format!("{} has changes that are in no file.", shell.filed.name(shell.desk.session)));
+    for text in shell.unsaved {
+        ui.label(text);
     }
     ui.add_space(GAP);
     let mut overwrites = None;
-    let saves = shell.desk.session.recording.is_some();
+    let saves = shell.desk.session.recording.is_some() || !shell.unsaved.is_empty();
     if saves {
         let label = ui.label("File to save into");
         ui.add(TextEdit::singleline(&mut open.path).desired_width(f32::INFINITY)).labelled_by(label.id);

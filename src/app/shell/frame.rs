@@ -27,8 +27,8 @@ pub struct Shell<'a> {
     pub filed: &'a Filed,
     /// Whether the table of the models is open.
     pub has_models_open: bool,
-    /// Whether somebody would lose work if the window closed now.
-    pub is_unsaved: bool,
+    /// What work somebody would lose if the window closed now, in words.
+    pub unsaved: &'a [String],
     /// What is at work beside the session, and how far it is: a file that is written, an experiment.
     pub aside: Option<(String, Progress)>,
     /// What is at work, in words.
