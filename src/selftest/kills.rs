@@ -249,7 +249,7 @@ fn window(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Scor
             Ok(lost) => {
                 most = most.max(lost);
                 let how = if can_lock { "" } else { " where nothing can be locked" };
-                score.count(&format!("windows whose copy was offered{how}"));
+                score.count(format!("windows whose copy was offered{how}"));
                 score.demand(lost <= MOST_LOST_S, || format!("window {case}: {lost:.1} s of work are lost"));
             }
             Err(problem) => {

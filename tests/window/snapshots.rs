@@ -19,6 +19,9 @@ use crate::support::{
 /// the last bit, and the fitted model with them: a point may move to the next pixel. A control that moves, or a line of
 /// text that changes, is far more than this.
 const STRAY_PIXELS: usize = 60;
+/// The same of the curves of a training. The kernels of networks are those of the processor (AVX-512, AVX2 or neither), which round
+/// differently, so that after some epochs lines lie a pixel beside, and another epoch may be the best: 282 pixels differ between AVX-512 and AVX2.
+const STRAY_PIXELS_OF_TRAINING: usize = 400;
 
 #[test]
 fn every_screen_looks_as_it_did() {
@@ -42,8 +45,9 @@ fn every_screen_looks_as_it_did() {
         ("experiment", &experiment::ABOUT, Session::default()),
     ];
     let mut results = SnapshotResults::new();
-    let options = SnapshotOptions::new().max_failed_pixels(STRAY_PIXELS);
     for (name, screen, session) in scenes {
+        let stray = if name == "train" { STRAY_PIXELS_OF_TRAINING } else { STRAY_PIXELS };
+        let options = SnapshotOptions::new().max_failed_pixels(stray);
         for (theme, suffix) in [(Theme::Light, "light"), (Theme::Dark, "dark")] {
             let mut window = window(session.clone(), screen, theme);
             if name == "experiment" {

@@ -180,6 +180,11 @@ mod tests {
     const PERIOD_S: f64 = 0.01;
     const NONE: [usize; 0] = [];
 
+    /// A log of one run.
+    fn whole(rows: usize) -> Vec<Range<usize>> {
+        std::iter::once(0..rows).collect()
+    }
+
     /// What a robot answers that swings and has a rest of a second in the middle, with the counts of an encoder if one is given.
     fn answers(count: Option<f64>) -> [Signals; 2] {
         let angle = |time: f64| {
@@ -211,7 +216,7 @@ mod tests {
         for count in [None, Some(1e-4)] {
             for every_s in [PERIOD_S / 1.02, PERIOD_S / 1.3, PERIOD_S / 3.0, PERIOD_S / 20.0] {
                 let ([q, tau], is_new) = asked(&answers(count), every_s);
-                let found = find(&[0..q.sample_count()], &q, &[&tau]);
+                let found = find(&whole(q.sample_count()), &q, &[&tau]);
                 assert!(!found.is_empty());
                 assert!(found.iter().all(|row| !is_new[*row]), "{count:?}, {every_s}");
                 // While the arm rests, and from count to count, a new answer may be the old one.
@@ -249,19 +254,19 @@ mod tests {
             assert_eq!(times(&runs, &written, every_s / 20.0), Times::AsWritten);
         }
         let few = vec![0.0, 0.1, 0.5];
-        assert_eq!(times(&[0..3], &few, 0.1), Times::Even(few.clone()), "too few for a line");
+        assert_eq!(times(&whole(3), &few, 0.1), Times::Even(few.clone()), "too few for a line");
     }
 
     #[test]
     fn rests_coarse_encoders_and_other_runs_are_left_in_peace() {
         for count in [None, Some(1e-4), Some(0.01)] {
             let [q, tau] = answers(count);
-            assert_eq!(find(&[0..1000], &q, &[&tau]), NONE, "{count:?}");
+            assert_eq!(find(&whole(1000), &q, &[&tau]), NONE, "{count:?}");
         }
         // The torque of the second row is another one.
         let ([q, mut tau], _) = asked(&answers(None), PERIOD_S / 3.0);
         tau[0].iter_mut().enumerate().for_each(|(row, tau)| *tau += 1e-9 * row as f64);
-        assert_eq!(find(&[0..q.sample_count()], &q, &[&tau]), NONE);
+        assert_eq!(find(&whole(q.sample_count()), &q, &[&tau]), NONE);
         let [q, tau] = [[0.0, 0.1, 0.2, 0.2, 0.3, 0.4, 0.45], [0.0; 7]].map(|row| Signals::from_joints([row]).unwrap());
         assert_eq!(find(&[0..3, 3..7], &q, &[&tau]), NONE, "the second run begins where the first one ended");
     }
