@@ -29,15 +29,18 @@ const OFTEN: f64 = 5.0;
 
 /// The rows that repeat the one before them, of a log with these runs: positions of all joints, and all that else was measured.
 pub(super) fn find(runs: &[Range<usize>], q: &Signals, others: &[&Signals]) -> Vec<usize> {
-    let joints: Vec<Joint> = q.iter().filter_map(|q| Joint::of(runs, q)).collect();
-    let mut equal: Vec<(Range<usize>, Motion)> = Vec::new();
-    for run in runs {
-        let inside = stretches(run, q, others).into_iter().filter(|rows| run.start < rows.start && rows.end < run.end);
-        equal.extend(inside.map(|rows| {
-            let motion = joints.iter().map(|joint| joint.over(&rows)).max().unwrap_or(Motion::Unclear);
-            (rows, motion)
-        }));
+    let inside = |run: &Range<usize>| {
+        let (begin, end) = (run.start, run.end);
+        stretches(run, q, others).into_iter().filter(move |rows| begin < rows.start && rows.end < end)
+    };
+    let equal: Vec<Range<usize>> = runs.iter().flat_map(inside).collect();
+    // Nearly all logs have none, and need not be looked at any more.
+    if equal.is_empty() {
+        return Vec::new();
     }
+    let joints: Vec<Joint> = q.iter().filter_map(|q| Joint::of(runs, q)).collect();
+    let motion = |rows: &Range<usize>| joints.iter().map(|joint| joint.over(rows)).max().unwrap_or(Motion::Unclear);
+    let equal: Vec<(Range<usize>, Motion)> = equal.into_iter().map(|rows| (rows.clone(), motion(&rows))).collect();
     let moving = equal.iter().filter(|(_, motion)| *motion == Motion::OneWay);
     let Some(usual) = median(moving.map(|(rows, _)| rows.len() as f64).collect()) else { return Vec::new() };
     let is_one_answer = |(rows, motion): &(Range<usize>, Motion)| match motion {
