@@ -43,8 +43,11 @@ impl Filed {
         self.fresh = is_fresh.then_some(generation);
     }
 
-    /// Another document takes the place of this one.
-    pub fn leave(&mut self, session: &Session, set_up: &View) {
+    /// Another document takes the place of the one that this history is at.
+    pub fn leave(&mut self, history: &History, set_up: &View) {
+        // What undo led back to, and was worked on from there, is in the document of what is left now.
+        self.left.retain(|(generation, _)| history.left_behind(*generation));
+        let session = history.current();
         if self.loses(session, set_up) {
             self.left.push((session.generation, self.name(session)));
         }
@@ -52,7 +55,7 @@ impl Filed {
 
     /// What was left before it was saved, and undo leads back to, with what it was called.
     pub fn left<'a>(&'a self, history: &'a History) -> impl Iterator<Item = (Generation, &'a str)> {
-        let is_there = |(generation, _): &&(Generation, String)| history.leads_back_to(*generation);
+        let is_there = |(generation, _): &&(Generation, String)| history.left_behind(*generation);
         self.left.iter().filter(is_there).map(|(generation, name)| (*generation, name.as_str()))
     }
 

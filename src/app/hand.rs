@@ -83,6 +83,12 @@ impl Hand {
         self.app.keeper.left_behind().iter().map(|copy| copy.path.as_path()).collect()
     }
 
+    /// What other recordings took the place of before it was saved, and undo leads back to.
+    pub fn left(&self) -> Vec<Session> {
+        let current = self.app.document().history.current().generation;
+        self.app.documents_beside(current).map(|(document, _)| document.history.current().clone()).collect()
+    }
+
     /// How many epochs the training has that the window asks to go on with; `None` if it asks nothing of the kind.
     pub fn offered_epoch(&self) -> Option<u64> {
         let choices = self.app.overlays.asking.iter().flat_map(|question| &question.choices);

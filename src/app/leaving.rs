@@ -7,7 +7,7 @@ use egui::{Context, ViewportCommand};
 use super::TorquescopeApp;
 use super::desk::{Parting, Tone};
 use super::keeper::{Kept, Note};
-use crate::session::{Document, file};
+use crate::session::{Document, Generation, file};
 
 /// What is done before the window closes.
 pub enum Leaving {
@@ -146,16 +146,26 @@ impl TorquescopeApp {
         Note { name, has_work, closed, owner: None }
     }
 
-    /// The window is closed: what no file has is left for the next one. A document is of one recording, so that what undo leads back to
+    /// What is in no file, and can't be in one of this session either: a document is of one recording, so that what undo leads back to
     /// needs others.
+    pub(super) fn left_beside(&self, session: Generation) -> impl Iterator<Item = (Generation, &str)> {
+        self.filed.left(&self.history).filter(move |(generation, _)| *generation != session)
+    }
+
+    /// These, each as a document of its own with its name.
+    pub(super) fn documents_beside(&self, session: Generation) -> impl Iterator<Item = (Document, &str)> {
+        self.left_beside(session).map(|(generation, name)| {
+            (Document { history: self.history.clone().back_to(generation), view: self.view() }, name)
+        })
+    }
+
+    /// The window is closed: what no file has is left for the next one.
     pub(super) fn close(&mut self) {
         let document = self.document();
         let session = document.history.current();
         let note = self.note(&document, true);
         let is_saved = self.filed.is_saved(session, &self.set_up());
-        let aside = self.filed.left(&self.history).filter(|(generation, _)| *generation != session.generation);
-        let aside = aside.map(|(generation, name)| {
-            let document = Document { history: self.history.clone().back_to(generation), view: self.view() };
+        let aside = self.documents_beside(session.generation).map(|(document, name)| {
             (document, Note { name: name.to_owned(), has_work: true, closed: true, owner: None })
         });
         let aside: Vec<(Document, Note)> = aside.collect();

@@ -580,7 +580,9 @@ impl TorquescopeApp {
     fn keep_copy(&mut self) {
         let document = self.document();
         let note = self.note(&document, false);
-        self.keeper.copy(document, note);
+        let left = self.left_beside(document.history.current().generation);
+        let left = left.map(|(generation, _)| generation).collect();
+        self.keeper.copy(document, note, left);
     }
 
     /// What somebody has set up is in the copy, too, as soon as the pointer lets go of it.
@@ -749,7 +751,7 @@ impl TorquescopeApp {
             self.messages.tell(Tone::Warning, text, "Undo brings back the model before it.");
         }
         if command.begins_anew() {
-            self.filed.leave(before, &self.set_up());
+            self.filed.leave(&self.history, &self.set_up());
             self.filed.begin(true, session.generation);
         }
         match command.is_final() {
@@ -763,7 +765,7 @@ impl TorquescopeApp {
     fn accept_opened(&mut self, opened: Opened, before: &Session, command: &Command, ctx: &egui::Context) {
         let Command::Restore { path } = command else { return };
         let Opened { document, mark, instead } = opened;
-        self.filed.leave(before, &self.set_up());
+        self.filed.leave(&self.history, &self.set_up());
         self.history.open(document.history, &command.title());
         let generation = self.history.current().generation;
         let copy = self.keeper.taken().filter(|copy| copy.path == *path).cloned();

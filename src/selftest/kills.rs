@@ -20,7 +20,8 @@ pub static MEASURE: Measure = Measure {
     id: "kills",
     promise: "trainings (with and without --add) and experiments that are killed and go on end with the bytes of one that was left \
               alone; files whose saving is killed are the old one or the new one; of a window at work the next one offers a \
-              copy once it is killed, with locks of files and without, and at most 10 s of work are lost",
+              copy once it is killed, and one of each session that another recording took the place of before it was saved, \
+              with locks of files and without, and at most 10 s of work are lost",
     take,
 };
 
@@ -250,6 +251,8 @@ fn window(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Scor
                 most = most.max(lost);
                 let how = if can_lock { "" } else { " where nothing can be locked" };
                 score.count(format!("windows whose copy was offered{how}"));
+                let others = went_on.map_or(0, |went_on| went_on.others().len());
+                (0..others).for_each(|_| score.count("copies of what another recording took the place of"));
                 score.demand(lost <= MOST_LOST_S, || format!("window {case}: {lost:.1} s of work are lost"));
             }
             Err(problem) => {
@@ -276,24 +279,31 @@ fn lines(text: &str) -> Vec<Said> {
 
 /// How long ago that was done which did not come back \[s\]; an error is what came back in its place.
 fn lost(worked: &[Said], went_on: Option<&Said>, end: f64) -> Result<f64, String> {
-    let Some(Said::WentOn { offers, state: restored, epoch: offered }) = went_on else {
+    let Some(Said::WentOn { offers, state: restored, others, epoch: offered }) = went_on else {
         return Err("the next window did not go on".to_owned());
     };
-    let states: Vec<(f64, &str)> = worked
+    let states: Vec<(f64, &String, &Vec<String>)> = worked
         .iter()
-        .filter_map(|said| if let Said::State { at, state } = said { Some((*at, state.as_str())) } else { None })
+        .filter_map(|said| if let Said::State { at, state, left } = said { Some((*at, state, left)) } else { None })
         .collect();
-    let Some(&(first, _)) = states.first() else { return Ok(0.0) };
+    let Some(&(first, ..)) = states.first() else { return Ok(0.0) };
     let Some(restored) = restored else {
         return if *offers == 0 { Ok(end - first) } else { Err("what was offered can't be opened".to_owned()) };
     };
-    if *offers != 1 {
-        return Err(format!("{offers} copies are offered of one window"));
+    let of = |state: &String| states.iter().rposition(|(_, known, _)| *known == state);
+    if let Some(strange) = others.iter().chain([restored]).find(|state| of(state).is_none()) {
+        return Err(format!("it offers a session {strange} that never was"));
     }
-    let Some(known) = states.iter().rposition(|(_, state)| state == restored) else {
-        return Err(format!("it offers a session {restored} that never was"));
-    };
-    let of_states = states.get(known + 1).map_or(0.0, |(next, _)| end - next);
+    let known = of(restored).unwrap_or(0);
+    // What was left a moment before the last copy may still lie there.
+    let most = states[..=known].iter().rev().take(2).map(|(.., left)| left.len()).max().unwrap_or(0);
+    if others.len() > most {
+        return Err(format!("{offers} copies are offered of one window, which had left {most} sessions"));
+    }
+    if states[known].2.iter().any(|left| !others.contains(left)) {
+        return Err("it does not offer what another recording took the place of".to_owned());
+    }
+    let of_states = states.get(known + 1).map_or(0.0, |(next, ..)| end - next);
     // The epochs of a training that was at work: those since the last session, and since it began anew, as one with an effect does.
     let since = states[states.len() - 1].0;
     let mut epochs: Vec<(f64, u64)> = Vec::new();
@@ -315,9 +325,11 @@ mod tests {
 
     #[test]
     fn what_is_lost_is_what_came_after_the_session_that_came_back() {
-        let state = |at: f64, state: &str| Said::State { at, state: state.to_owned() };
-        let went_on =
-            |offers, state: Option<&str>, epoch| Said::WentOn { offers, state: state.map(str::to_owned), epoch };
+        let state = |at: f64, state: &str| Said::State { at, state: state.to_owned(), left: Vec::new() };
+        let went_on = |offers, state: Option<&str>, epoch| {
+            let others = vec!["a".to_owned(); usize::saturating_sub(offers, 1)];
+            Said::WentOn { offers, state: state.map(str::to_owned), others, epoch }
+        };
         let worked =
             [state(1.0, "a"), state(3.0, "b"), Said::Epoch { at: 4.0, epoch: 1 }, Said::Epoch { at: 9.0, epoch: 9 }];
         let lost = |after: Said| lost(&worked, Some(&after), 10.0);
@@ -329,5 +341,18 @@ mod tests {
         let anew = [&worked[..], &[Said::Epoch { at: 9.5, epoch: 2 }]].concat();
         assert_eq!(super::lost(&anew, Some(&went_on(1, Some("b"), Some(2))), 10.0), Ok(0.0), "it began anew");
         assert!(lost(went_on(1, Some("c"), None)).is_err() && lost(went_on(2, Some("b"), None)).is_err());
+        // Another recording took the place of the second.
+        let left = Said::State { at: 9.0, state: "c".to_owned(), left: vec!["b".to_owned()] };
+        let with = |others: &[&str]| Said::WentOn {
+            offers: 1 + others.len(),
+            state: Some("c".to_owned()),
+            others: others.iter().map(|state| (*state).to_owned()).collect(),
+            epoch: None,
+        };
+        let replaced = [&worked[..], &[left]].concat();
+        assert_eq!(super::lost(&replaced, Some(&with(&["b"])), 10.0), Ok(0.0));
+        for others in [&[][..], &["a"], &["x"], &["a", "b"]] {
+            assert!(super::lost(&replaced, Some(&with(others)), 10.0).is_err(), "{others:?}");
+        }
     }
 }

@@ -20,7 +20,8 @@ use crate::app::hand::Hand;
 use crate::app::{Locks, Order};
 use crate::effect::registry;
 use crate::model::learned::{Layers, LearnedPreset};
-use crate::session::{Command, Session, Step};
+use crate::progress::Monitor;
+use crate::session::{self, Command, Session, Step};
 use crate::training::Options;
 use crate::training::fit::Plan;
 use crate::work;
@@ -75,6 +76,8 @@ pub enum Said {
         at: f64,
         /// Which: the same session has the same words.
         state: String,
+        /// Those that other recordings took the place of before they were saved.
+        left: Vec<String>,
     },
     /// A training is so far.
     Epoch {
@@ -89,6 +92,8 @@ pub enum Said {
         offers: usize,
         /// What the newest holds.
         state: Option<String>,
+        /// What the others hold.
+        others: Vec<String>,
         /// So many epochs has the training that can go on.
         epoch: Option<u64>,
     },
@@ -123,6 +128,13 @@ pub fn serve(task: &Task) -> Result<(), SelftestError> {
         Task::Work { copies, seed } => toil(copies, *seed),
         Task::GoOn { copies } => go_on(copies),
         Task::Endure { log, seed } => endure(log, *seed),
+    }
+}
+
+impl Said {
+    /// What was offered beside the newest copy.
+    pub fn others(&self) -> &[String] {
+        if let Said::WentOn { others, .. } = self { others } else { &[] }
     }
 }
 
@@ -205,7 +217,8 @@ fn toil(copies: &Copies, seed: u64) -> Result<(), SelftestError> {
             generation = window.hand.session().generation;
             // Of an empty window nothing is kept, and nothing is lost.
             if window.hand.session().recording.is_some() {
-                say(&Said::State { at: clock(), state: state(window.hand.session()) })?;
+                let left = window.hand.left().iter().map(state).collect();
+                say(&Said::State { at: clock(), state: state(window.hand.session()), left })?;
             }
         }
         match window.hand.epoch() {
@@ -236,8 +249,14 @@ fn go_on(copies: &Copies) -> Result<(), SelftestError> {
         window.until(|hand| !hand.is_busy())?;
     }
     let session = window.hand.session();
-    let state = session.recording.is_some().then(|| state(session));
-    say(&Said::WentOn { offers: offers.len(), state, epoch: window.hand.offered_epoch() })
+    let newest = session.recording.is_some().then(|| state(session));
+    // What can't be opened is told like a session that never was.
+    let holds = |path: &PathBuf| match session::file::open(path, &Monitor::new()) {
+        Ok(opened) => state(opened.document.history.current()),
+        Err(error) => error.to_string(),
+    };
+    let others = offers.iter().skip(1).map(holds).collect();
+    say(&Said::WentOn { offers: offers.len(), state: newest, others, epoch: window.hand.offered_epoch() })
 }
 
 /// So often somebody clicks at random before the recording is opened anew.

@@ -136,9 +136,10 @@ impl History {
         self.future.last().map(|entry| entry.change.as_str())
     }
 
-    /// Whether undo leads back to this session.
-    pub fn leads_back_to(&self, generation: Generation) -> bool {
-        self.past.iter().any(|entry| entry.session.generation == generation)
+    /// Whether undo leads back to this session, and it is of another recording: a file of the current one does not keep it.
+    pub fn left_behind(&self, generation: Generation) -> bool {
+        let is_it = |session: &Session| session.generation == generation && !session.has_recording_of(&self.current);
+        self.past.iter().any(|entry| is_it(&entry.session))
     }
 
     /// Goes back to this session, if undo leads there.

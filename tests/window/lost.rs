@@ -155,6 +155,24 @@ fn what_was_left_for_something_else_is_asked_about() {
     assert!(!asked(&second).contains(&ViewportCommand::CancelClose));
     drop(second);
 
+    // The window crashes; of what undo was led back to there is one copy, not two.
+    for (orders, copies_left) in [(&[][..], 2), (&[Order::Undo], 1), (&[Order::Undo, Order::Redo], 2)] {
+        let copies = folder.path().join(format!("crashed-{copies_left}-{}", orders.len()));
+        let mut crashed = working(&copies);
+        crashed.state_mut().order(Order::run(Command::DrawMystery { level: Level::Easy, seed: 7 }));
+        settle(&mut crashed);
+        for order in orders {
+            crashed.state_mut().order(order.clone());
+            settle(&mut crashed);
+        }
+        drop(crashed);
+        let mut next = empty_window(&copies);
+        let offered = offers(&next);
+        assert_eq!(offered.len(), copies_left, "{orders:?}: {offered:?}");
+        click(&mut next, offered.iter().find(|offer| offer.contains("three-joint demo")).unwrap());
+        assert_eq!(fitted(&next), model);
+    }
+
     let copies = folder.path().join("others");
     let mut third = working(&copies);
     third.state_mut().order(Order::run(Command::DrawMystery { level: Level::Easy, seed: 7 }));

@@ -1,4 +1,5 @@
-//! The folder of recovery copies, one for each process that has the window open.
+//! The folder of recovery copies: one for each process that has the window open, and one for each of its documents that another took
+//! the place of before it was saved.
 //!
 //! ```text
 //! recovery-PID-TIME.torquescope   the document
@@ -18,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::experiment::store::Owner;
 use crate::file::{self, beside};
-use crate::session::{Document, SessionFileError, file as document_file};
+use crate::session::{Document, Generation, SessionFileError, file as document_file};
 
 const NOTE: &str = ".json";
 const LOCK: &str = ".lock";
@@ -142,6 +143,19 @@ struct Held {
 }
 
 impl Held {
+    /// Takes a name in this folder that nobody has.
+    fn new(folder: &Path, locks: Locks) -> std::io::Result<Held> {
+        for document in names(folder) {
+            // Nobody else has this number; another window of this process may.
+            if !part(&document, LOCK).exists()
+                && let Some(held) = Held::take(&document, locks)?
+            {
+                return Ok(held);
+            }
+        }
+        Err(std::io::ErrorKind::AlreadyExists.into())
+    }
+
     /// Takes the lock of a document; `None` if somebody else has it.
     fn take(document: &Path, locks: Locks) -> std::io::Result<Option<Held>> {
         let file = OpenOptions::new().create(true).write(true).truncate(false).open(part(document, LOCK))?;
@@ -170,6 +184,8 @@ pub struct Shelf {
     folder: PathBuf,
     locks: Locks,
     own: Option<Held>,
+    /// Those of sessions that another recording took the place of in this process.
+    aside: Vec<(Generation, Held)>,
     /// The newest first.
     left: Vec<Copy>,
     /// What is being restored.
@@ -187,16 +203,7 @@ impl Shelf {
     /// What the system says if no copies can be kept there.
     pub fn open(folder: PathBuf, locks: Locks) -> std::io::Result<Shelf> {
         fs::create_dir_all(&folder)?;
-        let mut own = None;
-        for document in names(&folder) {
-            // Nobody else has this number; another window of this process may.
-            if !part(&document, LOCK).exists()
-                && let Some(held) = Held::take(&document, locks)?
-            {
-                own = Some(held);
-                break;
-            }
-        }
+        let own = Some(Held::new(&folder, locks)?);
         let mut shelf = Shelf { folder, locks, own, ..Shelf::default() };
         shelf.look();
         Ok(shelf)
@@ -209,7 +216,8 @@ impl Shelf {
 
     /// Looks for what others left.
     fn look(&mut self) {
-        let own = self.own.as_ref().map(|own| own.document.clone());
+        let own = self.own.iter().chain(self.aside.iter().map(|(_, held)| held));
+        let own: Vec<&PathBuf> = own.map(|held| &held.document).collect();
         let is_document = |path: &PathBuf| path.extension().is_some_and(|ending| ending == document_file::ENDING);
         let copy = |path: PathBuf| {
             let written = file::written(&path)?;
@@ -223,7 +231,7 @@ impl Shelf {
             is_left(&path, &note, self.locks).then_some(Copy { path, note, written })
         };
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten().map(|entry| entry.path());
-        let others = entries.filter(is_document).filter(|path| Some(path) != own.as_ref());
+        let others = entries.filter(is_document).filter(|path| !own.contains(&path));
         self.left = others.filter_map(copy).collect();
         self.left.sort_by_key(|copy| std::cmp::Reverse(copy.written));
     }
@@ -307,13 +315,41 @@ impl Shelf {
         Shelf::describe(own, note).map_err(problem)
     }
 
-    /// Writes the copy of another document of this process, for whoever comes next.
+    /// Another document takes the place of this session: its copy stays as it is, and the other one gets a copy of its own.
+    ///
+    /// # Errors
+    /// What the system says if there can be no other; then there is one copy, as before.
+    pub fn set_aside(&mut self, generation: Generation) -> std::io::Result<()> {
+        let other = Held::new(&self.folder, self.locks)?;
+        self.aside.extend(self.own.replace(other).map(|own| (generation, own)));
+        Ok(())
+    }
+
+    /// Whether there is a copy of its own of this session, which another document took the place of.
+    pub fn has_aside(&self, generation: Generation) -> bool {
+        self.aside.iter().any(|(other, _)| *other == generation)
+    }
+
+    /// Removes the copies of all sessions but these, of those that were set aside.
+    pub fn keep_aside(&mut self, wanted: &[Generation]) {
+        let is_spare = |(generation, _): &mut (Generation, Held)| !wanted.contains(generation);
+        self.aside.extract_if(.., is_spare).for_each(|(_, held)| remove(&held.document));
+    }
+
+    /// Gives the copy of a session that another took the place of to whoever comes next.
     ///
     /// # Errors
     /// As [`Shelf::write`].
-    pub fn write_beside(&self, document: &Document, note: &Note) -> Result<(), SessionFileError> {
-        let mut free = names(&self.folder).filter(|path| !part(path, LOCK).exists() && !path.exists());
-        free.next().map_or(Ok(()), |path| Shelf::write(&path, document, note))
+    pub fn leave_aside(&mut self, document: &Document, note: &Note) -> Result<(), SessionFileError> {
+        let generation = document.history.current().generation;
+        if !self.has_aside(generation)
+            && let Ok(held) = Held::new(&self.folder, self.locks)
+        {
+            self.aside.push((generation, held));
+        }
+        let place = self.aside.iter().position(|(other, _)| *other == generation);
+        let Some((_, held)) = place.map(|place| self.aside.swap_remove(place)) else { return Ok(()) };
+        Shelf::write(&held.document, document, note)
     }
 
     /// Writes what is told of the copy of this process.

@@ -19,8 +19,8 @@ pub struct Keeper {
     running: Option<(Job<Option<Mark>>, Target)>,
     /// Where the user asked for it.
     saves: VecDeque<(PathBuf, Document)>,
-    /// The newest state that is not in the copy yet.
-    copy: Option<(Document, Note)>,
+    /// What is in no copy yet: the newest state of the document, after that of one which it took the place of.
+    copies: VecDeque<Draft>,
     /// Which session the copy is of, and where one looked.
     copied: Option<(Generation, View)>,
     /// The same of the copy that was asked for last, whatever became of it.
@@ -36,11 +36,21 @@ fn seen(document: &Document) -> (Generation, View) {
     (document.history.current().generation, document.view.clone())
 }
 
+/// A copy to be written.
+struct Draft {
+    path: PathBuf,
+    document: Document,
+    note: Note,
+    /// Other sessions that have copies of their own.
+    left: Vec<Generation>,
+}
+
 /// What is being written.
 struct Target {
     path: PathBuf,
     document: (Generation, View),
-    is_copy: bool,
+    /// With the other sessions that have copies of their own; `None` for a file that the user asked for.
+    copy: Option<Vec<Generation>>,
 }
 
 /// What became of saving.
@@ -128,13 +138,24 @@ impl Keeper {
         self.start();
     }
 
-    /// Brings the copy up to date.
-    pub fn copy(&mut self, document: Document, note: Note) {
-        if self.shelf.own().is_some() && document.history.current().recording.is_some() {
-            self.asked = Some(seen(&document));
-            self.copy = Some((document, note));
-            self.start();
+    /// Brings the copy up to date. What is left are sessions that are in no file and that other recordings took the place of: each keeps
+    /// the copy that it has.
+    pub fn copy(&mut self, document: Document, note: Note, left: Vec<Generation>) {
+        if document.history.current().recording.is_none() {
+            return;
         }
+        if let Some((before, _)) = self.asked
+            && left.contains(&before)
+            && !self.shelf.has_aside(before)
+        {
+            // Should there be no place for another, then this one is overwritten; closing the window writes it once more.
+            let _ = self.shelf.set_aside(before);
+        }
+        let Some(path) = self.shelf.own().map(Path::to_owned) else { return };
+        self.asked = Some(seen(&document));
+        self.copies.retain(|draft| draft.path != path);
+        self.copies.push_back(Draft { path, document, note, left });
+        self.start();
     }
 
     /// Whether something was set up to be looked at that is not in the copy of this session, nor asked to be.
@@ -150,12 +171,12 @@ impl Keeper {
         }
         // What the user asked for goes first.
         if let Some((path, document)) = self.saves.pop_front() {
-            let target = Target { path: path.clone(), document: seen(&document), is_copy: false };
+            let target = Target { path: path.clone(), document: seen(&document), copy: None };
             let save = move || document_file::save(&path, &document).map(|()| file::mark(&path));
             self.running = Some((Job::spawn("save", || (), move |_| save()), target));
-        } else if let (Some(own), Some((document, note))) = (self.shelf.own().map(Path::to_owned), self.copy.take()) {
-            let target = Target { path: own.clone(), document: seen(&document), is_copy: true };
-            let write = move || Shelf::write(&own, &document, &note).map(|()| None);
+        } else if let Some(Draft { path, document, note, left }) = self.copies.pop_front() {
+            let target = Target { path: path.clone(), document: seen(&document), copy: Some(left) };
+            let write = move || Shelf::write(&path, &document, &note).map(|()| None);
             self.running = Some((Job::spawn("copy", || (), move |_| write()), target));
         }
     }
@@ -163,18 +184,21 @@ impl Keeper {
     /// What became of the last order to save; copies are silent as long as they succeed.
     pub fn poll(&mut self) -> Option<Kept> {
         let outcome = self.running.as_mut()?.0.poll()?;
-        let (_, Target { path, document, is_copy }) = self.running.take()?;
-        let kept = match (outcome, is_copy) {
-            (Outcome::Done(mark), false) => Some(Kept::Saved { path, mark, saved: document }),
-            (Outcome::Done(_), true) => {
-                self.has_copied(document);
+        let (_, Target { path, document, copy }) = self.running.take()?;
+        let kept = match (outcome, copy) {
+            (Outcome::Done(mark), None) => Some(Kept::Saved { path, mark, saved: document }),
+            (Outcome::Done(_), Some(left)) => {
+                if self.shelf.own() == Some(&path) {
+                    self.shelf.keep_aside(&left);
+                    self.has_copied(document);
+                }
                 None
             }
-            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), true) => {
+            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), Some(_)) => {
                 let is_new = !std::mem::replace(&mut self.copy_failed, true);
                 is_new.then_some(Kept::NoCopy(message))
             }
-            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), false) => {
+            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), None) => {
                 Some(Kept::Failed(message))
             }
         };
@@ -207,8 +231,9 @@ impl Keeper {
         let Some(own) = self.shelf.own().map(Path::to_owned) else { return };
         for (document, note) in others {
             // There is nobody left to tell; what can't be written now could not be at any change either, and that was told.
-            let _ = self.shelf.write_beside(document, note);
+            let _ = self.shelf.leave_aside(document, note);
         }
+        self.shelf.keep_aside(&[]);
         let Some((document, note)) = keep else { return self.shelf.clear() };
         let (generation, view) = seen(&document);
         let is_as_copied = |(copied, then): &(Generation, View)| *copied == generation && then.is_like(&view);
