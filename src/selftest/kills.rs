@@ -205,6 +205,9 @@ fn save(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Score)
 
 /// So much work may be lost with a window \[s\].
 const MOST_LOST_S: f64 = 10.0;
+/// A window says what its session is after the frame in which that came to be; a copy that was written so shortly before the end may be of
+/// one that it had no time to say \[s\].
+const UNSAID_S: f64 = 1.0;
 /// So long a window is worked in at most \[s\].
 const LONGEST_S: f64 = 25.0;
 
@@ -279,7 +282,7 @@ fn lines(text: &str) -> Vec<Said> {
 
 /// How long ago that was done which did not come back \[s\]; an error is what came back in its place.
 fn lost(worked: &[Said], went_on: Option<&Said>, end: f64) -> Result<f64, String> {
-    let Some(Said::WentOn { offers, state: restored, others, epoch: offered }) = went_on else {
+    let Some(Said::WentOn { offers, state: restored, others, written, epoch: offered }) = went_on else {
         return Err("the next window did not go on".to_owned());
     };
     let states: Vec<(f64, &String, &Vec<String>)> = worked
@@ -291,10 +294,14 @@ fn lost(worked: &[Said], went_on: Option<&Said>, end: f64) -> Result<f64, String
         return if *offers == 0 { Ok(end - first) } else { Err("what was offered can't be opened".to_owned()) };
     };
     let of = |state: &String| states.iter().rposition(|(_, known, _)| *known == state);
-    if let Some(strange) = others.iter().chain([restored]).find(|state| of(state).is_none()) {
-        return Err(format!("it offers a session {strange} that never was"));
+    if let Some(strange) = others.iter().find(|state| of(state).is_none()) {
+        return Err(format!("it offers beside the last a session {strange} that never was"));
     }
-    let known = of(restored).unwrap_or(0);
+    let Some(known) = of(restored) else {
+        let is_unsaid =
+            written.is_some_and(|written| end - written < UNSAID_S && written >= states[states.len() - 1].0);
+        return if is_unsaid { Ok(0.0) } else { Err(format!("it offers a session {restored} that never was")) };
+    };
     // What was left a moment before the last copy may still lie there.
     let most = states[..=known].iter().rev().take(2).map(|(.., left)| left.len()).max().unwrap_or(0);
     if others.len() > most {
@@ -328,7 +335,7 @@ mod tests {
         let state = |at: f64, state: &str| Said::State { at, state: state.to_owned(), left: Vec::new() };
         let went_on = |offers, state: Option<&str>, epoch| {
             let others = vec!["a".to_owned(); usize::saturating_sub(offers, 1)];
-            Said::WentOn { offers, state: state.map(str::to_owned), others, epoch }
+            Said::WentOn { offers, state: state.map(str::to_owned), others, written: Some(8.0), epoch }
         };
         let worked =
             [state(1.0, "a"), state(3.0, "b"), Said::Epoch { at: 4.0, epoch: 1 }, Said::Epoch { at: 9.0, epoch: 9 }];
@@ -341,12 +348,19 @@ mod tests {
         let anew = [&worked[..], &[Said::Epoch { at: 9.5, epoch: 2 }]].concat();
         assert_eq!(super::lost(&anew, Some(&went_on(1, Some("b"), Some(2))), 10.0), Ok(0.0), "it began anew");
         assert!(lost(went_on(1, Some("c"), None)).is_err() && lost(went_on(2, Some("b"), None)).is_err());
+        let unsaid = |written| {
+            let state = Some("c".to_owned());
+            Said::WentOn { offers: 1, state, others: Vec::new(), written: Some(written), epoch: None }
+        };
+        assert_eq!(lost(unsaid(9.5)), Ok(0.0), "it was killed before it could say so");
+        assert!(lost(unsaid(8.5)).is_err() && lost(unsaid(2.0)).is_err());
         // Another recording took the place of the second.
         let left = Said::State { at: 9.0, state: "c".to_owned(), left: vec!["b".to_owned()] };
         let with = |others: &[&str]| Said::WentOn {
             offers: 1 + others.len(),
             state: Some("c".to_owned()),
             others: others.iter().map(|state| (*state).to_owned()).collect(),
+            written: None,
             epoch: None,
         };
         let replaced = [&worked[..], &[left]].concat();

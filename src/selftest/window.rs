@@ -19,6 +19,7 @@ use super::{SelftestError, memory, seeds};
 use crate::app::hand::Hand;
 use crate::app::{Locks, Order};
 use crate::effect::registry;
+use crate::file;
 use crate::model::learned::{Layers, LearnedPreset};
 use crate::progress::Monitor;
 use crate::session::{self, Command, Session, Step};
@@ -94,6 +95,8 @@ pub enum Said {
         state: Option<String>,
         /// What the others hold.
         others: Vec<String>,
+        /// When that was written.
+        written: Option<f64>,
         /// So many epochs has the training that can go on.
         epoch: Option<u64>,
     },
@@ -110,7 +113,11 @@ pub enum Said {
 
 /// What the clock says \[s since 1970\].
 pub fn clock() -> f64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
+    since_1970(SystemTime::now())
+}
+
+fn since_1970(time: SystemTime) -> f64 {
+    time.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
 }
 
 fn say(said: &Said) -> Result<(), SelftestError> {
@@ -244,6 +251,7 @@ fn go_on(copies: &Copies) -> Result<(), SelftestError> {
     let mut window = Window::new(Some(copies), 0);
     window.frame()?;
     let offers: Vec<PathBuf> = window.hand.offers().into_iter().map(PathBuf::from).collect();
+    let written = offers.first().and_then(|newest| file::written(newest)).map(since_1970);
     if let Some(newest) = offers.first() {
         window.hand.order(Order::Recover(newest.clone()));
         window.until(|hand| !hand.is_busy())?;
@@ -256,7 +264,7 @@ fn go_on(copies: &Copies) -> Result<(), SelftestError> {
         Err(error) => error.to_string(),
     };
     let others = offers.iter().skip(1).map(holds).collect();
-    say(&Said::WentOn { offers: offers.len(), state: newest, others, epoch: window.hand.offered_epoch() })
+    say(&Said::WentOn { offers: offers.len(), state: newest, others, written, epoch: window.hand.offered_epoch() })
 }
 
 /// So often somebody clicks at random before the recording is opened anew.

@@ -156,13 +156,23 @@ fn what_was_left_for_something_else_is_asked_about() {
     drop(second);
 
     // The window crashes; of what undo was led back to there is one copy, not two.
-    for (orders, copies_left) in [(&[][..], 2), (&[Order::Undo], 1), (&[Order::Undo, Order::Redo], 2)] {
-        let copies = folder.path().join(format!("crashed-{copies_left}-{}", orders.len()));
+    let back_and_forth = [vec![Order::Undo], vec![Order::Redo]];
+    for (number, (orders, copies_left)) in [
+        (&[][..], 2),
+        (&back_and_forth[..1], 1),
+        (&back_and_forth, 2),
+        // Before the copy of what undo led to is written.
+        (&[vec![Order::Undo, Order::Redo]], 2),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let copies = folder.path().join(format!("crashed-{number}"));
         let mut crashed = working(&copies);
         crashed.state_mut().order(Order::run(Command::DrawMystery { level: Level::Easy, seed: 7 }));
         settle(&mut crashed);
-        for order in orders {
-            crashed.state_mut().order(order.clone());
+        for at_once in orders {
+            at_once.iter().for_each(|order| crashed.state_mut().order(order.clone()));
             settle(&mut crashed);
         }
         drop(crashed);

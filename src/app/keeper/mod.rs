@@ -25,6 +25,8 @@ pub struct Keeper {
     copied: Option<(Generation, View)>,
     /// The same of the copy that was asked for last, whatever became of it.
     asked: Option<(Generation, View)>,
+    /// The sessions that had copies of their own then.
+    left: Vec<Generation>,
     /// Whether the last copy could not be written.
     copy_failed: bool,
     /// The session that was restored from another copy, which goes as soon as it is in this one.
@@ -41,16 +43,13 @@ struct Draft {
     path: PathBuf,
     document: Document,
     note: Note,
-    /// Other sessions that have copies of their own.
-    left: Vec<Generation>,
 }
 
 /// What is being written.
 struct Target {
     path: PathBuf,
     document: (Generation, View),
-    /// With the other sessions that have copies of their own; `None` for a file that the user asked for.
-    copy: Option<Vec<Generation>>,
+    is_copy: bool,
 }
 
 /// What became of saving.
@@ -154,7 +153,8 @@ impl Keeper {
         let Some(path) = self.shelf.own().map(Path::to_owned) else { return };
         self.asked = Some(seen(&document));
         self.copies.retain(|draft| draft.path != path);
-        self.copies.push_back(Draft { path, document, note, left });
+        self.left = left;
+        self.copies.push_back(Draft { path, document, note });
         self.start();
     }
 
@@ -171,11 +171,11 @@ impl Keeper {
         }
         // What the user asked for goes first.
         if let Some((path, document)) = self.saves.pop_front() {
-            let target = Target { path: path.clone(), document: seen(&document), copy: None };
+            let target = Target { path: path.clone(), document: seen(&document), is_copy: false };
             let save = move || document_file::save(&path, &document).map(|()| file::mark(&path));
             self.running = Some((Job::spawn("save", || (), move |_| save()), target));
-        } else if let Some(Draft { path, document, note, left }) = self.copies.pop_front() {
-            let target = Target { path: path.clone(), document: seen(&document), copy: Some(left) };
+        } else if let Some(Draft { path, document, note }) = self.copies.pop_front() {
+            let target = Target { path: path.clone(), document: seen(&document), is_copy: true };
             let write = move || Shelf::write(&path, &document, &note).map(|()| None);
             self.running = Some((Job::spawn("copy", || (), move |_| write()), target));
         }
@@ -184,21 +184,24 @@ impl Keeper {
     /// What became of the last order to save; copies are silent as long as they succeed.
     pub fn poll(&mut self) -> Option<Kept> {
         let outcome = self.running.as_mut()?.0.poll()?;
-        let (_, Target { path, document, copy }) = self.running.take()?;
-        let kept = match (outcome, copy) {
-            (Outcome::Done(mark), None) => Some(Kept::Saved { path, mark, saved: document }),
-            (Outcome::Done(_), Some(left)) => {
+        let (_, Target { path, document, is_copy }) = self.running.take()?;
+        let kept = match (outcome, is_copy) {
+            (Outcome::Done(mark), false) => Some(Kept::Saved { path, mark, saved: document }),
+            (Outcome::Done(_), true) => {
                 if self.shelf.own() == Some(&path) {
-                    self.shelf.keep_aside(&left);
                     self.has_copied(document);
+                }
+                // Who undoes and does again at once still needs what lay aside before.
+                if self.copies.is_empty() {
+                    self.shelf.keep_aside(&self.left);
                 }
                 None
             }
-            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), Some(_)) => {
+            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), true) => {
                 let is_new = !std::mem::replace(&mut self.copy_failed, true);
                 is_new.then_some(Kept::NoCopy(message))
             }
-            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), None) => {
+            (Outcome::Failed(message) | Outcome::Panicked(message) | Outcome::Stopped(message), false) => {
                 Some(Kept::Failed(message))
             }
         };
