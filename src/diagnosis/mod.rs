@@ -141,6 +141,7 @@ pub fn diagnose_among(
     let mut notes = conclusion::notes(verdict, &effects, &unexplained_joints, &comparison, blocks, recording.encoders);
     let of_torque = last.noise_floor_nmse.as_deref();
     notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(judged.completeness(), noise)));
+    notes.extend(design.follows_up_to().map(|above_hz| Note::NotFollowed { above_hz }));
     if excerpt.share < 1.0 {
         notes.push(Note::Excerpt { share: excerpt.share });
     }

@@ -328,6 +328,11 @@ pub enum Note {
         #[serde(with = "joint_numbers")]
         joints: Vec<usize>,
     },
+    /// The torque does not follow the motion that was measured where that is faster: models are fitted to what is slower.
+    NotFollowed {
+        /// Than this \[Hz\].
+        above_hz: f64,
+    },
     /// The search looked at a part of the training data.
     Excerpt {
         /// How much of them.

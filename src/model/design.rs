@@ -8,6 +8,7 @@ use nalgebra::DVector;
 
 use super::equations::{Block, Equations, PreparedColumn};
 use super::preparation::Preparation;
+use super::reach::reach;
 use super::rest::Counting;
 use super::reversal;
 use super::terms::{OperatingPoint, Setting};
@@ -15,7 +16,7 @@ use super::working::Working;
 use super::{EffectTerm, Model, ModelError, RigidBody, Term, waves};
 use crate::effect::{Column, Load, Way};
 use crate::recording::split::{Segment, Split};
-use crate::recording::{Recording, Trajectory};
+use crate::recording::{Origin, Recording, Trajectory};
 use crate::signals::Signals;
 
 /// Blocks for validation and standard errors are by training stretch if there are at least this many, else by time.
@@ -38,6 +39,8 @@ pub struct Design<'a> {
     /// Whether a prepared sample counts: `counts[trajectory][joint][sample]`.
     counts: Vec<Vec<Vec<bool>>>,
     preparations: Vec<Preparation>,
+    /// Above this \[Hz\] the torque does not follow the motion, so that the preparations end there.
+    follows_up_to: Option<f64>,
     ways: Vec<Way>,
     /// ρ₁ of white noise as the preparations leave it.
     noise_correlation: f64,
@@ -62,7 +65,7 @@ impl<'a> Design<'a> {
     /// # Errors
     /// [`ModelError`] if no planar rigid body fits the recording or the torque never changes.
     pub fn new(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
-        let mut design = Design::prepared(Setting::of(recording)?, Working::of(recording, split), Counting::Moving)?;
+        let mut design = Design::followed(recording, split)?;
         design.setting.reversal_widths = reversal::widths(&design)?;
         design.at_rough_body()
     }
@@ -77,6 +80,20 @@ impl<'a> Design<'a> {
             .at_rough_body()
     }
 
+    /// In the band in which the torque follows the motion.
+    fn followed(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
+        let within = |highest: f64| {
+            Design::prepared(Setting::of(recording)?, Working::of(recording, split, highest), Counting::Moving)
+        };
+        let design = within(f64::INFINITY)?;
+        let follows_up_to = match recording.provenance.acceleration {
+            Origin::Measured => None,
+            Origin::Derived(_) => reach(&design.preparations, &design.counts, &design.torque, &design.rough()?.left),
+        };
+        let narrower = follows_up_to.map(within).transpose()?;
+        Ok(Design { follows_up_to, ..narrower.unwrap_or(design) })
+    }
+
     fn at_rough_body(mut self) -> Result<Self, ModelError> {
         let rough = self.rough()?;
         self.ways = waves::with_peaks(&self, &rough.left);
@@ -88,7 +105,7 @@ impl<'a> Design<'a> {
     /// # Errors
     /// As [`Design::new`].
     pub fn in_setting(recording: &'a Recording, split: &Split, setting: &Setting) -> Result<Self, ModelError> {
-        let mut design = Design::prepared(Setting::of(recording)?, Working::of(recording, split), Counting::Moving)?;
+        let mut design = Design::followed(recording, split)?;
         design.setting.reversal_widths.clone_from(&setting.reversal_widths);
         let body = match &setting.body {
             Some(body) => body.clone(),
@@ -134,6 +151,7 @@ impl<'a> Design<'a> {
             torque,
             counts,
             preparations,
+            follows_up_to: None,
             ways,
             noise_correlation,
             point,
@@ -193,6 +211,11 @@ impl<'a> Design<'a> {
     /// What torque and columns of each trajectory pass through.
     pub fn preparations(&self) -> &[Preparation] {
         &self.preparations
+    }
+
+    /// Up to which frequency the torque follows the motion \[Hz\], where that is less far than the motion alone would have it.
+    pub fn follows_up_to(&self) -> Option<f64> {
+        self.follows_up_to
     }
 
     /// The stretches that are kept together in validation, in prepared samples.

@@ -3,7 +3,7 @@
 //! Each term gives its torque by sample and joint. The presets are lists of terms; "add the effect" pushes one. The
 //! decomposition plot, the ladder and the diagnosis all read this one list.
 //!
-//! [`terms`] turns terms into columns along a `working` copy of the recording, [`preparation`] filters and decimates them, a [`design`] holds it, its
+//! [`terms`] turns terms into columns along a `working` copy of the recording, [`preparation`] filters and decimates them (up to the `reach` of the torque), a [`design`] holds it, its
 //! [`equations`] add up over blocks, [`least_squares`] solves, [`mod@fit`] identifies all parameters jointly, [`evaluate`]
 //! predicts and measures the error.
 
@@ -18,6 +18,7 @@ pub mod least_squares;
 pub(crate) mod line_search;
 pub mod preparation;
 pub(crate) mod property;
+mod reach;
 mod rest;
 pub(crate) mod reversal;
 pub(crate) mod sweep;

@@ -57,6 +57,11 @@ impl Preparation {
         Preparation { time_step, cutoff: Some(cutoff), every: ((rate / (KEPT * cutoff)).round() as usize).max(1) }
     }
 
+    /// With a cut-off that is not above this one \[Hz\].
+    pub fn within(self, highest: f64) -> Preparation {
+        self.cutoff.filter(|cutoff| *cutoff > highest).map_or(self, |_| Preparation::at(highest, self.time_step))
+    }
+
     /// What does the same to signals of which only every `every`th sample is left.
     pub fn after(&self, every: usize) -> Preparation {
         let time_step = every as f64 * self.time_step;

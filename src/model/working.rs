@@ -30,10 +30,12 @@ pub struct Working<'a> {
 }
 
 impl<'a> Working<'a> {
-    /// Of a recording whose derivatives were measured at a moderate rate it is the recording itself.
-    pub fn of(recording: &'a Recording, split: &Split) -> Self {
+    /// Of a recording whose derivatives were measured at a moderate rate it is the recording itself. The band of the torque does
+    /// not reach beyond `highest` \[Hz\].
+    pub fn of(recording: &'a Recording, split: &Split, highest: f64) -> Self {
         let count = recording.trajectories.len();
-        let preparations: Vec<Preparation> = (0..count).map(|index| Preparation::of(recording, index)).collect();
+        let preparation = |index: usize| Preparation::of(recording, index).within(highest);
+        let preparations: Vec<Preparation> = (0..count).map(preparation).collect();
         let bands: Vec<Option<Band>> =
             preparations.iter().map(|preparation| Band::of(preparation, &recording.provenance)).collect();
         if bands.iter().all(Option::is_none) {
@@ -124,7 +126,7 @@ mod tests {
     fn a_slow_recording_with_measured_derivatives_is_itself() {
         let recording = log(100.0);
         let split = Split::automatic(&recording);
-        assert!(matches!(Working::of(&recording, &split).recording, Cow::Borrowed(_)));
+        assert!(matches!(Working::of(&recording, &split, f64::INFINITY).recording, Cow::Borrowed(_)));
     }
 
     /// Thinned out, it is the same motion: velocity and acceleration are derivatives of the position, and no later.
@@ -137,7 +139,7 @@ mod tests {
         }
         let truth = log(1000.0);
         let split = Split::automatic(&recording);
-        let working = Working::of(&recording, &split);
+        let working = Working::of(&recording, &split, f64::INFINITY);
         let (thin, full) = (&working.recording.trajectories[0], &truth.trajectories[0]);
         let every = full.len().div_ceil(thin.len());
         assert!(every > 2, "{every}");
