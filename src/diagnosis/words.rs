@@ -123,8 +123,8 @@ impl Note {
                 joints_text(joints)
             ),
             Note::NotFollowed { above_hz } => format!(
-                "Above {above_hz:.1} Hz a rigid body asks for more torque along the motion that was measured than there is: what is faster there is \
-                 not the arm's, but that of gears that rattle, encoders or derivatives. Models are fitted to what is slower."
+                "Above {above_hz:.1} Hz a rigid body asks for more torque along the motion that was measured than there is, on every joint: \
+                 gears that rattle or give way, encoders and derivatives do that. Models are fitted to what is slower."
             ),
             Note::Excerpt { share } => format!(
                 "The training part is long: {} of it was searched, from the start of each run; held-out errors are those of the whole \

@@ -80,17 +80,19 @@ impl<'a> Design<'a> {
             .at_rough_body()
     }
 
+    /// In a band that does not reach beyond `highest` \[Hz\].
+    fn within(recording: &'a Recording, split: &Split, highest: f64) -> Result<Self, ModelError> {
+        Design::prepared(Setting::of(recording)?, Working::of(recording, split, highest), Counting::Moving)
+    }
+
     /// In the band in which the torque follows the motion.
     fn followed(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
-        let within = |highest: f64| {
-            Design::prepared(Setting::of(recording)?, Working::of(recording, split, highest), Counting::Moving)
-        };
-        let design = within(f64::INFINITY)?;
+        let design = Design::within(recording, split, f64::INFINITY)?;
         let follows_up_to = match recording.provenance.acceleration {
             Origin::Measured => None,
             Origin::Derived(_) => reach(&design.preparations, &design.counts, &design.torque, &design.rough()?.left),
         };
-        let narrower = follows_up_to.map(within).transpose()?;
+        let narrower = follows_up_to.map(|highest| Design::within(recording, split, highest)).transpose()?;
         Ok(Design { follows_up_to, ..narrower.unwrap_or(design) })
     }
 
@@ -100,12 +102,13 @@ impl<'a> Design<'a> {
         Ok(self.at(OperatingPoint { body: Some(rough.body), ..OperatingPoint::default() }))
     }
 
-    /// [`Design::new`] where body, reversals and what changes other effects are known: those of a model that was fitted elsewhere.
+    /// [`Design::new`] where body, reversals and what changes other effects are known: those of a model that was fitted elsewhere, and
+    /// that predicts the torque, which follows the motion then.
     ///
     /// # Errors
     /// As [`Design::new`].
     pub fn in_setting(recording: &'a Recording, split: &Split, setting: &Setting) -> Result<Self, ModelError> {
-        let mut design = Design::followed(recording, split)?;
+        let mut design = Design::within(recording, split, f64::INFINITY)?;
         design.setting.reversal_widths.clone_from(&setting.reversal_widths);
         let body = match &setting.body {
             Some(body) => body.clone(),

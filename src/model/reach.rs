@@ -13,10 +13,9 @@ use crate::signals::Signals;
 /// it asks for, and a body twice too heavy no more than there is. Reasoned, looked at on the DFKI pendulum, and tried on what RESULTS.md
 /// tells: forty arms of another engine, worlds, and effects planted into four real logs.
 const NOT_FOLLOWED: f64 = 2.0;
-/// No band ends below this share of where it would end by the motion alone, which is four times the frequency of the motion: the arm's own
-/// motion has its second harmonic there, as products of two joints have.
+/// No band ends below this share of where it would end by the motion alone, which is at least four times the frequency of the motion: the
+/// arm's own motion has its second harmonic there, as products of two joints have.
 const LOWEST: f64 = 0.5;
-
 /// So many samples that do not count are bridged, such as those of a reversal.
 const MOST_BRIDGED: usize = 3;
 

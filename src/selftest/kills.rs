@@ -205,9 +205,8 @@ fn save(bench: &Bench, cases: usize, random: &mut ChaCha8Rng, score: &mut Score)
 
 /// So much work may be lost with a window \[s\].
 const MOST_LOST_S: f64 = 10.0;
-/// A window says what its session is after the frame in which that came to be; a copy that was written so shortly before the end may be of
-/// one that it had no time to say \[s\].
-const UNSAID_S: f64 = 1.0;
+/// The clock that files are stamped with may be so late at most \[s\].
+const STAMP_LATE_S: f64 = 0.02;
 /// So long a window is worked in at most \[s\].
 const LONGEST_S: f64 = 25.0;
 
@@ -298,8 +297,10 @@ fn lost(worked: &[Said], went_on: Option<&Said>, end: f64) -> Result<f64, String
         return Err(format!("it offers beside the last a session {strange} that never was"));
     }
     let Some(known) = of(restored) else {
-        let is_unsaid =
-            written.is_some_and(|written| end - written < UNSAID_S && written >= states[states.len() - 1].0);
+        // What comes to be in a frame is said before its end is: a copy that is newer than that of all frames is of one that had none.
+        let frame = |said: &Said| if let Said::Frame { at } = said { Some(*at) } else { None };
+        let last = worked.iter().rev().find_map(frame);
+        let is_unsaid = written.zip(last).is_some_and(|(written, last)| written >= last - STAMP_LATE_S);
         return if is_unsaid { Ok(0.0) } else { Err(format!("it offers a session {restored} that never was")) };
     };
     // What was left a moment before the last copy may still lie there.
@@ -337,8 +338,13 @@ mod tests {
             let others = vec!["a".to_owned(); usize::saturating_sub(offers, 1)];
             Said::WentOn { offers, state: state.map(str::to_owned), others, written: Some(8.0), epoch }
         };
-        let worked =
-            [state(1.0, "a"), state(3.0, "b"), Said::Epoch { at: 4.0, epoch: 1 }, Said::Epoch { at: 9.0, epoch: 9 }];
+        let worked = [
+            state(1.0, "a"),
+            state(3.0, "b"),
+            Said::Epoch { at: 4.0, epoch: 1 },
+            Said::Epoch { at: 9.0, epoch: 9 },
+            Said::Frame { at: 9.1 },
+        ];
         let lost = |after: Said| lost(&worked, Some(&after), 10.0);
         assert_eq!(lost(went_on(1, Some("b"), Some(9))), Ok(0.0));
         assert_eq!(lost(went_on(1, Some("b"), Some(3))), Ok(1.0));

@@ -80,6 +80,11 @@ pub enum Said {
         /// Those that other recordings took the place of before they were saved.
         left: Vec<String>,
     },
+    /// A frame is over; what came to be in it is said.
+    Frame {
+        /// When.
+        at: f64,
+    },
     /// A training is so far.
     Epoch {
         /// When.
@@ -235,6 +240,7 @@ fn toil(copies: &Copies, seed: u64) -> Result<(), SelftestError> {
             }
             _ => (),
         }
+        say(&Said::Frame { at: clock() })?;
         if window.hand.is_at_work() {
             next = Instant::now() + THINKS.mul_f64(window.random.random_range(0.0..1.0));
         } else if Instant::now() >= next {
