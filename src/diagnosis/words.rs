@@ -123,7 +123,7 @@ impl Note {
                 joints_text(joints)
             ),
             Note::NotFollowed { above_hz } => format!(
-                "Above {above_hz:.1} Hz a rigid body asks for more torque along the motion that was measured than there is, on every joint: \
+                "Above {above_hz:.1} Hz a rigid body asks for more torque along the motion that was measured than there is, on most joints: \
                  gears that rattle or give way, encoders and derivatives do that. Models are fitted to what is slower."
             ),
             Note::Excerpt { share } => format!(
