@@ -39,8 +39,8 @@ impl Search<'_> {
         }
     }
 
-    /// Puts common friction in the place of odd forms of it where these are not likelier, and adds what the other joints have; whether any
-    /// changed.
+    /// Puts common friction in the place of odd forms of it where these are not likelier, or blocks that were left out don't confirm that
+    /// they are, and adds what the other joints have; whether any changed.
     ///
     /// A difference of evidence says as much of two forms as `certainty` on their joint, at most 1: where more is left than noise, it may
     /// be that which tells them apart.
@@ -52,7 +52,7 @@ impl Search<'_> {
         for joint in 0..self.weights.len() {
             let Some((set, odds)) = self.with_common_on(joint) else { continue };
             let worse = certainty(joint) * (self.priced_cost(&set) - self.priced_cost(&self.active));
-            if worse < 2.0 * odds.ln() {
+            if worse < 2.0 * odds.ln() || !gates::is_confirmed(self, &set, &self.active) {
                 self.active = set;
             }
         }
@@ -215,6 +215,36 @@ mod tests {
         let mut without = searched(&recording, &["coulomb-friction", "concave-friction"]);
         assert!(found(&without).contains(&("concave-friction", Some(2))));
         assert!(!without.prefer_common(|_| 0.0).unwrap(), "nothing else says what it says");
+    }
+
+    /// Joint 1 rubs more near standstill, in each fourth run or in all of them. The former has evidence, but the other runs don't confirm it.
+    #[test]
+    fn an_odd_form_stays_only_where_other_blocks_confirm_it() {
+        let found_with = |rubs: fn(usize) -> bool| {
+            let mut recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
+            for (_, run) in recording.trajectories.iter_mut().enumerate().filter(|(run, _)| rubs(*run)) {
+                let qd = run.qd[0].to_vec();
+                let more = |qd: f64| 1.5 * qd.signum() * (-(qd / 0.2).powi(2)).exp();
+                run.channels_mut().tau[0].iter_mut().zip(qd).for_each(|(tau, qd)| *tau += more(qd));
+            }
+            let mut search = searched(&recording, &["coulomb-friction", "stribeck-friction"]);
+            let group = |id: &str, joint: usize| {
+                let groups = &search.library.groups;
+                groups.iter().position(|group| group.effect.id == id && group.joint == Some(joint)).unwrap()
+            };
+            let odd = vec![group("stribeck-friction", 0), group("coulomb-friction", 1)];
+            let common = vec![group("coulomb-friction", 0), odd[1]];
+            assert!(search.priced_cost(&odd) < search.priced_cost(&common), "it has the evidence");
+            search.active = odd;
+            search.prefer_common(|_| 1.0).unwrap();
+            found(&search)
+        };
+        assert!(found_with(|_| true).contains(&("stribeck-friction", Some(0))));
+        let now = found_with(|run| run % 4 == 1);
+        assert!(
+            now.contains(&("coulomb-friction", Some(0))) && !now.iter().any(|(id, _)| *id == "stribeck-friction"),
+            "{now:?}"
+        );
     }
 
     /// Coulomb friction is hidden on joints 1 and 2 of three: it is usual on the third, but its data have none.
