@@ -217,7 +217,14 @@ mod tests {
         assert!(!without.prefer_common(|_| 0.0).unwrap(), "nothing else says what it says");
     }
 
-    /// Joint 1 rubs more near standstill, in each fourth run or in all of them. The former has evidence, but the other runs don't confirm it.
+    /// The candidate of an effect on a joint.
+    fn group(search: &Search, id: &str, joint: usize) -> usize {
+        let mut groups = search.library.groups.iter();
+        groups.position(|group| group.effect.id == id && group.joint == Some(joint)).unwrap()
+    }
+
+    /// Joint 1 rubs more near standstill, in each fourth run or in all of them. The former has evidence, but the other runs don't confirm
+    /// it.
     #[test]
     fn an_odd_form_stays_only_where_other_blocks_confirm_it() {
         let found_with = |rubs: fn(usize) -> bool| {
@@ -228,12 +235,8 @@ mod tests {
                 run.channels_mut().tau[0].iter_mut().zip(qd).for_each(|(tau, qd)| *tau += more(qd));
             }
             let mut search = searched(&recording, &["coulomb-friction", "stribeck-friction"]);
-            let group = |id: &str, joint: usize| {
-                let groups = &search.library.groups;
-                groups.iter().position(|group| group.effect.id == id && group.joint == Some(joint)).unwrap()
-            };
-            let odd = vec![group("stribeck-friction", 0), group("coulomb-friction", 1)];
-            let common = vec![group("coulomb-friction", 0), odd[1]];
+            let odd = vec![group(&search, "stribeck-friction", 0), group(&search, "coulomb-friction", 1)];
+            let common = vec![group(&search, "coulomb-friction", 0), odd[1]];
             assert!(search.priced_cost(&odd) < search.priced_cost(&common), "it has the evidence");
             search.active = odd;
             search.prefer_common(|_| 1.0).unwrap();
@@ -252,11 +255,7 @@ mod tests {
     fn what_the_others_have_is_usual_and_yet_not_invented() {
         let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
         let search = searched(&recording, &["coulomb-friction", "viscous-friction", "joint-spring"]);
-        let group = |id: &str, joint: usize| {
-            let is_it =
-                |group: &crate::diagnosis::candidates::Group| group.effect.id == id && group.joint == Some(joint);
-            search.library.groups.iter().position(is_it).unwrap()
-        };
+        let group = |id: &str, joint: usize| group(&search, id, joint);
         let found: Vec<usize> = (0..2).map(|joint| group("coulomb-friction", joint)).collect();
         assert!(search.active.len() == 2 && found.iter().all(|group| search.active.contains(group)));
         assert!(search.is_usual(group("coulomb-friction", 2)));
