@@ -29,8 +29,9 @@ impl ChangesReading for DerivativeDelay {
     fn misread(&self, reading: &mut Trajectory, _joint: usize, parameters: &[f64]) {
         let &[delay] = parameters else { return };
         let mut reading = reading.channels_mut();
+        let moments = moments(reading.time, delay);
         for signal in reading.qd.iter_mut().chain(reading.qdd.iter_mut()) {
-            signal.copy_from_slice(&delayed(signal, reading.time, delay));
+            signal.copy_from_slice(&along(signal, reading.time, &moments));
         }
     }
 }
@@ -57,28 +58,51 @@ impl SetsRight for DerivativeDelay {
 /// The signal as it was `delay` \[s\] ago, on a smooth curve through the samples; before the start it was as at the start, and
 /// after the end it stays as at the end.
 pub(super) fn delayed(signal: &[f64], time: &[f64], delay: f64) -> Vec<f64> {
-    let slope = |t: usize| {
-        let (before, after) = (t.saturating_sub(1), (t + 1).min(time.len() - 1));
-        (signal[after] - signal[before]) / (time[after] - time[before])
-    };
+    along(signal, time, &moments(time, delay))
+}
+
+/// A moment between two samples.
+struct Moment {
+    /// The sample before it.
+    before: usize,
+    /// Its share of the way to the next one; 0 before the first sample and after the last.
+    share: f64,
+}
+
+/// Of each sample the moment `delay` \[s\] ago.
+fn moments(time: &[f64], delay: f64) -> Vec<Moment> {
     let mut before = 0;
-    let value = |now: &f64| {
+    let moment = |now: &f64| {
         let then = now - delay;
         while before + 1 < time.len() && time[before + 1] <= then {
             before += 1;
         }
-        let after = before + 1;
-        if after == time.len() || then <= time[before] {
+        let is_within = before + 1 < time.len() && then > time[before];
+        let share = if is_within { (then - time[before]) / (time[before + 1] - time[before]) } else { 0.0 };
+        Moment { before, share }
+    };
+    time.iter().map(moment).collect()
+}
+
+/// The signal at these moments, by Hermite's cubic with the slopes of central differences.
+fn along(signal: &[f64], time: &[f64], moments: &[Moment]) -> Vec<f64> {
+    let last = time.len().saturating_sub(1);
+    let slope = |t: usize| {
+        let (before, after) = (t.saturating_sub(1), (t + 1).min(last));
+        (signal[after] - signal[before]) / (time[after] - time[before])
+    };
+    let slopes: Vec<f64> = (0..time.len()).map(slope).collect();
+    let value = |&Moment { before, share }: &Moment| {
+        if share == 0.0 {
             return signal[before];
         }
-        // Hermite's cubic with the slopes of central differences.
+        let after = before + 1;
         let step = time[after] - time[before];
-        let share = (then - time[before]) / step;
         let (rest, rise) = (1.0 - share, signal[after] - signal[before]);
-        let bends = [step * slope(before) - rise, rise - step * slope(after)];
+        let bends = [step * slopes[before] - rise, rise - step * slopes[after]];
         signal[before] + share * rise + share * rest * (rest * bends[0] + share * bends[1])
     };
-    time.iter().map(value).collect()
+    moments.iter().map(value).collect()
 }
 
 #[cfg(test)]

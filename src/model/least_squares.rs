@@ -109,6 +109,18 @@ impl NormalEquations {
         (self.energy - 2.0 * factors.dot(&self.moment) + factors.dot(&(&self.gram * factors))).max(0.0)
     }
 
+    /// The same of a selection of columns: what [`NormalEquations::select`] would leave, without a copy of it.
+    pub fn residual_energy_of(&self, columns: &[usize], factors: &DVector<f64>) -> f64 {
+        let rows = self.moment.len();
+        let mut explained = DVector::zeros(columns.len());
+        for (&column, &factor) in columns.iter().zip(factors).filter(|(_, factor)| **factor != 0.0) {
+            let whole = &self.gram.as_slice()[column * rows..(column + 1) * rows];
+            explained.iter_mut().zip(columns).for_each(|(sum, &row)| *sum += factor * whole[row]);
+        }
+        let moment: f64 = columns.iter().zip(factors).map(|(&column, factor)| factor * self.moment[column]).sum();
+        (self.energy - 2.0 * moment + factors.dot(&explained)).max(0.0)
+    }
+
     /// The equations of the same data with a price on large factors: `share` of its squared length for each column. So many
     /// columns that hardly differ can't blow each other up.
     pub fn damped(&self, share: f64) -> NormalEquations {
@@ -305,6 +317,15 @@ mod tests {
             (spreads[0] - (2.0f64 / 7.0).sqrt()).abs() < 1e-12 && (spreads[1] - (4.0f64 / 7.0).sqrt()).abs() < 1e-12
         );
         assert_eq!(spreads[2], 0.0);
+    }
+
+    #[test]
+    fn a_selection_leaves_the_same_without_a_copy() {
+        let x = DMatrix::from_fn(30, 6, |i, j| ((i * (j + 2)) as f64 * 0.37).sin());
+        let whole = equations(&x, &DVector::from_fn(30, |i, _| (i as f64 * 0.1).cos()));
+        let (columns, factors) = ([4, 0, 3], DVector::from_vec(vec![0.3, 0.0, -1.2]));
+        let expected = whole.select(&columns).residual_energy(&factors);
+        assert!((whole.residual_energy_of(&columns, &factors) - expected).abs() < 1e-12 * expected);
     }
 
     #[test]

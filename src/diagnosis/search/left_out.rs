@@ -83,7 +83,7 @@ impl Search<'_> {
         let fit = |block: usize| {
             let (elimination, columns) = self.behind(&set, block, last);
             let factors = DVector::from_vec(elimination.factors_from(0));
-            let error = self.block_equations(block, &columns).residual_energy(&factors);
+            let error = self.block_error(block, &columns, &factors);
             (factors, error)
         };
         (0..self.library.equations.block_count()).into_par_iter().map(fit).collect()

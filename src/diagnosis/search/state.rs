@@ -145,6 +145,11 @@ impl<'a> Search<'a> {
         self.blocks[block].select(columns)
     }
 
+    /// What these factors of these columns leave of one block.
+    pub(super) fn block_error(&self, block: usize, columns: &[usize], factors: &DVector<f64>) -> f64 {
+        self.blocks[block].residual_energy_of(columns, factors)
+    }
+
     /// The share that is structure, not noise, of what these factors of all columns leave of a joint; 0 if nothing is left.
     pub fn structure(&self, joint: usize, factors: &DVector<f64>) -> f64 {
         let Library { equations, columns, torque, design, .. } = &self.library;
