@@ -1,13 +1,14 @@
 //! What a log can show of an effect: the band in which models are held against it, and what is left beside what every robot has.
 //!
-//! Above that band accelerations are noise, and so is what a lag or an elastic joint would make of them: an effect is as strong as
-//! it is within the band. And what a rigid body takes up together with the friction and the offsets that nearly every joint has,
+//! Above that band accelerations are noise, and so is what a lag or an elastic joint would make of them, or the torque does not follow
+//! the motion: an effect is as strong as it is within the band. And what a rigid body takes up together with the friction and the offsets that nearly every joint has,
 //! nobody can find.
 
 use rayon::prelude::*;
 
 use super::TrialError;
 use crate::effect::{Effect, Family, registry};
+use crate::model::design::Design;
 use crate::model::preparation::Preparation;
 use crate::model::{self, Model, Preset};
 use crate::progress::Monitor;
@@ -35,8 +36,9 @@ impl Shown {
     /// # Errors
     /// [`TrialError`] if no rigid body fits it.
     pub(super) fn of(recording: &Recording, split: &Split) -> Result<Shown, TrialError> {
+        let highest = Design::new(recording, split)?.follows_up_to().unwrap_or(f64::INFINITY);
         // No sample is left out: where an effect acts is drawn along the whole way.
-        let band = |run: usize| Preparation { every: 1, ..Preparation::of(recording, run) };
+        let band = |run: usize| Preparation { every: 1, ..Preparation::of(recording, run).within(highest) };
         let bands: Vec<Preparation> = (0..recording.trajectories.len()).map(band).collect();
         let common: Vec<&'static Effect> = registry::addable().filter(|effect| effect.is_common()).collect();
         let mut families: Vec<Option<Family>> = common.iter().map(|effect| Some(effect.family)).chain([None]).collect();
