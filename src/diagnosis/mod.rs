@@ -125,8 +125,10 @@ pub fn diagnose_among(
         monitor.check()
     };
     effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
-    let unexplained_joints = judged.incomplete();
     effects.extend(steps::faults_of_readings(recording, &last));
+    let completeness = conclusion::carried_over(judged.completeness(), &last);
+    let incomplete = completeness.iter().filter(|one| !one.complete);
+    let unexplained_joints: Vec<usize> = incomplete.map(|one| one.joint).collect();
     let verdict = conclusion::verdict(&effects, &unexplained_joints, &comparison);
     if comparison == Comparison::NotPossible && !last_fitted.model.is_pinned() {
         let unknown = |&group: &usize| {
@@ -138,9 +140,10 @@ pub fn diagnose_among(
     not_known.dedup();
     let hiding = recording.torque.iter().filter(|fact| fact.hides().is_some());
     not_known.splice(0..0, hiding.map(|fact| NotKnown::NotInTorque { fact }));
-    let mut notes = conclusion::notes(verdict, &effects, &unexplained_joints, &comparison, blocks, recording.encoders);
+    let mut notes = conclusion::notes(verdict, &effects, &judged.incomplete(), &comparison, blocks, recording.encoders);
+    notes.extend(conclusion::fails_on_held_out(&last));
     let of_torque = last.noise_floor_nmse.as_deref();
-    notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(judged.completeness(), noise)));
+    notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(&completeness, noise)));
     notes.extend(design.follows_up_to().map(|above_hz| Note::NotFollowed { above_hz }));
     if excerpt.share < 1.0 {
         notes.push(Note::Excerpt { share: excerpt.share });
@@ -151,7 +154,7 @@ pub fn diagnose_among(
         verdict,
         effects,
         presence: judged.told(),
-        completeness: judged.completeness().to_vec(),
+        completeness,
         held_out_nmse,
         noise_floor_nmse: last.noise_floor_nmse,
         unexplained_joints,

@@ -107,7 +107,11 @@ pub struct Completeness {
     pub left: Option<f64>,
     /// RMS of what is left beside noise, or rests on doubtful names, over that of the measured torque.
     pub remainder: f64,
-    /// Whether that is no more than where the truth is known to be complete.
+    /// RMS error on held-out data over that in training, with all that was named; `None` where nothing is held out, and in reports of
+    /// an older program.
+    #[serde(default)]
+    pub held_out: Option<f64>,
+    /// Whether the remainder is no more than where the truth is known to be complete, and held-out data don't contradict it.
     pub complete: bool,
 }
 
@@ -322,6 +326,12 @@ pub enum Note {
         #[serde(with = "joint_numbers")]
         joints: Vec<usize>,
     },
+    /// The model with all that was named fits in training, but not where it was held out.
+    FailsOnHeldOut {
+        /// On these joints, counted from 0; written counted from 1.
+        #[serde(with = "joint_numbers")]
+        joints: Vec<usize>,
+    },
     /// What is left is noise, but far more than that of the torque: it comes from the motion.
     NoiseOfMotion {
         /// On these joints, counted from 0; written counted from 1.
@@ -424,6 +434,14 @@ impl MissingEffect {
 }
 
 #[cfg(test)]
+impl Completeness {
+    /// Of joint 1, on which half is explained and nothing is left.
+    pub(super) fn example() -> Completeness {
+        Completeness { joint: 0, explained: 0.5, left: None, remainder: 0.0, held_out: None, complete: true }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::effect::registry;
@@ -467,7 +485,7 @@ mod tests {
     /// A report in a file says nothing of a joint 0, wherever it stands.
     #[test]
     fn joints_are_counted_from_one_in_files() {
-        let complete = Completeness { joint: 1, explained: 0.5, left: None, remainder: 0.1, complete: false };
+        let complete = Completeness { joint: 1, remainder: 0.1, complete: false, ..Completeness::example() };
         let written = serde_json::to_string(&complete).unwrap();
         assert!(written.contains("\"joint\":2"), "{written}");
         assert_eq!(serde_json::from_str::<Completeness>(&written).unwrap(), complete);

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde::ser::{SerializeStruct, Serializer};
 
-use super::conclusion::NOISIER;
+use super::conclusion::{CARRIES_OVER, NOISIER};
 use super::presence::{LIKELY, SURE};
 use super::proposal::percent;
 use super::report::{
@@ -116,6 +116,11 @@ impl Note {
                  views.",
                 joints_text(joints)
             ),
+            Note::FailsOnHeldOut { joints } => format!(
+                "On held-out data the error of {} is far larger than in training: something acts there only (a contact, a load, a \
+                 collision), or its motion goes where the training data don't. Look there in the residual views, or hold other data out.",
+                joints_text(joints)
+            ),
             Note::NoiseOfMotion { joints } => format!(
                 "What is left of {} looks like noise, but is more than {NOISIER} times that of the torque: it is that of the motion \
                  (derivatives, a coarse encoder, channels read at different moments). A lower cut-off or a better velocity \
@@ -179,7 +184,11 @@ impl Completeness {
             None => format!("{:.2} % of what was measured is left beside noise or in doubt", 100.0 * self.remainder),
         };
         let answer = if self.complete { "complete" } else { "not complete" };
-        format!("joint {}: {answer}; {explained}, {}{beside_noise}", self.joint + 1, all.unwrap_or_default())
+        let held_out = self.held_out.filter(|times| *times > CARRIES_OVER);
+        let held_out =
+            held_out.map(|times| format!("; on held-out data the error is {times:.0} times that of training"));
+        let all = all.unwrap_or_default();
+        format!("joint {}: {answer}; {explained}, {all}{beside_noise}{}", self.joint + 1, held_out.unwrap_or_default())
     }
 }
 
@@ -444,10 +453,12 @@ mod tests {
         let group = effect.family.group().name();
         let places = [presence(1.0, Some(1)).place(), presence(1.0, None).place()];
         assert_eq!(places, [format!("{group}, joint 2"), format!("{group}, arm")]);
-        let complete = Completeness { joint: 0, explained: 0.98, left: Some(0.03), remainder: 0.01, complete: true };
+        let complete = Completeness { explained: 0.98, left: Some(0.03), remainder: 0.01, ..Completeness::example() };
         let told = "joint 1: complete; 98.0 % of the squared residual is explained, 3.00 % of what was measured is left, 1.00 % beside \
                     noise or in doubt";
         assert_eq!(complete.text(), told);
+        let fails = Completeness { held_out: Some(12.3), ..complete };
+        assert_eq!(fails.text(), format!("{told}; on held-out data the error is 12 times that of training"));
         let older = Completeness { left: None, complete: false, ..complete }.text();
         assert!(
             older.starts_with("joint 1: not complete;")

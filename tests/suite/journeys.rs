@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use torquescope::arm::{Arm, Link, Posture};
-use torquescope::diagnosis::{Report, Verdict};
+use torquescope::diagnosis::{Note, Report, Verdict};
 use torquescope::model::Preset;
 use torquescope::model::learned::LearnedPreset;
 use torquescope::progress::Monitor;
@@ -197,6 +197,26 @@ fn a_stop_ends_the_work_and_leaves_the_session() {
     monitor.stop("the user changed their mind");
     let error = Command::Simulate(Box::new(Scenario::embedded())).run(&Session::default(), &monitor).unwrap_err();
     assert!(error.to_string().contains("changed their mind"));
+}
+
+/// In the held-out runs the last link pushes against something that is not there in training.
+#[test]
+fn what_fits_in_training_only_is_no_answer() {
+    let clean = simulated(Scenario { effects: Vec::new(), ..Scenario::embedded() });
+    let split = clean.split.clone();
+    let mut recording = clean.recording.as_deref().unwrap().clone();
+    for segment in &split.held_out {
+        let mut torque = recording.trajectories[segment.trajectory].channels_mut().tau;
+        torque[2][segment.samples.clone()].iter_mut().for_each(|tau| *tau += 5.0);
+    }
+    let pushing = Session { recording: Some(recording.into()), split, ..Session::default() };
+    let session = run(Command::Diagnose, &run(Command::ChoosePreset(Preset::RigidBody), &pushing));
+    let report = report(&session);
+    assert_eq!((report.verdict, &report.unexplained_joints), (Verdict::UnknownEffect, &vec![2]), "{}", report.advice());
+    assert!(report.effects.is_empty() && report.notes.contains(&Note::FailsOnHeldOut { joints: vec![2] }));
+    let complete: Vec<bool> = report.completeness.iter().map(|one| one.complete).collect();
+    assert_eq!(complete, [true, true, false]);
+    assert!(report.advice().contains("On held-out data the error of joint 3 is far larger than in training"));
 }
 
 #[test]

@@ -32,6 +32,7 @@ impl Judged {
                 left: Some(rest.share[joint]),
                 explained: (1.0 - (rest.share[joint] / rest.before[joint]).powi(2)).clamp(0.0, 1.0),
                 remainder,
+                held_out: None,
                 complete: map.is_complete(&rest, remainder, joint),
             }
         };
