@@ -508,6 +508,20 @@ mod tests {
     use crate::recording::torque::TorqueFacts;
     use crate::recording::{Channels, Joint, JointKind, Origin, Provenance};
 
+    /// What the filter gives to white noise is none, what moves as one is all.
+    #[test]
+    fn structure_is_what_goes_beyond_the_filter() {
+        let recording = crate::simulation::simulate(
+            &crate::simulation::Scenario { effects: Vec::new(), ..crate::simulation::Scenario::embedded() },
+            &crate::progress::Monitor::new(),
+        );
+        let recording = recording.unwrap();
+        let design = Design::new(&recording, &Split::automatic(&recording)).unwrap();
+        let of_noise = design.noise_correlation;
+        assert_eq!([-1.0, of_noise, 1.0].map(|correlation| design.structure(correlation)), [0.0, 0.0, 1.0]);
+        assert!((design.structure(0.5 * (1.0 + of_noise)) - 0.5).abs() < 1e-12);
+    }
+
     /// Few stretches are cut into parts of about the same length in all, each sample once; many are blocks as they are.
     #[test]
     fn stretches_are_cut_into_blocks_without_a_gap() {

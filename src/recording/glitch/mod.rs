@@ -370,6 +370,13 @@ mod tests {
     use super::*;
     use crate::signals::Signals;
 
+    /// A stretch that is longer than a few samples is motion, not a leap.
+    #[test]
+    fn what_leaps_out_for_a_few_samples_is_found() {
+        let values = [0.0, 9.0, 0.0, 9.0, 9.0, 9.0, 0.0, 9.0, 9.0, 9.0, 9.0];
+        assert_eq!(far_out(&values, |value| value > 5.0), [1..2, 3..6]);
+    }
+
     /// One joint that swings, with noise.
     fn swinging() -> Recording {
         let time: Vec<f64> = (0..4800).map(|sample| sample as f64 * 0.002).collect();

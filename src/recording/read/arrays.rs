@@ -327,3 +327,25 @@ fn stated_step(name: &str, array: &ArrayD<f64>) -> Option<f64> {
     };
     (step.is_finite() && step > 0.0).then_some(step)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As they stand, turned round, and what is left of the front of a longer one.
+    #[test]
+    fn an_array_is_read_row_after_row_however_it_lies_in_memory() {
+        let array = ArrayD::from_shape_vec(vec![2, 3], (1..=6).map(f64::from).collect()).unwrap();
+        assert_eq!(flat(array.clone()), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(flat(array.clone().reversed_axes()), [1.0, 4.0, 2.0, 5.0, 3.0, 6.0]);
+        let mut last = array;
+        last.slice_axis_inplace(Axis(0), ndarray::Slice::from(1..));
+        assert_eq!(flat(last), [4.0, 5.0, 6.0]);
+    }
+
+    #[test]
+    fn a_complaint_names_what_was_passed_over() {
+        assert_eq!(also(&[]), "");
+        assert_eq!(also(&["`a` (text)".to_owned()]), " (passed over: `a` (text))");
+    }
+}

@@ -1131,6 +1131,17 @@ mod tests {
     use super::*;
     use crate::selftest::seeds;
 
+    #[test]
+    fn what_is_set_right_is_said() {
+        let scenario = crate::simulation::Scenario::embedded();
+        let mut recording = crate::simulation::simulate(&scenario, &Monitor::new()).unwrap();
+        let before = recording.trajectories[0].tau[1][0];
+        let findings = set_right(&mut recording, &["sign-torque@2".parse().unwrap()]).unwrap();
+        assert_eq!(recording.trajectories[0].tau[1][0], -before);
+        assert_eq!(findings.iter().map(|finding| finding.kind).collect::<Vec<_>>(), [FindingKind::SetRight]);
+        assert!(findings[0].what.contains("`sign-torque@2`"), "{}", findings[0].what);
+    }
+
     /// What comes block by block is stopped between two of them, packed or not.
     #[test]
     fn a_stop_is_heard_while_text_is_read() {
