@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Changes the program and looks whether a unit test sees it, with one compilation: tests/mutants.py [COUNT] [SEED].
+"""Changes the program and looks whether a test sees it, with one compilation: tests/mutants.py [COUNT] [SEED].
 
 All changes are compiled into a copy of the program (in target/mutants-at-once), each behind its number: a function returns a default
-at once, or the condition of an `if` is turned round. Which tests reach which change is seen once; COUNT of the changes (100), drawn by
-SEED (0), are then made one by one, and the tests that reach them are run. tests/mutants.sh makes more kinds of changes, and
-compiles for each.
+at once, or the condition of an `if` is turned round. Which unit tests of the changed rooms, and which tests of the suite, reach which change is
+seen once; COUNT of the changes (100), drawn by SEED (0), are then made one by one, and the tests that reach them are run, the quickest first,
+for three minutes at most. tests/mutants.sh makes more kinds of changes, and compiles for each.
 """
 
 import json
@@ -14,12 +14,16 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 COPY = ROOT / "target" / "mutants-at-once"
 ROOMS = ("diagnosis", "model", "recording")
+# What the tests of one change may take together [s].
+PATIENCE = 180
 DEFAULTS = [
     (r"bool", ["true", "false"]),
     (r"f(32|64)", ["0.0", "1.0", "-1.0"]),
@@ -114,10 +118,13 @@ def change(path, mutants):
     path.write_text(code + separator + tests)
 
 
-def program():
-    """The copy with all changes, compiled; and the changes."""
+def programs():
+    """The copy with all changes, compiled: its unit tests, its suite; and the changes."""
     shutil.rmtree(COPY, ignore_errors=True)
     shutil.copytree(ROOT, COPY, ignore=shutil.ignore_patterns("target", ".git"))
+    shared = ROOT.parent / "shared"
+    if shared.exists() and not (COPY.parent / "shared").exists():
+        (COPY.parent / "shared").symlink_to(shared)
     mutants = []
     for room in ROOMS:
         for path in sorted((COPY / "src" / room).rglob("*.rs")):
@@ -125,46 +132,79 @@ def program():
                 change(path, mutants)
     with open(COPY / "src" / "lib.rs", "a") as library:
         library.write(SWITCH.replace("COUNT", str(len(mutants))))
-    build = ["cargo", "test", "--lib", "--no-run", "--message-format=json"]
-    environment = dict(os.environ, CARGO_TARGET_DIR=str(ROOT / "target"))
+    build = ["cargo", "test", "--lib", "--test", "suite", "--no-run", "--message-format=json"]
+    # Not where the program itself is compiled: cargo would take what is made here for that.
+    environment = dict(os.environ, CARGO_TARGET_DIR=str(ROOT / "target" / "mutants"))
     built = subprocess.run(build, cwd=COPY, env=environment, stdout=subprocess.PIPE, text=True, check=True).stdout
-    named = (json.loads(line).get("executable") for line in built.splitlines())
-    return next(name for name in named if name), mutants
+    built = [json.loads(line) for line in built.splitlines()]
+    tests = {one["target"]["name"]: one["executable"] for one in built if one.get("profile", {}).get("test")}
+    return tests["torquescope"], tests["suite"], mutants
 
 
-def passes(program, test, limit, **environment):
+def tests_of(program):
+    """The program with the name of each of its tests that are not left out."""
+    listed = [subprocess.run([program, "--list", *only], cwd=COPY, stdout=subprocess.PIPE, text=True, check=True).stdout
+              for only in ([], ["--ignored"])]
+    every, left_out = ([line.removesuffix(": test") for line in lines.splitlines() if line.endswith(": test")] for lines in listed)
+    return [(program, name) for name in every if name not in left_out]
+
+
+def passes(test, limit, **environment):
     """Whether a test passes within a time [s], and how long it took."""
     begin = time.time()
-    run = [program, "--exact", test, "-q", "--test-threads", "1"]
+    program, name = test
+    run = [program, "--exact", name, "-q", "--test-threads", "1"]
+    environment = dict(os.environ, CARGO_MANIFEST_DIR=str(COPY), **environment)
     try:
-        done = subprocess.run(run, cwd=COPY, env=dict(os.environ, **environment), capture_output=True, timeout=limit)
+        done = subprocess.run(run, cwd=COPY, env=environment, capture_output=True, timeout=limit)
         return done.returncode == 0, time.time() - begin
     except subprocess.TimeoutExpired:
         return False, limit
 
 
+def reached(test):
+    """The changes that a test reaches, and how long it took; none if it doesn't pass as the program is."""
+    with tempfile.NamedTemporaryFile() as file:
+        passed, seconds = passes(test, 300, MUTANTS_REACHED=file.name)
+        return [int(number) for number in set(file.read().split())] if passed else [], seconds
+
+
+def is_caught(number, tests):
+    """Whether one of these tests with their times sees the change."""
+    end = time.time() + PATIENCE
+    for seconds, test in sorted(tests):
+        if time.time() + seconds > end:
+            return False
+        if not passes(test, max(20, 10 * seconds), MUTANT=str(number))[0]:
+            return True
+    return False
+
+
 def main():
     count, seed = (int(given) for given in (sys.argv[1:] + ["100", "0"][len(sys.argv) - 1 :])[:2])
-    tests, mutants = program()
-    listed = subprocess.run([tests, "--list"], cwd=COPY, stdout=subprocess.PIPE, text=True, check=True).stdout
-    names = [line.removesuffix(": test") for line in listed.splitlines() if line.endswith(": test")]
+    unit, suite, mutants = programs()
+    tests = [test for test in tests_of(unit) if test[1].split("::")[0] in ROOMS] + tests_of(suite)
     reached_by = {}
-    for name in (name for name in names if name.split("::")[0] in ROOMS):
-        file = COPY / "reached"
-        file.unlink(missing_ok=True)
-        passed, seconds = passes(tests, name, 120, MUTANTS_REACHED=str(file))
-        for number in file.read_text().split() if passed and file.exists() else []:
-            reached_by.setdefault(int(number), []).append((seconds, name))
-    print(f"{len(reached_by)} of {len(mutants)} changes are reached by a unit test of {', '.join(ROOMS)}")
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for test, (numbers, seconds) in zip(tests, pool.map(reached, tests)):
+            for number in numbers:
+                reached_by.setdefault(number, []).append((seconds, test))
+    by_unit = sum(any(test[0] == unit for _, test in by) for by in reached_by.values())
+    print(f"of {len(mutants)} changes {len(reached_by)} are reached by a test, {by_unit} by a unit test of {', '.join(ROOMS)}", flush=True)
     drawn = random.Random(seed).sample(range(len(mutants)), min(count, len(mutants)))
-    caught = 0
-    for number in drawn:
-        of_it = sorted(reached_by.get(number, []))
-        is_caught = any(not passes(tests, name, max(20, 10 * seconds), MUTANT=str(number))[0] for seconds, name in of_it)
-        caught += is_caught
-        if not is_caught:
-            print(f"missed{'' if of_it else ', reached by none'}: {mutants[number]}", flush=True)
-    print(f"caught: {caught} of {len(drawn)}")
+
+    def looked_at(number):
+        by = reached_by.get(number, [])
+        alone = is_caught(number, [one for one in by if one[1][0] == unit])
+        caught = alone or is_caught(number, [one for one in by if one[1][0] != unit])
+        if not caught:
+            print(f"missed{'' if by else ', reached by none'}: {mutants[number]}", flush=True)
+        return alone, caught
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = list(pool.map(looked_at, drawn))
+    alone, caught = (sum(one[which] for one in results) for which in (0, 1))
+    print(f"caught: {caught} of {len(drawn)}, {alone} of them by unit tests")
 
 
 if __name__ == "__main__":
