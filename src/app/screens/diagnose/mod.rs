@@ -22,7 +22,7 @@ use crate::app::screens::{ladder, residuals};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{glossary, math, tables, widgets};
 use crate::diagnosis::presence::LIKELY;
-use crate::diagnosis::{Alternative, Candidate, MissingEffect, NotKnown, Report, Verdict};
+use crate::diagnosis::{Alternative, Candidate, MissingEffect, NotKnown, Note, Report, Verdict};
 use crate::effect::Scope;
 use crate::figure::Panel;
 use crate::progress::Progress;
@@ -440,22 +440,28 @@ fn without_effect(ui: &mut Ui, desk: &mut Desk, report: &Report, recording: &Rec
             .collect();
         widgets::table(ui, "beside the noise", &["", "held-out nMSE", "noise floor", "what is left is"], &rows);
     });
-    let (title, text, screen) = if report.verdict == Verdict::NothingMissing {
+    let fits_in_training = report.notes.iter().any(|note| matches!(note, Note::FailsOnHeldOut { .. }))
+        && !report.notes.iter().any(|note| matches!(note, Note::NoneExplains { .. }));
+    let (text, screen) = if report.verdict == Verdict::NothingMissing {
         (
-            "What this means",
             "The model explains these measurements as well as their noise allows. That is no proof that it is complete: an \
              effect that this motion does not excite leaves no trace. Look at the ladder for what was gained so far.",
             &ladder::ABOUT,
         )
+    } else if fits_in_training {
+        (
+            "The model explains what it learned from, but not what was held out. Look where it fails: the moment at which that \
+             begins, and the state then, say what acts there.",
+            &residuals::ABOUT,
+        )
     } else {
         (
-            "What this means",
             "The residual has structure, but no effect of the catalogue explains it on data that it has not seen. Look where it \
              fails: the state over which it has a shape says what kind of effect it is.",
             &residuals::ABOUT,
         )
     };
-    widgets::card(ui, title, |ui| {
+    widgets::card(ui, "What this means", |ui| {
         ui.label(RichText::new(text).color(palette.text));
         if ui.button(format!("Go to: {}", screen.title)).clicked() {
             desk.orders.push(Order::Show(screen));
