@@ -15,8 +15,9 @@ pub const NOISIER: f64 = 3.0;
 const WORTH_A_WORD: f64 = 0.1;
 /// A model that errs so many times as much on held-out data as in training (RMS) …
 pub const CARRIES_OVER: f64 = 4.0;
-/// … and by more than this share of the torque there, does not carry over. Of 72 worlds (`--world --seed 2001`), the forty of another engine and four
-/// real logs none that is complete errs more than 1.7 times as much; an arm that met the floor where it was held out erred 100 times.
+/// … and by more than this share of the torque there, does not carry over. Of 72 worlds (`--world --seed 2001`), the forty of another
+/// engine and four real logs none that is complete errs more than 1.7 times as much; an arm that met the floor where it was held out
+/// erred 100 times.
 const WORTH_A_DOUBT: f64 = 0.05;
 /// An error that rises by less than this factor has not risen.
 const NOTICEABLE: f64 = 1.001;

@@ -505,17 +505,15 @@ fn noise_correlation(recording: &Recording, preparations: &[Preparation]) -> f64
 mod tests {
     use super::*;
     use crate::effect::sign;
+    use crate::progress::Monitor;
     use crate::recording::torque::TorqueFacts;
     use crate::recording::{Channels, Joint, JointKind, Origin, Provenance};
+    use crate::simulation::{Scenario, simulate};
 
     /// What the filter gives to white noise is none, what moves as one is all.
     #[test]
     fn structure_is_what_goes_beyond_the_filter() {
-        let recording = crate::simulation::simulate(
-            &crate::simulation::Scenario { effects: Vec::new(), ..crate::simulation::Scenario::embedded() },
-            &crate::progress::Monitor::new(),
-        );
-        let recording = recording.unwrap();
+        let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
         let design = Design::new(&recording, &Split::automatic(&recording)).unwrap();
         let of_noise = design.noise_correlation;
         assert_eq!([-1.0, of_noise, 1.0].map(|correlation| design.structure(correlation)), [0.0, 0.0, 1.0]);

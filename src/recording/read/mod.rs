@@ -1130,11 +1130,11 @@ fn about_mapping(mapping: &Mapping, spec: &MappingSpec, torque: &TorqueFacts, fi
 mod tests {
     use super::*;
     use crate::selftest::seeds;
+    use crate::simulation::{Scenario, simulate};
 
     #[test]
     fn what_is_set_right_is_said() {
-        let scenario = crate::simulation::Scenario::embedded();
-        let mut recording = crate::simulation::simulate(&scenario, &Monitor::new()).unwrap();
+        let mut recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
         let before = recording.trajectories[0].tau[1][0];
         let findings = set_right(&mut recording, &["sign-torque@2".parse().unwrap()]).unwrap();
         assert_eq!(recording.trajectories[0].tau[1][0], -before);

@@ -1,8 +1,8 @@
 //! What a log can show of an effect: the band in which models are held against it, and what is left beside what every robot has.
 //!
 //! Above that band accelerations are noise, and so is what a lag or an elastic joint would make of them, or the torque does not follow
-//! the motion: an effect is as strong as it is within the band. And what a rigid body takes up together with the friction and the offsets that nearly every joint has,
-//! nobody can find.
+//! the motion: an effect is as strong as it is within the band. And what a rigid body takes up together with the friction and the
+//! offsets that nearly every joint has, nobody can find.
 
 use rayon::prelude::*;
 

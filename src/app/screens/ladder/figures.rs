@@ -25,7 +25,7 @@ const FLOOR_IN_SIGHT: f64 = 0.01;
 pub fn figures(session: &Session, models: &[Arc<Step>]) -> Vec<Panel> {
     let Some(recording) = session.recording.as_deref() else { return Vec::new() };
     let errors: Vec<Vec<f64>> = models.iter().map(|step| step.evaluation.held_out_nmse()).collect();
-    let smallest = errors.iter().flatten().copied().filter(|error| *error > 0.0).fold(f64::INFINITY, f64::min);
+    let [smallest, _] = ends(errors.iter().flatten().copied().filter(|error| *error > 0.0));
     let floor = session.current().and_then(|step| step.evaluation.noise_floor_nmse.clone());
     let seen = |noise: &f64| *noise >= FLOOR_IN_SIGHT * smallest;
     let floors = floor.iter().flatten().copied().filter(seen);
@@ -68,13 +68,12 @@ mod tests {
         let mut session = simulate.run(&Session::default(), &Monitor::new()).unwrap();
         let mut step = session.ladder[0].as_ref().clone();
         let errors = step.evaluation.held_out_nmse();
-        let [smallest, _] = ends(errors.iter().copied());
+        let [smallest, largest] = ends(errors.iter().copied());
         step.evaluation.noise_floor_nmse = Some(vec![share * smallest; errors.len()]);
         session.ladder = vec![Arc::new(step)];
         let panel = figures(&session, &session.ladder).pop().unwrap();
         let range = panel.y.range.unwrap();
-        let [low, high] = [smallest, errors.into_iter().fold(0.0, f64::max)];
-        assert!(range[0] < low && range[1] > high, "{range:?} holds all errors");
+        assert!(range[0] < smallest && range[1] > largest, "{range:?} holds all errors");
         (range, panel.marks.len() - session.recording.as_ref().unwrap().joint_count())
     }
 
