@@ -24,8 +24,13 @@ pub static EFFECT: Effect = Effect {
 struct ActuatorLag;
 
 impl ChangesTorque for ActuatorLag {
+    /// Before the start and after the end the torque goes on as its own point reflection: one that stood still there would be read
+    /// as a stuck channel.
     fn pass(&self, torque: &mut [f64], time: &[f64], lag: f64) {
-        torque.copy_from_slice(&delayed(torque, time, lag));
+        let Some(last) = time.len().checked_sub(1) else { return };
+        let margin = time.iter().take_while(|now| *now - time[0] <= lag.abs()).count().min(last);
+        let late = delayed(&continued(torque, margin), &continued(time, margin), lag);
+        torque.copy_from_slice(&late[margin..margin + torque.len()]);
     }
 
     /// The rate is taken halfway: tau(t - T) = tau(t) - T * d(tau)/dt(t - T/2) up to the third order of T.
@@ -34,6 +39,14 @@ impl ChangesTorque for ActuatorLag {
         let rate = delayed(&central_difference(load, time), time, 0.5 * found);
         Ok(Column::on_joint(joint, rate.into_iter().map(|rate| -rate)))
     }
+}
+
+/// `signal` with so many samples more at each end, reflected through its end points.
+fn continued(signal: &[f64], margin: usize) -> Vec<f64> {
+    let last = signal.len() - 1;
+    let head = (1..=margin).rev().map(|far| 2.0 * signal[0] - signal[far]);
+    let tail = (1..=margin).map(|far| 2.0 * signal[last] - signal[last - far]);
+    head.chain(signal.iter().copied()).chain(tail).collect()
 }
 
 #[cfg(test)]
@@ -47,8 +60,22 @@ mod tests {
         let mut torque = Signals::from_fn(3, sample.trajectory.len(), |_, t| 5.0 * sample.trajectory.time[t]);
         EFFECT.act(&sample.motion(), 1, &[0.02], &mut torque).unwrap();
         for (t, time) in sample.trajectory.time.iter().enumerate() {
-            assert!((torque[1][t] - 5.0 * (time - 0.02).max(0.0)).abs() < 1e-12);
+            assert!((torque[1][t] - 5.0 * (time - 0.02)).abs() < 1e-12);
             assert_eq!(torque[0][t], 5.0 * time);
+        }
+    }
+
+    /// Neither end stands still, whichever way the log is off.
+    #[test]
+    fn no_end_of_a_run_is_stuck() {
+        let sample = testing::Sample::new();
+        for lag in [0.05, -0.05, 10.0] {
+            let mut torque =
+                Signals::from_fn(3, sample.trajectory.len(), |_, t| (7.0 * sample.trajectory.time[t]).sin());
+            EFFECT.act(&sample.motion(), 1, &[lag], &mut torque).unwrap();
+            assert!(torque[1].iter().all(|value| value.is_finite()));
+            let stands = torque[1].windows(2).filter(|pair| (pair[1] - pair[0]).abs() < 1e-6).count();
+            assert!(lag == 10.0 || stands == 0, "{lag}: {:?}", &torque[1]);
         }
     }
 
