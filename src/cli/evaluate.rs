@@ -175,7 +175,7 @@ fn evaluate_all(session: &Session, fitted: &Fitted) -> anyhow::Result<(Evaluatio
     }
     let everything = recording.trajectories.iter().enumerate();
     let held_out = everything.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect();
-    let split = Split { train: Vec::new(), held_out };
+    let split = Split { held_out, ..Split::default() };
     Ok((Evaluation::of(fitted, recording, &split)?, split.held_out))
 }
 

@@ -70,7 +70,7 @@ impl<'a> Excerpt<'a> {
         let share = length(&train) as f64 / all as f64;
         Excerpt {
             recording: Cow::Owned(recording.with_trajectories(trajectories)),
-            split: Cow::Owned(Split { train, held_out: Vec::new() }),
+            split: Cow::Owned(Split { train, ..Split::default() }),
             share,
         }
     }

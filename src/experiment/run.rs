@@ -317,7 +317,7 @@ fn train_members(
 ) -> Result<Vec<Fitted>, ExperimentError> {
     let begin = Instant::now();
     let recording = load(&cell.inputs.source, data, monitor)?;
-    let split = Split { train: everything(&recording), held_out: Vec::new() };
+    let split = Split { train: everything(&recording), ..Split::default() };
     let (model, named, verdict) = model_of(cell, &recording, &split, monitor)?;
     let mut members = Vec::new();
     for number in 0..cell.inputs.members {

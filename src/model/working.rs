@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 use super::preparation::Preparation;
 use crate::recording::differentiate::{derivative, low_pass_joints};
-use crate::recording::split::{Segment, Split};
+use crate::recording::split::Split;
 use crate::recording::{Channels, Origin, Provenance, Recording, Trajectory};
 use crate::signals::Signals;
 
@@ -48,12 +48,9 @@ impl<'a> Working<'a> {
             })
             .collect();
         let every = |trajectory: usize| bands[trajectory].as_ref().map_or(1, |band| band.every);
-        let thinned = |segments: &[Segment]| -> Vec<Segment> {
-            segments.iter().map(|segment| segment.thinned(every(segment.trajectory))).collect()
-        };
         let of_trajectory = |(trajectory, preparation): (usize, &Preparation)| preparation.after(every(trajectory));
         Working {
-            split: Split { train: thinned(&split.train), held_out: thinned(&split.held_out) },
+            split: split.changed(|segment| Some(segment.thinned(every(segment.trajectory)))),
             recording: Cow::Owned(recording.with_trajectories(trajectories)),
             preparations: preparations.iter().enumerate().map(of_trajectory).collect(),
         }

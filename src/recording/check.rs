@@ -14,7 +14,7 @@ use super::fault::{self, Fault, FaultKind};
 use super::finding::{Finding, FindingKind, Place, Severity};
 use super::glitch;
 use super::limits;
-use super::segment::Segment;
+use super::segment::{Segment, Unusable};
 use super::trajectory::Pick;
 use super::{JointKind, Origin, Provenance, Recording, Trajectory};
 use crate::statistics::integral;
@@ -45,7 +45,7 @@ pub struct Checked {
     /// What is to be said.
     pub findings: Vec<Finding>,
     /// The readings that are none, as [`unusable`](super::split::unusable) gives them.
-    pub unusable: Vec<Segment>,
+    pub unusable: Vec<Unusable>,
 }
 
 /// All that is odd about a recording that keeps its promises ([`Recording::verify`]); worst first. It looks at gaps,
@@ -67,7 +67,8 @@ pub fn check(recording: &Recording) -> Checked {
     findings.extend(faults.iter().map(|fault| faulty(recording, fault)));
     findings.extend(limits::find(recording));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    let unusable = faults.into_iter().flat_map(|fault| fault.stretches).chain(glitches).collect();
+    let unusable =
+        faults.into_iter().flat_map(Fault::unusable).chain(glitches.into_iter().map(Unusable::for_all)).collect();
     Checked { findings, unusable }
 }
 
@@ -242,7 +243,8 @@ fn faulty(recording: &Recording, fault: &Fault) -> Finding {
             ..Place::joint(fault.joint)
         },
         remedy:
-            "These samples and some around them train nothing and count in no error; check the sensor and its range."
+            "These samples and some around them count in no error and train no network, and the joint learns nothing from them; \
+             check the sensor and its range."
                 .to_owned(),
         set_right: Vec::new(),
     }
@@ -515,7 +517,7 @@ mod tests {
         tau[0][500] = 1e4;
         let unusable = check(&recording).unusable;
         for sample in [500, 1010, 2050] {
-            assert!(unusable.iter().any(|place| place.samples.contains(&sample)), "{sample}: {unusable:?}");
+            assert!(unusable.iter().any(|place| place.stretch.samples.contains(&sample)), "{sample}: {unusable:?}");
         }
         assert_eq!(crate::recording::split::unusable(&recording), unusable);
     }

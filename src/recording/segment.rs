@@ -24,6 +24,22 @@ impl Segment {
     }
 }
 
+/// A stretch whose readings are none.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unusable {
+    /// Where.
+    pub stretch: Segment,
+    /// The joint, from 0, whose torque alone is none there; `None` if the motion is none, which all joints feel.
+    pub torque_of: Option<usize>,
+}
+
+impl Unusable {
+    /// A stretch that is none of the motion.
+    pub fn for_all(stretch: Segment) -> Unusable {
+        Unusable { stretch, torque_of: None }
+    }
+}
+
 /// How many periods of its cut-off a filter for derivatives remembers: what is further away counts for less than 3 %
 /// (its slowest pole falls as exp(−2.4 t f)).
 const MEMORY: f64 = 1.5;

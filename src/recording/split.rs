@@ -6,20 +6,26 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::fault::{self, Fault};
 use super::finding::{Finding, FindingKind, Place, Severity};
 use super::segment::filter_memory;
-use super::{Recording, Trajectory, fault, glitch};
+use super::{Recording, Trajectory, glitch};
 
-pub use super::segment::Segment;
+pub use super::segment::{Segment, Unusable};
 
 /// Which stretches train and which are held out. The two never overlap; torque readings at [`fault`] are in neither, nor is what
-/// a filter has carried over the cut between them.
+/// a filter has carried over the cut between them. Parameters of a joint are estimated from [`Split::train_of`] it, networks learn
+/// all joints at once from `train`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, Default)]
 pub struct Split {
     /// Used to estimate parameters.
     pub train: Vec<Segment>,
     /// Used only to measure the error.
     pub held_out: Vec<Segment>,
+    /// Where the torque of some joints is at fault: what is left of the training part for each joint by itself. Empty where it is
+    /// `train` for all of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub train_by_joint: Vec<Vec<Segment>>,
 }
 
 /// The recording can't be split as asked.
@@ -55,9 +61,9 @@ const LONGEST_GUARD: usize = 4;
 /// The readings of a recording that are none: [`fault`]s of its torque, and what no motion makes. [`check`] finds them, too.
 ///
 /// [`check`]: super::check::check
-pub fn unusable(recording: &Recording) -> Vec<Segment> {
-    let faults = fault::find(recording).into_iter().flat_map(|fault| fault.stretches);
-    faults.chain(glitch::places(recording)).collect()
+pub fn unusable(recording: &Recording) -> Vec<Unusable> {
+    let faults = fault::find(recording).into_iter().flat_map(Fault::unusable);
+    faults.chain(glitch::places(recording).into_iter().map(Unusable::for_all)).collect()
 }
 
 impl Split {
@@ -167,7 +173,7 @@ impl Split {
     ///
     /// # Errors
     /// [`SplitError`] if a name is unknown or nothing is left to train on.
-    pub fn as_asked(recording: &Recording, names: &[String], unusable: &[Segment]) -> Result<Split, SplitError> {
+    pub fn as_asked(recording: &Recording, names: &[String], unusable: &[Unusable]) -> Result<Split, SplitError> {
         if names.is_empty() {
             return Ok(Split::of_all(recording, 0).clear_of(recording, unusable));
         }
@@ -185,15 +191,63 @@ impl Split {
 
     /// Without these readings of the recording that are none, unless nothing would be left to train on.
     #[must_use]
-    pub fn clear_of(self, recording: &Recording, unusable: &[Segment]) -> Split {
+    pub fn clear_of(self, recording: &Recording, unusable: &[Unusable]) -> Split {
         if unusable.is_empty() {
             return self;
         }
-        let train = fault::without(recording, unusable, self.train.clone());
+        let clear = |segments: &[Segment], concerns: &dyn Fn(usize) -> bool| {
+            let concerned = unusable.iter().filter(|unusable| unusable.torque_of.is_none_or(concerns));
+            let stretches: Vec<Segment> = concerned.map(|unusable| unusable.stretch.clone()).collect();
+            fault::without(recording, &stretches, segments.to_vec())
+        };
+        let train = clear(&self.train, &|_| true);
         if train.is_empty() {
             return self;
         }
-        Split { train, held_out: fault::without(recording, unusable, self.held_out) }
+        let is_of_one = unusable.iter().any(|unusable| unusable.torque_of.is_some()) && recording.joint_count() > 1;
+        let joints = 0..if is_of_one { recording.joint_count() } else { 0 };
+        let train_by_joint = joints.map(|joint| clear(&self.train, &|other| other == joint)).collect();
+        Split { train, held_out: clear(&self.held_out, &|_| true), train_by_joint }
+    }
+
+    /// What is learned from for a joint, counted from 0, by itself.
+    pub fn train_of(&self, joint: usize) -> &[Segment] {
+        self.train_by_joint.get(joint).unwrap_or(&self.train)
+    }
+
+    /// The training part of any joint: stretches that do not meet, in their order.
+    pub fn train_of_any(&self) -> Vec<Segment> {
+        if self.train_by_joint.is_empty() {
+            return self.train.clone();
+        }
+        let mut all = self.train_by_joint.concat();
+        all.sort_by_key(|segment| (segment.trajectory, segment.samples.start));
+        let mut joined: Vec<Segment> = Vec::new();
+        for segment in all {
+            match joined.last_mut() {
+                Some(last) if last.trajectory == segment.trajectory && segment.samples.start <= last.samples.end => {
+                    last.samples.end = last.samples.end.max(segment.samples.end);
+                }
+                _ => joined.push(segment),
+            }
+        }
+        joined
+    }
+
+    /// The same parts of a recording that was changed: what becomes of their stretches.
+    #[must_use]
+    pub fn changed(&self, change: impl Fn(&Segment) -> Option<Segment>) -> Split {
+        let all = |segments: &Vec<Segment>| segments.iter().filter_map(&change).collect();
+        Split {
+            train: all(&self.train),
+            held_out: all(&self.held_out),
+            train_by_joint: self.train_by_joint.iter().map(all).collect(),
+        }
+    }
+
+    /// Every stretch of every part.
+    pub fn stretches(&self) -> impl Iterator<Item = &Segment> {
+        self.train.iter().chain(&self.held_out).chain(self.train_by_joint.iter().flatten())
     }
 
     fn by_trajectory(trajectories: &[Trajectory], held_out: impl Fn(usize) -> bool) -> Split {
@@ -263,6 +317,36 @@ mod tests {
         let clear = Split::automatic(&recording);
         let uses = uses(&recording, &clear);
         assert!(uses[1][500] == 0 && uses[1][490] + uses[1][510] == 2 && uses[0].iter().all(|count| *count == 1));
+    }
+
+    fn stretch(trajectory: usize, samples: std::ops::Range<usize>) -> Segment {
+        Segment { trajectory, samples }
+    }
+
+    /// What is none of one joint's torque says nothing against that of the others, and what is none of the motion says it of all.
+    #[test]
+    fn a_fault_of_one_torque_leaves_the_other_joints_their_samples() {
+        let run = |index: usize| {
+            let signal = || Signals::from_fn(2, 1000, |joint, at| (0.01 * (joint + 1) as f64 * at as f64).sin());
+            let time = (0..1000).map(|at| 0.01 * f64::from(at)).collect();
+            let channels = Channels { time, q: signal(), qd: signal(), qdd: signal(), tau: signal() };
+            Trajectory::new(format!("run {index}"), channels).unwrap()
+        };
+        let recording = Recording::of_runs((0..4).map(run).collect());
+        let whole = Split::automatic(&recording);
+        let none_of = |stretch: Segment, torque_of: Option<usize>| Unusable { stretch, torque_of };
+        let unusable = [none_of(stretch(0, 400..500), Some(1)), none_of(stretch(1, 0..100), None)];
+        let split = whole.clone().clear_of(&recording, &unusable);
+        let [clear, beside, all] = [&split.train, split.train_of(0), split.train_of(1)].map(|part| size(part));
+        assert!(beside > clear && all == clear, "{clear} {beside} {all}");
+        assert!(split.train_of(0).contains(&stretch(0, 0..1000)) && !split.train_of(0).contains(&stretch(1, 0..1000)));
+        assert_eq!(split.train_of_any(), split.train_of(0));
+        assert_eq!((whole.train_of(1), whole.train_of_any()), (&whole.train[..], whole.train.clone()));
+        let halved = split.changed(|segment| Some(segment.thinned(2)));
+        assert_eq!(size(halved.train_of(0)), beside / 2);
+        assert_eq!(halved.stretches().count(), split.stretches().count());
+        let motion_only = whole.clone().clear_of(&recording, &unusable[1..]);
+        assert!(motion_only.train_by_joint.is_empty() && size(&motion_only.train) < size(&whole.train));
     }
 
     /// How often each sample is in a part, by trajectory.
@@ -363,15 +447,15 @@ mod tests {
             let recording = recording(lengths);
             let split = Split::automatic(&recording);
             let [learned, validation] = split.with_validation(&recording);
-            let both = Split { train: learned.clone(), held_out: validation.clone() };
-            let trained = uses(&recording, &Split { train: split.train.clone(), held_out: Vec::new() });
+            let both = Split { train: learned.clone(), held_out: validation.clone(), ..Split::default() };
+            let trained = uses(&recording, &Split { train: split.train.clone(), ..Split::default() });
             assert_eq!(uses(&recording, &both), trained, "{lengths:?}");
             let share = size(&validation) as f64 / size(&split.train) as f64;
             assert!(size(&split.train) < 10 || (0.07..=0.14).contains(&share), "{lengths:?}: {share}");
         }
         let filtered = filtered(&[4000, 4000], 6.0);
         let [learned, validation] = Split::automatic(&filtered).with_validation(&filtered);
-        let gaps = gaps(&Split { train: learned, held_out: validation.clone() });
+        let gaps = gaps(&Split { train: learned, held_out: validation.clone(), ..Split::default() });
         assert!(!validation.is_empty() && gaps.iter().all(|gap| *gap > 0), "{gaps:?}");
     }
 

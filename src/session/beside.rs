@@ -60,7 +60,7 @@ fn joined(own: &Recording, other: Recording, split: &Split) -> (Recording, Split
     let first = own.trajectories.len();
     let whole = |(trajectory, run): (usize, &Trajectory)| Segment { trajectory, samples: 0..run.len() };
     let all = other.trajectories.iter().enumerate().map(whole).collect();
-    let clear = Split { train: all, held_out: Vec::new() }.clear_of(&other, &unusable(&other)).train;
+    let clear = Split { train: all, ..Split::default() }.clear_of(&other, &unusable(&other)).train;
     let mut split = split.clone();
     split.held_out.extend(clear.into_iter().map(|part| Segment { trajectory: first + part.trajectory, ..part }));
     let mut recording = own.clone();

@@ -17,7 +17,7 @@ use crate::recording::check::{Checked, check};
 use crate::recording::correction::Correction;
 use crate::recording::finding::{Finding, FindingKind};
 use crate::recording::read::{self, ReadOptions};
-use crate::recording::split::{Segment, Split};
+use crate::recording::split::{Split, Unusable};
 use crate::simulation::extrapolation;
 use crate::simulation::{self, Making, world};
 use crate::training;
@@ -255,7 +255,7 @@ fn set_up(session: &Session, wanted: &SetUp, monitor: &Monitor) -> Result<Sessio
 /// set up, is added to its findings.
 fn split(
     recording: &Recording,
-    unusable: &[Segment],
+    unusable: &[Unusable],
     held_out: &[String],
     findings: &mut Vec<Finding>,
     monitor: &Monitor,

@@ -451,7 +451,7 @@ pub fn from_bytes(bytes: &[u8], monitor: &Monitor) -> Result<Document, SessionFi
             .get(segment.trajectory)
             .is_some_and(|run| segment.samples.start <= segment.samples.end && segment.samples.end <= run.len())
     };
-    if !contents.split.train.iter().chain(&contents.split.held_out).all(fits) {
+    if !contents.split.stretches().all(fits) {
         return Err(damaged("its split is of another recording"));
     }
     let own_effects = contents.own_effects.iter().map(|text| own::load(text)).collect::<Result<_, _>>()?;

@@ -55,7 +55,7 @@ pub(super) fn unexplained(trained: &Trained) -> f64 {
 fn possible(model: &Model, recording: &Recording, split: &Split, monitor: &Monitor) -> Result<Option<f64>, TrainError> {
     let effects = model.effects().cloned().map(Term::Effect);
     let body = Model { terms: [Term::RigidBody(RigidBody::Identified)].into_iter().chain(effects).collect() };
-    let learned_from = Split { train: split.train.clone(), held_out: Vec::new() };
+    let learned_from = Split { held_out: Vec::new(), ..split.clone() };
     let solved = model::fit(&body, recording, &learned_from, monitor)
         .and_then(|fitted| Evaluation::of(&fitted, recording, &learned_from));
     match solved {

@@ -136,23 +136,16 @@ fn cut(recording: &Recording, split: &Split, name: &str, part: impl Fn(&Trajecto
     Variant {
         name: name.to_owned(),
         recording: recording.with_trajectories(runs.map(|(run, part)| run.slice(part.clone())).collect()),
-        split: Split {
-            train: split.train.iter().filter_map(within).collect(),
-            held_out: split.held_out.iter().filter_map(within).collect(),
-        },
+        split: split.changed(within),
     }
 }
 
 /// Every so manieth sample.
 fn thinned(recording: &Recording, split: &Split, every: usize) -> Variant {
-    let of_part = |segments: &[Segment]| -> Vec<Segment> {
-        let thinned = segments.iter().map(|segment| segment.thinned(every));
-        thinned.filter(|segment| !segment.samples.is_empty()).collect()
-    };
     Variant {
         name: format!("every {} sample", if every == 2 { "second".to_owned() } else { format!("{every}th") }),
         recording: recording.with_trajectories(recording.trajectories.iter().map(|run| run.thinned(every)).collect()),
-        split: Split { train: of_part(&split.train), held_out: of_part(&split.held_out) },
+        split: split.changed(|segment| Some(segment.thinned(every)).filter(|segment| !segment.samples.is_empty())),
     }
 }
 

@@ -168,7 +168,7 @@ impl Case {
 fn errors(fitted: &Fitted, test: &Recording) -> anyhow::Result<(f64, f64)> {
     let runs = test.trajectories.iter().enumerate();
     let held_out = runs.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect();
-    let joints = Evaluation::of(fitted, test, &Split { train: Vec::new(), held_out })?.held_out;
+    let joints = Evaluation::of(fitted, test, &Split { held_out, ..Split::default() })?.held_out;
     let error: f64 = joints.iter().map(|joint| joint.mse).sum();
     let energy: f64 = joints.iter().map(|joint| joint.mse / joint.nmse).sum();
     Ok((error / energy, joints.iter().map(|joint| joint.nmse).fold(0.0, f64::max)))

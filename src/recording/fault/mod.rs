@@ -1,7 +1,8 @@
 //! Torque readings that are none: a channel that stood still while its joint moved, or that was cut off at a limit.
 //!
 //! The readings show it by themselves, sample by sample. Such samples, and what a filter smears around them, belong to no
-//! part of a [`super::split::Split`]: nothing is learned from them and no error is measured on them.
+//! part of a [`super::split::Split`]: nothing is learned from them and no error is measured on them. But for the joints whose torque
+//! is sound there: what is fitted joint by joint learns of them all the same.
 
 mod noisy_limit;
 
@@ -11,7 +12,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::segment::{Segment, filter_memory};
+use super::segment::{Segment, Unusable, filter_memory};
 use super::{Recording, Trajectory};
 use crate::statistics::{ends, range};
 
@@ -81,6 +82,11 @@ fn of_joint(recording: &Recording, joint: usize) -> Vec<Fault> {
 }
 
 impl Fault {
+    /// Where nothing can be learned of its joint.
+    pub fn unusable(self) -> impl Iterator<Item = Unusable> {
+        self.stretches.into_iter().map(move |stretch| Unusable { stretch, torque_of: Some(self.joint) })
+    }
+
     /// How many readings are at fault.
     pub fn sample_count(&self) -> usize {
         self.stretches.iter().map(|stretch| stretch.samples.len()).sum()

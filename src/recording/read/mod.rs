@@ -71,7 +71,7 @@ use super::encoders::Side;
 use super::finding::{Finding, FindingKind, Place, Severity};
 use super::gallery::{self, Sample, UnknownSample};
 use super::mapping::{Channel, Mapping, MappingError, MappingSpec, is_current};
-use super::split::Segment;
+use super::split::Unusable;
 use super::torque::{TorqueFact, TorqueFacts};
 use super::transform::TransformError;
 use super::{Joint, Origin, Provenance, Recording, RecordingError};
@@ -197,7 +197,7 @@ pub struct Import {
     /// What is to be said about it: what the import did, then what [`check`] found.
     pub findings: Vec<Finding>,
     /// The readings that are none, as [`unusable`](super::split::unusable) gives them.
-    pub unusable: Vec<Segment>,
+    pub unusable: Vec<Unusable>,
     /// Which column became which channel.
     pub mapping: Mapping,
 }
