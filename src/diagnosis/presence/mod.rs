@@ -240,7 +240,7 @@ fn sighting(
     let gain = search.cost(&others) - search.cost(&with);
     let count: usize = mine.iter().map(|&group| groups[group].parameter_count()).sum();
     let price: f64 = mine.iter().map(|&group| search.price_of(group)).sum();
-    let wald = (gain / count as f64).min(robust_wald(search, &with, &columns, beside)?).max(0.0);
+    let wald = (gain / count as f64).min(robust_wald(search, &with, &mine, beside)?).max(0.0);
     let unique = (energies.left(on, &before) - energies.left(on, &after)).max(0.0).sqrt().max(LEAST_SHARE);
     let own_rest = energies.left(on, &after).sqrt().max(LEAST_SHARE);
     let worst = rest.share.iter().copied().fold(LEAST_SHARE, f64::max);
@@ -279,15 +279,26 @@ fn sighting(
     })
 }
 
-/// θᵀV⁻¹θ for each of these columns beside all of the set; `None` if the data can't show them. V is from the sums of scores over
+/// θᵀV⁻¹θ for each column of these groups beside all of the set; `None` if the data can't show each of them. A column that two
+/// have (Coulomb friction, in forms of dry friction) counts once. V is from the sums of scores over
 /// blocks, and from the energy of what acts `beside` them, which may lie along the columns in every block alike.
-fn robust_wald(search: &Search, set: &[usize], columns: &[usize], beside: f64) -> Option<f64> {
+fn robust_wald(search: &Search, set: &[usize], mine: &[usize], beside: f64) -> Option<f64> {
     let all = search.columns(set);
     let solution = search.solve(set);
     let kept: Vec<usize> = (0..all.len()).filter(|&place| solution.identified[place]).collect();
     let shown: Vec<usize> = kept.iter().map(|&place| all[place]).collect();
-    let own: Vec<usize> =
-        columns.iter().map(|column| shown.iter().position(|other| other == column)).collect::<Option<_>>()?;
+    let mut own: Vec<usize> = Vec::new();
+    for &group in mine {
+        let columns = search.library.groups[group].columns.clone();
+        let here = columns.clone().filter_map(|column| shown.iter().position(|other| *other == column));
+        let before = own.len();
+        own.extend(here);
+        // What is alone must be shown whole.
+        let least = if mine.len() > 1 { 1 } else { columns.len() };
+        if own.len() - before < least {
+            return None;
+        }
+    }
     let theta = DVector::from_fn(kept.len(), |i, _| solution.factors[kept[i]]);
     let gram = search.equations_of(set).select(&kept).gram;
     let scale = DVector::from_fn(kept.len(), |i, _| 1.0 / gram[(i, i)].max(f64::MIN_POSITIVE).sqrt());
