@@ -21,10 +21,13 @@ pub static EFFECT: Effect = Effect {
     ],
     facts: Facts {
         includes: &["coulomb-friction"],
-        look_alikes: &[LookAlike {
-            effects: &["friction-warm-up"],
-            told_by: "Runs longer than the warm-up: a drift goes on, a warm-up ends.",
-        }],
+        look_alikes: &[
+            LookAlike {
+                effects: &["friction-warm-up"],
+                told_by: "Runs longer than the warm-up: a drift goes on, a warm-up ends.",
+            },
+            LookAlike { effects: &["frictional-heating"], told_by: WARMING },
+        ],
         ..Facts::USUAL
     },
 };

@@ -18,14 +18,17 @@ pub static EFFECT: Effect = Effect {
     parameters: &[
         ParameterSpec::linear("coulomb_torque", "τ_c", Dimension::Torque).at_least(0.0),
         ParameterSpec::linear("cold_torque", "τ_w", Dimension::Torque).at_least(0.0),
-        ParameterSpec::shape("warm_up_time", "T_w", Dimension::Time, &[1.0, 3.0, 10.0]).between(0.1, 1e5),
+        ParameterSpec::shape("warm_up_time", "T_w", Dimension::Time, &[1.0, 3.0, 10.0]).between(0.5, 1e5),
     ],
     facts: Facts {
         includes: &["coulomb-friction"],
-        look_alikes: &[LookAlike {
-            effects: &["friction-drift"],
-            told_by: "Runs longer than the warm-up: a drift goes on, a warm-up ends.",
-        }],
+        look_alikes: &[
+            LookAlike {
+                effects: &["friction-drift"],
+                told_by: "Runs longer than the warm-up: a drift goes on, a warm-up ends.",
+            },
+            LookAlike { effects: &["frictional-heating"], told_by: WARMING },
+        ],
         ..Facts::USUAL
     },
 };

@@ -42,6 +42,7 @@ mod derivative_delay;
 mod friction_coupling;
 mod friction_drift;
 mod friction_warm_up;
+mod frictional_heating;
 mod hardening_spring;
 mod inertia_coupling;
 mod joint_elasticity;
@@ -147,6 +148,8 @@ pub struct Facts {
     pub also_said_as: &'static [&'static str],
     /// Ids of effects that may be named beside this one, since a fit shares it out among them.
     pub goes_with: &'static [&'static str],
+    /// Id of the effect by which it was named before the catalogue had it: a truth of then means either.
+    pub formerly: Option<&'static str>,
     /// An effect whose formula is only so exact that it leaves a little of this one.
     pub left_by: Option<LeftBy>,
     /// The text of the file that states it, if it is one of somebody's own: whatever is saved with it keeps the text, too.
@@ -168,6 +171,10 @@ const LONGEST_DELAY: f64 = 0.1;
 
 /// What tells models of hysteresis from each other.
 const PRE_SLIDING: &str = "Many small reversals, of less than the breakaway distance, at different speeds.";
+
+/// What tells friction that falls with the way that is rubbed from friction that changes with time.
+const WARMING: &str =
+    "Runs at different speeds: what rubs heats the joint more in fast ones, while time passes alike in all.";
 
 /// The effect whose formula leaves a little of another one on the same joint.
 pub struct LeftBy {
@@ -217,6 +224,7 @@ impl Facts {
         look_alikes: &[],
         also_said_as: &[],
         goes_with: &[],
+        formerly: None,
         left_by: None,
         written: None,
     };

@@ -15,6 +15,7 @@ pub static ALL: &[&Effect] = &[
     &position_friction::EFFECT,
     &friction_drift::EFFECT,
     &friction_warm_up::EFFECT,
+    &frictional_heating::EFFECT,
     &dahl_hysteresis::EFFECT,
     &maxwell_slip::EFFECT,
     &bouc_wen_hysteresis::EFFECT,
@@ -216,6 +217,8 @@ mod tests {
     #[test]
     fn names_in_facts_exist_and_sides_are_two() {
         for effect in ALL {
+            let formerly = effect.facts.formerly.map(|id| find(id).unwrap());
+            assert!(formerly.is_none_or(|elder| elder.family == effect.family && elder != *effect), "{}", effect.id);
             for id in effect.facts.also_said_as.iter().chain(effect.facts.goes_with) {
                 assert_ne!(find(id).unwrap().family, effect.family, "{}: {id} is its form already", effect.id);
             }

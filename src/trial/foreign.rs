@@ -168,6 +168,7 @@ impl Foreign {
                 *lag = -*lag;
             }
             kin::tell_the_side(planted, side.as_deref() == Some(MOTOR));
+            kin::tell_the_younger(planted);
         }
         Ok(Foreign { zero: standing.zero.posture(), truth, path })
     }

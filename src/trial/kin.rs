@@ -100,6 +100,17 @@ pub fn tell_the_side(planted: &mut Planted, on_motor: bool) {
     planted.equal.extend(forms(effect).map(|form| (form.id.to_owned(), planted.joint)));
 }
 
+/// Takes account of effects that the catalogue may not have had when a truth was written: they will do wherever the one will do
+/// that stood for them.
+pub fn tell_the_younger(planted: &mut Planted) {
+    for (effect, elder) in registry::ALL.iter().filter_map(|effect| Some((effect, effect.facts.formerly?))) {
+        let is_named = |id: &str| planted.effect == id || planted.equal.iter().any(|(name, _)| name == id);
+        if is_named(elder) && !is_named(effect.id) {
+            planted.equal.push((effect.id.to_owned(), planted.joint));
+        }
+    }
+}
+
 /// Values of parameters by the catalogue's names; none of what is not in it.
 pub fn parameters(effect: &str, values: &[f64]) -> BTreeMap<String, f64> {
     let names = registry::find(effect).into_iter().flat_map(|effect| effect.parameters);
@@ -116,7 +127,7 @@ mod tests {
     fn effects_of_a_family_are_forms_of_each_other() {
         let planted = |effect| Place { effect, joint: Some(1), joints: 3 }.planted(0.1, BTreeMap::new());
         let dry = planted("asymmetric-friction");
-        assert_eq!(dry.equal.len(), 10, "{dry:?}");
+        assert_eq!(dry.equal.len(), 11, "{dry:?}");
         assert_eq!((dry.judge("stribeck-friction", Some(1)), dry.judge("torque-offset", Some(1))), (Form, Beside));
         let lag = planted("actuator-lag");
         assert_eq!((lag.judge("derivative-delay", None), lag.equal.len()), (Form, 1));
@@ -146,6 +157,23 @@ mod tests {
         let mut same = friction.clone();
         tell_the_side(&mut same, true);
         assert_eq!(same, friction);
+    }
+
+    #[test]
+    fn an_effect_that_is_younger_than_a_truth_will_do_where_its_elder_does() {
+        let written = |effect, equal: &[&str]| {
+            let mut planted = Place { effect, joint: Some(2), joints: 3 }.planted(0.1, BTreeMap::new());
+            planted.equal = equal.iter().map(|&id| (id.to_owned(), Some(2))).collect();
+            tell_the_younger(&mut planted);
+            planted
+        };
+        for planted in [written("friction-warm-up", &[]), written("coulomb-friction", &["friction-warm-up"])] {
+            assert_eq!(planted.judge("frictional-heating", Some(2)), Form);
+            let mut again = planted.clone();
+            tell_the_younger(&mut again);
+            assert_eq!(again, planted);
+        }
+        assert_eq!(written("joint-spring", &["torque-offset"]).equal.len(), 1);
     }
 
     /// Friction of one joint is no form of that of another, and what is not in the catalogue has no kin.

@@ -42,6 +42,7 @@ journeys! {
     position_friction: "position-friction",
     friction_drift: "friction-drift",
     friction_warm_up: "friction-warm-up",
+    frictional_heating: "frictional-heating",
     friction_coupling: "friction-coupling",
     dahl_hysteresis: "dahl-hysteresis",
     maxwell_slip: "maxwell-slip",

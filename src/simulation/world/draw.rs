@@ -330,7 +330,11 @@ fn resize(part: &mut Part, wanted: f64, course: &Course) {
 /// Parts of one group on one joint could not be told apart, or could not both be there.
 fn group(part: &Part) -> (&'static str, Option<usize>) {
     let name = match part {
-        Part::DryFriction(_) | Part::LoadFriction(_) | Part::WarmingFriction(_) | Part::UnevenFriction(_) => "dry",
+        Part::DryFriction(_)
+        | Part::LoadFriction(_)
+        | Part::WarmingFriction(_)
+        | Part::HeatingFriction(_)
+        | Part::UnevenFriction(_) => "dry",
         Part::SpeedFriction(_) => "speed",
         Part::Spring(_) | Part::JointStop(_) => "spring",
         Part::ConstantTorque(_) => "constant",

@@ -2,8 +2,8 @@
 
 use super::{
     BaseTilt, BiarticularSpring, Cable, Cogging, ConstantTorque, CurrentLoop, DragPlate, DryFriction, ElasticGear,
-    Floor, JointStop, LeaningLink, LoadFriction, Part, Pendulum, Rotor, SaturatedReading, Sloshing, SpeedFriction,
-    Spring, TipLoad, TorqueConstant, TorqueFilter, UnevenFriction, WarmingFriction,
+    Floor, HeatingFriction, JointStop, LeaningLink, LoadFriction, Part, Pendulum, Rotor, SaturatedReading, Sloshing,
+    SpeedFriction, Spring, TipLoad, TorqueConstant, TorqueFilter, UnevenFriction, WarmingFriction,
 };
 use crate::simulation::world::course::{Course, Draws};
 
@@ -58,6 +58,9 @@ impl Kind {
         }),
         at_joint(Rank::Findable, "warming-friction", "friction that warms up", |joint, course, random| {
             Part::WarmingFriction(WarmingFriction::drawn(joint, course, random))
+        }),
+        at_joint(Rank::Findable, "heating-friction", "friction that its own heat lowers", |joint, course, random| {
+            Part::HeatingFriction(HeatingFriction::drawn(joint, course, random))
         }),
         at_joint(Rank::Findable, "uneven-friction", "friction that changes with the angle", |joint, course, random| {
             Part::UnevenFriction(UnevenFriction::drawn(joint, course, random))

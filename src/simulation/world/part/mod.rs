@@ -15,6 +15,7 @@ mod drag_plate;
 mod dry_friction;
 mod elastic_gear;
 mod floor;
+mod heating_friction;
 mod joint_stop;
 mod kind;
 mod leaning_link;
@@ -44,6 +45,7 @@ pub use drag_plate::DragPlate;
 pub use dry_friction::DryFriction;
 pub use elastic_gear::ElasticGear;
 pub use floor::Floor;
+pub use heating_friction::HeatingFriction;
 pub use joint_stop::JointStop;
 pub use kind::{Kind, Rank};
 pub use leaning_link::LeaningLink;
@@ -78,6 +80,7 @@ pub enum Part {
     DryFriction(DryFriction),
     ElasticGear(ElasticGear),
     Floor(Floor),
+    HeatingFriction(HeatingFriction),
     JointStop(JointStop),
     LeaningLink(LeaningLink),
     LoadFriction(LoadFriction),
@@ -130,6 +133,7 @@ macro_rules! of_part {
             Part::DryFriction($inner) => $value,
             Part::ElasticGear($inner) => $value,
             Part::Floor($inner) => $value,
+            Part::HeatingFriction($inner) => $value,
             Part::JointStop($inner) => $value,
             Part::LeaningLink($inner) => $value,
             Part::LoadFriction($inner) => $value,
