@@ -47,6 +47,8 @@ use run::{Clock, Tally};
 
 /// Longest step of the engine where a scenario does not say \[s\].
 const LONGEST_STEP: f64 = 1e-4;
+/// So many times as short are the steps in which a run is tried, one after the other.
+const SHORTER: [usize; 3] = [1, 4, 16];
 /// Less than this share of the torque is nothing that a log could show.
 const LEAST_SHARE: f64 = 1e-3;
 
@@ -153,6 +155,23 @@ impl Scenario {
     }
 }
 
+/// Does a run again in shorter steps, with the same draws, where it diverges in those that are asked for.
+fn in_steps_that_hold<R: Clone, T>(
+    clock: Clock,
+    random: &mut R,
+    run: impl Fn(Clock, &mut R) -> Result<T, SimulationError>,
+) -> Result<T, SimulationError> {
+    let drawn = random.clone();
+    for shorter in SHORTER {
+        random.clone_from(&drawn);
+        match run(Clock { steps_a_sample: clock.steps_a_sample * shorter, ..clock }, random) {
+            Err(SimulationError::Diverged) => {}
+            result => return result,
+        }
+    }
+    Err(SimulationError::Diverged)
+}
+
 /// Lets a world happen.
 ///
 /// # Errors
@@ -169,8 +188,10 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
     for number in 0..count {
         let paths = scenario.motion.draw(joints, &mut motion);
         let share = number as f32 / count as f32..(number + 1) as f32 / count as f32;
-        let (mut run, done) =
-            run::run(scenario.plan(), &paths, clock, &scenario.servo, &scenario.sensors, &mut model, monitor, share)?;
+        let (mut run, done) = in_steps_that_hold(clock, &mut model, |clock, model| {
+            let Scenario { servo, sensors, .. } = scenario;
+            run::run(scenario.plan(), &paths, clock, servo, sensors, model, monitor, share.clone())
+        })?;
         run.name = format!("run {}", number + 1);
         runs.push(run);
         tally.add(&done);

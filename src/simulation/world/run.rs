@@ -58,6 +58,9 @@ impl Clock {
     }
 }
 
+/// No arm goes so far \[rad\], so fast \[rad/s\], or pushes so hard \[N m\]: its bodies fly apart, since the steps are too long.
+const BEYOND_BELIEF: f64 = 1e6;
+
 /// A run in progress.
 struct Run<'a> {
     plan: Plan,
@@ -124,7 +127,8 @@ pub(super) fn run(
             }
         }
     }
-    if [&q, &qd, &tau].iter().any(|signals| signals.values().iter().any(|value| !value.is_finite())) {
+    let is_believable = |value: &f64| value.abs() < BEYOND_BELIEF;
+    if ![&q, &qd, &tau].iter().all(|signals| signals.values().iter().all(is_believable)) {
         return Err(SimulationError::Diverged);
     }
     let time = (0..clock.samples).map(|sample| sample as f64 * clock.sample_step).collect();

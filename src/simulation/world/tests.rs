@@ -403,3 +403,12 @@ fn what_can_not_be_is_named() {
     assert!(part("kind = 'rotor'\njoint = 0\ninertia = 1").contains("joints and links are counted from 1"));
     assert!(part("kind = 'magic'").contains("unknown variant `magic`"));
 }
+
+/// In steps of a tenth of a millisecond the bodies of this arm fly apart, in shorter ones they do not.
+#[test]
+fn what_diverges_is_done_again_in_shorter_steps() {
+    let scenario = draw(7035, Class::Several).unwrap();
+    let recording = simulate(&scenario, &Monitor::new()).unwrap();
+    let fastest = (0..recording.joint_count()).map(|joint| recording.top_speed(joint)).fold(0.0, f64::max);
+    assert!(fastest < 20.0, "{fastest} rad/s");
+}
