@@ -337,7 +337,7 @@ mod tests {
         let none_of = |stretch: Segment, torque_of: Option<usize>| Unusable { stretch, torque_of };
         let unusable = [none_of(stretch(0, 400..500), Some(1)), none_of(stretch(1, 0..100), None)];
         let split = whole.clone().clear_of(&recording, &unusable);
-        let [clear, beside, all] = [&split.train, split.train_of(0), split.train_of(1)].map(|part| size(part));
+        let [clear, beside, all] = [&split.train, split.train_of(0), split.train_of(1)].map(size);
         assert!(beside > clear && all == clear, "{clear} {beside} {all}");
         assert!(split.train_of(0).contains(&stretch(0, 0..1000)) && !split.train_of(0).contains(&stretch(1, 0..1000)));
         assert_eq!(split.train_of_any(), split.train_of(0));
