@@ -51,6 +51,8 @@ pub const CLUES: [&str; 13] = [
     "the same on the other joints, of what nearly every joint has",
     "asinh(evidence over its price)",
 ];
+/// What share of a joint's torque (RMS) may act there unseen, as it was when the map of `assets/presence.json` was learned.
+const UNSEEN: f64 = 0.001;
 /// Shares below this are taken for it: an exact fit leaves rounding only.
 const LEAST_SHARE: f64 = 1e-4;
 
@@ -207,7 +209,7 @@ impl Energies {
         let of_joint = |joint: usize| {
             let energy = self.joints[joint].1.energy;
             let left = self.left(joint, &factors) * energy;
-            search.weights[joint] * (left * (1.0 - rest.whiteness[joint]) + unseen(energy, left))
+            search.weights[joint] * (left * (1.0 - rest.whiteness[joint]) + unseen(UNSEEN, energy, left))
         };
         (0..self.joints.len()).map(of_joint).sum()
     }
