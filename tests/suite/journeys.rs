@@ -108,9 +108,9 @@ fn friction_tells_the_lag_behind_it() {
         report(&session).effects.iter().map(|effect| (effect.effect.id, effect.joints.as_slice())).collect();
     assert_eq!(named, [("load-friction", [0].as_slice()), ("actuator-lag", &[0])], "{}", report(&session).advice());
     let found = &report(&session).effects[1].parameters[0];
-    // Its standard error is 4 %, so its interval judges it.
+    // Its standard error is 6 %, what may act unseen included, so its interval judges it.
     let [low, high] = found.interval.unwrap();
-    assert!(low < lag && lag < high && high - low < 0.2 * lag, "{found:?}");
+    assert!(low < lag && lag < high && high - low < 0.25 * lag, "{found:?}");
 }
 
 /// Teeth that rub at a fifth of the torque that the motor sends, which is a little more than the load: what that leaves of the formula is
