@@ -1,5 +1,6 @@
 use super::derivative_delay::delayed;
 use super::*;
+use crate::recording::differentiate::reflected;
 
 /// A torque reading that comes late.
 pub static EFFECT: Effect = Effect {
@@ -29,7 +30,8 @@ impl ChangesTorque for ActuatorLag {
     fn pass(&self, torque: &mut [f64], time: &[f64], lag: f64) {
         let Some(last) = time.len().checked_sub(1) else { return };
         let margin = time.iter().take_while(|now| *now - time[0] <= lag.abs()).count().min(last);
-        let late = delayed(&continued(torque, margin), &continued(time, margin), lag);
+        let continued = |signal: &[f64]| -> Vec<f64> { reflected(signal, margin, [signal[0], signal[last]]).collect() };
+        let late = delayed(&continued(torque), &continued(time), lag);
         torque.copy_from_slice(&late[margin..margin + torque.len()]);
     }
 
@@ -39,14 +41,6 @@ impl ChangesTorque for ActuatorLag {
         let rate = delayed(&central_difference(load, time), time, 0.5 * found);
         Ok(Column::on_joint(joint, rate.into_iter().map(|rate| -rate)))
     }
-}
-
-/// `signal` with so many samples more at each end, reflected through its end points.
-fn continued(signal: &[f64], margin: usize) -> Vec<f64> {
-    let last = signal.len() - 1;
-    let head = (1..=margin).rev().map(|far| 2.0 * signal[0] - signal[far]);
-    let tail = (1..=margin).map(|far| 2.0 * signal[last] - signal[last - far]);
-    head.chain(signal.iter().copied()).chain(tail).collect()
 }
 
 #[cfg(test)]

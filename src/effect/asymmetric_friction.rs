@@ -34,10 +34,7 @@ struct AsymmetricFriction;
 impl AddsTorque for AsymmetricFriction {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let qd = &motion.trajectory.qd[joint];
-        Ok(vec![
-            Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd))),
-            Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd).abs())),
-        ])
+        Ok(vec![motion.coulomb(joint), Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd).abs()))])
     }
 
     fn closed_form(&self) -> Option<ClosedForm> {

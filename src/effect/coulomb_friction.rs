@@ -22,8 +22,7 @@ struct CoulombFriction;
 
 impl AddsTorque for CoulombFriction {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Result<Vec<Column>, Lack> {
-        let qd = &motion.trajectory.qd[joint];
-        Ok(vec![Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd)))])
+        Ok(vec![motion.coulomb(joint)])
     }
 
     fn closed_form(&self) -> Option<ClosedForm> {

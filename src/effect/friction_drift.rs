@@ -39,10 +39,7 @@ impl AddsTorque for FrictionDrift {
         let Channels { time, qd, .. } = &**motion.trajectory;
         let start = time.first().copied().unwrap_or(0.0);
         let drift = time.iter().zip(&qd[joint]).map(|(time, &qd)| (time - start) * motion.direction(joint, qd));
-        Ok(vec![
-            Column::on_joint(joint, qd[joint].iter().map(|&qd| motion.direction(joint, qd))),
-            Column::on_joint(joint, drift),
-        ])
+        Ok(vec![motion.coulomb(joint), Column::on_joint(joint, drift)])
     }
 }
 

@@ -43,10 +43,7 @@ impl AddsTorque for FrictionWarmUp {
             .iter()
             .zip(&qd[joint])
             .map(|(time, &qd)| ((start - time) / shape[0]).exp() * motion.direction(joint, qd));
-        Ok(vec![
-            Column::on_joint(joint, qd[joint].iter().map(|&qd| motion.direction(joint, qd))),
-            Column::on_joint(joint, cold),
-        ])
+        Ok(vec![motion.coulomb(joint), Column::on_joint(joint, cold)])
     }
 }
 

@@ -8,7 +8,7 @@ pub static EFFECT: Effect = Effect {
     typeset: r"\tau = \left(\tau_c - \tau_w (1 - e^{-\theta})\right)\mathrm{sign}(\dot q),\quad \dot\theta = \frac{|\dot q|}{s_w} - \frac{\theta}{T_w}",
     description: "Rubbing heats the joint along its way, which gives the heat to what is around it with time; the lubricant thins \
                   as its temperature theta rises. So fast runs end at less friction than slow ones. Each trajectory starts cold. \
-                  It contains Coulomb friction (tau_c), the level when cold.",
+                  It contains Coulomb friction (tau_c), the level when cold, which falls by up to tau_w.",
     fingerprint: "Residual against time: a wedge that closes, ever more slowly, its sign that of the velocity; further in fast \
                   runs than in slow ones.",
     absorbed: "Nothing: a Lagrangian is conservative. In short recordings its mean looks like Coulomb friction.",
@@ -20,7 +20,7 @@ pub static EFFECT: Effect = Effect {
     axis: Axis::Time,
     parameters: &[
         ParameterSpec::linear("coulomb_torque", "τ_c", Dimension::Torque).at_least(0.0),
-        ParameterSpec::linear("warm_torque", "τ_w", Dimension::Torque).at_least(0.0),
+        ParameterSpec::linear("thermal_drop", "τ_w", Dimension::Torque).at_least(0.0),
         ParameterSpec::shape("warm_up_distance", "s_w", Dimension::Position, &[1.0, 3.0, 10.0]).between(0.3, 1e6),
         ParameterSpec::shape("cooling_time", "T_w", Dimension::Time, &[4.0]).between(0.5, 1e6),
     ],
@@ -49,10 +49,7 @@ impl AddsTorque for FrictionalHeating {
             before = now;
             (-temperature).exp_m1() * motion.direction(joint, qd)
         });
-        Ok(vec![
-            Column::on_joint(joint, qd[joint].iter().map(|&qd| motion.direction(joint, qd))),
-            Column::on_joint(joint, warm),
-        ])
+        Ok(vec![motion.coulomb(joint), Column::on_joint(joint, warm)])
     }
 }
 

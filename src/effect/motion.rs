@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
-use super::sign;
+use super::{Column, sign};
 use crate::arm::chain::Chain;
 use crate::arm::{Arm, Posture};
 use crate::recording::encoders::Side;
@@ -136,6 +136,11 @@ impl Motion<'_> {
             Some(&width) if width > 0.0 => (velocity / width).tanh(),
             _ => sign(velocity),
         }
+    }
+
+    /// The column of Coulomb friction, which most forms of dry friction contain: the direction, sample by sample.
+    pub(super) fn coulomb(&self, joint: usize) -> Column {
+        Column::on_joint(joint, self.trajectory.qd[joint].iter().map(|&qd| self.direction(joint, qd)))
     }
 
     /// A joint behind the one before it, for the effect of a pair.

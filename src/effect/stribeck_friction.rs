@@ -30,7 +30,7 @@ impl AddsTorque for StribeckFriction {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
         let qd = &motion.trajectory.qd[joint];
         Ok(vec![
-            Column::on_joint(joint, qd.iter().map(|&qd| motion.direction(joint, qd))),
+            motion.coulomb(joint),
             Column::on_joint(
                 joint,
                 qd.iter().map(|&qd| (-(qd / shape[0]).powi(2)).exp() * motion.direction(joint, qd)),

@@ -15,6 +15,7 @@ use super::finding::{Finding, FindingKind, Place, Severity};
 use super::glitch;
 use super::limits;
 use super::segment::{Segment, Unusable};
+use super::split::unusable_by;
 use super::trajectory::Pick;
 use super::{JointKind, Origin, Provenance, Recording, Trajectory};
 use crate::statistics::integral;
@@ -67,9 +68,7 @@ pub fn check(recording: &Recording) -> Checked {
     findings.extend(faults.iter().map(|fault| faulty(recording, fault)));
     findings.extend(limits::find(recording));
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    let unusable =
-        faults.into_iter().flat_map(Fault::unusable).chain(glitches.into_iter().map(Unusable::for_all)).collect();
-    Checked { findings, unusable }
+    Checked { findings, unusable: unusable_by(faults, glitches) }
 }
 
 fn of_joint(recording: &Recording, joint: usize) -> (Vec<Finding>, Vec<Segment>) {

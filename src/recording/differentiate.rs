@@ -220,6 +220,11 @@ fn continued(signal: &[f64], margin: usize, relative_cutoff: f64) -> impl Iterat
     let window = ((END_WINDOW / relative_cutoff).ceil() as usize).min(signal.len());
     let first = end_value(signal[..window].iter());
     let last = end_value(signal[signal.len() - window..].iter().rev());
+    reflected(signal, margin, [first, last])
+}
+
+/// `signal` with `margin` samples more at each end, fewer than it has, reflected through these values there.
+pub(crate) fn reflected(signal: &[f64], margin: usize, [first, last]: [f64; 2]) -> impl Iterator<Item = f64> {
     let head = signal[1..=margin].iter().rev().map(move |value| 2.0 * first - value);
     let tail = signal.iter().rev().skip(1).take(margin).map(move |value| 2.0 * last - value);
     head.chain(signal.iter().copied()).chain(tail)

@@ -33,13 +33,6 @@ pub struct Unusable {
     pub torque_of: Option<usize>,
 }
 
-impl Unusable {
-    /// A stretch that is none of the motion.
-    pub fn for_all(stretch: Segment) -> Unusable {
-        Unusable { stretch, torque_of: None }
-    }
-}
-
 /// How many periods of its cut-off a filter for derivatives remembers: what is further away counts for less than 3 %
 /// (its slowest pole falls as exp(−2.4 t f)).
 const MEMORY: f64 = 1.5;

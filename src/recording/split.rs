@@ -62,8 +62,16 @@ const LONGEST_GUARD: usize = 4;
 ///
 /// [`check`]: super::check::check
 pub fn unusable(recording: &Recording) -> Vec<Unusable> {
-    let faults = fault::find(recording).into_iter().flat_map(Fault::unusable);
-    faults.chain(glitch::places(recording).into_iter().map(Unusable::for_all)).collect()
+    unusable_by(fault::find(recording), glitch::places(recording))
+}
+
+/// What these faults of the torque and glitches of the motion leave without readings.
+pub(super) fn unusable_by(faults: Vec<Fault>, glitches: Vec<Segment>) -> Vec<Unusable> {
+    let of_torque = |Fault { joint, stretches, .. }: Fault| {
+        stretches.into_iter().map(move |stretch| Unusable { stretch, torque_of: Some(joint) })
+    };
+    let of_motion = glitches.into_iter().map(|stretch| Unusable { stretch, torque_of: None });
+    faults.into_iter().flat_map(of_torque).chain(of_motion).collect()
 }
 
 impl Split {

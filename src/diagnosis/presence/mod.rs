@@ -292,14 +292,13 @@ fn robust_wald(search: &Search, set: &[usize], mine: &[usize], beside: f64) -> O
     let mut own: Vec<usize> = Vec::new();
     for &group in mine {
         let columns = search.library.groups[group].columns.clone();
-        let here = columns.clone().filter_map(|column| shown.iter().position(|other| *other == column));
-        let before = own.len();
-        own.extend(here);
         // What is alone must be shown whole.
         let least = if mine.len() > 1 { 1 } else { columns.len() };
-        if own.len() - before < least {
+        let here: Vec<usize> = columns.filter_map(|column| shown.iter().position(|other| *other == column)).collect();
+        if here.len() < least {
             return None;
         }
+        own.extend(here);
     }
     let theta = DVector::from_fn(kept.len(), |i, _| solution.factors[kept[i]]);
     let gram = search.equations_of(set).select(&kept).gram;

@@ -12,7 +12,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::segment::{Segment, Unusable, filter_memory};
+use super::segment::{Segment, filter_memory};
 use super::{Recording, Trajectory};
 use crate::statistics::{ends, range};
 
@@ -82,11 +82,6 @@ fn of_joint(recording: &Recording, joint: usize) -> Vec<Fault> {
 }
 
 impl Fault {
-    /// Where nothing can be learned of its joint.
-    pub fn unusable(self) -> impl Iterator<Item = Unusable> {
-        self.stretches.into_iter().map(move |stretch| Unusable { stretch, torque_of: Some(self.joint) })
-    }
-
     /// How many readings are at fault.
     pub fn sample_count(&self) -> usize {
         self.stretches.iter().map(|stretch| stretch.samples.len()).sum()
