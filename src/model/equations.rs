@@ -35,6 +35,8 @@ pub struct Equations {
     blocks: Vec<Block>,
     /// The columns that act on each joint, ascending.
     on_joint: Vec<Vec<usize>>,
+    /// `[joint][column]`: where the column stands among those that act on the joint.
+    places: Vec<Vec<Option<usize>>>,
     /// `[block][joint]`, in the columns that act on the joint.
     parts: Vec<Vec<NormalEquations>>,
 }
@@ -44,6 +46,12 @@ impl Equations {
     pub fn new(blocks: &[Block], joints: usize, columns: &[PreparedColumn], torque: &[Signals]) -> Self {
         let acting = |joint: usize| (0..columns.len()).filter(|&column| columns[column].acts_on(joint)).collect();
         let on_joint: Vec<Vec<usize>> = (0..joints).map(acting).collect();
+        let placed = |acting: &Vec<usize>| {
+            let mut places = vec![None; columns.len()];
+            acting.iter().enumerate().for_each(|(place, &column)| places[column] = Some(place));
+            places
+        };
+        let places = on_joint.iter().map(placed).collect();
         let of_block = |block: &Block| {
             let of_joint = |(joint, acting): (usize, &Vec<usize>)| {
                 let cut: Vec<&[f64]> = acting.iter().map(|&column| columns[column].cut(block, joint)).collect();
@@ -52,7 +60,7 @@ impl Equations {
             on_joint.iter().enumerate().map(of_joint).collect()
         };
         let parts = blocks.par_iter().map(of_block).collect();
-        Equations { count: columns.len(), blocks: blocks.to_vec(), on_joint, parts }
+        Equations { count: columns.len(), blocks: blocks.to_vec(), on_joint, places, parts }
     }
 
     /// Computes anew what changes when the columns `changed` (ascending) were replaced by others on the same joints.
@@ -179,26 +187,47 @@ impl Equations {
     pub fn total(&self, weights: &[f64], included: impl Fn(usize) -> bool) -> NormalEquations {
         let mut sum = NormalEquations::empty(self.count);
         for block in (0..self.parts.len()).filter(|&block| included(block)) {
-            self.add_block(block, weights, &mut sum);
+            for (joint, &weight) in weights.iter().enumerate() {
+                self.add_part(block, joint, weight, &mut sum);
+            }
         }
         sum
     }
 
-    /// The weighted sum over all joints of each block, in the place of those of other weights or columns.
-    pub fn by_block(&self, weights: &[f64], mut blocks: Vec<NormalEquations>) -> Vec<NormalEquations> {
-        // Memory that is there is quicker than memory that is asked for anew.
-        blocks.resize_with(self.parts.len(), || NormalEquations::empty(self.count));
-        blocks.par_iter_mut().enumerate().for_each(|(block, sum)| {
-            sum.clear(self.count);
-            self.add_block(block, weights, sum);
+    /// [`Equations::total`] of all blocks, on all cores: each sums columns of its own.
+    pub fn whole(&self, weights: &[f64]) -> NormalEquations {
+        let mut sum = NormalEquations::empty(self.count);
+        let (gram, moment) = (sum.gram.as_mut_slice(), sum.moment.as_mut_slice());
+        gram.par_chunks_exact_mut(self.count.max(1)).zip(moment).enumerate().for_each(|(number, (column, moment))| {
+            for parts in &self.parts {
+                for (joint, (part, weight)) in parts.iter().zip(weights).enumerate() {
+                    let Some(here) = self.places[joint][number] else { continue };
+                    let products = part.gram.column(here);
+                    let acting = self.on_joint[joint].iter();
+                    acting.zip(&products).for_each(|(&other, product)| column[other] += weight * product);
+                    *moment += weight * part.moment[here];
+                }
+            }
         });
-        blocks
+        let energies = self.parts.iter().flat_map(|parts| parts.iter().zip(weights));
+        sum.energy = energies.map(|(part, weight)| weight * part.energy).sum();
+        sum
     }
 
-    fn add_block(&self, block: usize, weights: &[f64], sum: &mut NormalEquations) {
-        for (joint, &weight) in weights.iter().enumerate() {
-            self.add_part(block, joint, weight, sum);
+    /// The weighted sum over all joints of one block, in a selection of columns.
+    pub fn of_block(&self, block: usize, columns: &[usize], weights: &[f64]) -> NormalEquations {
+        let mut sum = NormalEquations::empty(columns.len());
+        for (joint, (part, &weight)) in self.parts[block].iter().zip(weights).enumerate() {
+            let place = |(to, &column): (usize, &usize)| Some((to, self.places[joint][column]?));
+            let placed: Vec<(usize, usize)> = columns.iter().enumerate().filter_map(place).collect();
+            for &(to, here) in &placed {
+                let (mut column, products) = (sum.gram.column_mut(to), part.gram.column(here));
+                placed.iter().for_each(|&(from, there)| column[from] += weight * products[there]);
+                sum.moment[to] += weight * part.moment[here];
+            }
+            sum.energy += weight * part.energy;
         }
+        sum
     }
 
     /// Adds `weight` times the equations of one block and joint to `sum`, which is in all columns.
@@ -224,8 +253,8 @@ impl Equations {
 
     /// The equations of one block and joint in a selection of columns.
     pub fn select(&self, block: usize, joint: usize, columns: &[usize]) -> NormalEquations {
-        let (part, acting) = (&self.parts[block][joint], &self.on_joint[joint]);
-        let places: Vec<Option<usize>> = columns.iter().map(|column| acting.binary_search(column).ok()).collect();
+        let part = &self.parts[block][joint];
+        let places: Vec<Option<usize>> = columns.iter().map(|&column| self.places[joint][column]).collect();
         NormalEquations {
             gram: DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
                 places[i].zip(places[j]).map_or(0.0, |(i, j)| part.gram[(i, j)])
@@ -239,11 +268,12 @@ impl Equations {
     pub fn column(&self, block: usize, number: usize, others: &[usize], weights: &[f64]) -> (DVector<f64>, f64) {
         let (mut products, mut sum) = (DVector::zeros(others.len()), 0.0);
         for (joint, &weight) in weights.iter().enumerate() {
-            let (part, acting) = (&self.parts[block][joint], &self.on_joint[joint]);
-            let Ok(here) = acting.binary_search(&number) else { continue };
+            let (part, places) = (&self.parts[block][joint], &self.places[joint]);
+            let Some(here) = places[number] else { continue };
+            let own = part.gram.column(here);
             sum += weight * part.moment[here];
-            for (product, other) in products.iter_mut().zip(others) {
-                *product += acting.binary_search(other).map_or(0.0, |other| weight * part.gram[(here, other)]);
+            for (product, &other) in products.iter_mut().zip(others) {
+                *product += places[other].map_or(0.0, |there| weight * own[there]);
             }
         }
         (products, sum)
@@ -315,4 +345,68 @@ fn side_by_side<'a>(columns: impl Iterator<Item = &'a [f64]>, samples: usize) ->
         values.resize(count * samples, 0.0);
     }
     DMatrix::from_vec(samples, count, values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLES: usize = 40;
+    const WEIGHTS: [f64; 2] = [0.5, 3.0];
+
+    /// The value of a column on a joint; 0 where it does not act: the first acts on both, the second on joint 1, the third on joint 2.
+    fn value(column: usize, joint: usize, sample: usize) -> f64 {
+        let acts = column == 0 || column == joint + 1;
+        if acts { ((sample * (column + 2) + 5 * joint) as f64 * 0.37).sin() } else { 0.0 }
+    }
+
+    fn torque(joint: usize, sample: usize) -> f64 {
+        ((sample + 3 * joint) as f64 * 0.21).cos()
+    }
+
+    fn equations() -> Equations {
+        let part = |column: usize, joint: usize| {
+            (joint, (0..SAMPLES).map(|sample| value(column, joint, sample)).collect::<Vec<f64>>())
+        };
+        let column = |(number, joints): (usize, &[usize])| PreparedColumn {
+            parts: vec![joints.iter().map(|&joint| part(number, joint)).collect()],
+        };
+        let columns: Vec<PreparedColumn> =
+            [[0, 1].as_slice(), &[0], &[1]].into_iter().enumerate().map(column).collect();
+        let blocks = [0..15, 15..SAMPLES].map(|samples| Block { trajectory: 0, samples });
+        Equations::new(&blocks, 2, &columns, &[Signals::from_fn(2, SAMPLES, torque)])
+    }
+
+    /// The same from all rows at once.
+    fn expected(samples: Range<usize>, columns: &[usize]) -> NormalEquations {
+        let rows: Vec<(usize, usize)> = samples.flat_map(|sample| [(0, sample), (1, sample)]).collect();
+        let scale = |row: usize| WEIGHTS[rows[row].0].sqrt();
+        let x = DMatrix::from_fn(rows.len(), columns.len(), |row, column| {
+            scale(row) * value(columns[column], rows[row].0, rows[row].1)
+        });
+        let y = DVector::from_fn(rows.len(), |row, _| scale(row) * torque(rows[row].0, rows[row].1));
+        NormalEquations { gram: x.transpose() * &x, moment: x.transpose() * &y, energy: y.norm_squared() }
+    }
+
+    fn assert_alike(one: &NormalEquations, other: &NormalEquations) {
+        assert!((&one.gram - &other.gram).amax() < 1e-12, "{} {}", one.gram, other.gram);
+        assert!((&one.moment - &other.moment).amax() < 1e-12 && (one.energy - other.energy).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sums_of_joints_and_blocks_are_those_of_all_rows() {
+        let (equations, all) = (equations(), [0, 1, 2]);
+        assert_alike(&equations.whole(&WEIGHTS), &expected(0..SAMPLES, &all));
+        assert_alike(&equations.total(&WEIGHTS, |_| true), &expected(0..SAMPLES, &all));
+        assert_alike(&equations.total(&WEIGHTS, |block| block == 1), &expected(15..SAMPLES, &all));
+    }
+
+    #[test]
+    fn of_a_block_in_any_order_of_columns() {
+        let (equations, columns) = (equations(), [2, 0]);
+        let expected = expected(0..15, &columns);
+        assert_alike(&equations.of_block(0, &columns, &WEIGHTS), &expected);
+        let (products, moment) = equations.column(0, 0, &columns, &WEIGHTS);
+        assert!((products - expected.gram.column(1)).amax() < 1e-12 && (moment - expected.moment[1]).abs() < 1e-12);
+    }
 }

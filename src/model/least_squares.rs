@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// XᵀX, Xᵀy and yᵀy of a linear model y ≈ Xβ.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,32 +48,6 @@ impl NormalEquations {
         NormalEquations { gram: DMatrix::zeros(factors, factors), moment: DVector::zeros(factors), energy: 0.0 }
     }
 
-    /// No data any more, in so many columns; its memory is kept where that is possible.
-    pub fn clear(&mut self, factors: usize) {
-        if self.moment.len() == factors {
-            self.gram.fill(0.0);
-            self.moment.fill(0.0);
-            self.energy = 0.0;
-        } else {
-            *self = NormalEquations::empty(factors);
-        }
-    }
-
-    /// The sum of all of these, in `factors` columns.
-    pub fn sum(all: &[NormalEquations], factors: usize) -> NormalEquations {
-        let mut sum = NormalEquations::empty(factors);
-        let column = |(number, column): (usize, &mut [f64])| {
-            let parts = all.iter().map(|part| &part.gram.as_slice()[number * factors..(number + 1) * factors]);
-            parts.for_each(|part| column.iter_mut().zip(part).for_each(|(sum, value)| *sum += value));
-        };
-        sum.gram.as_mut_slice().par_chunks_exact_mut(factors.max(1)).enumerate().for_each(column);
-        for part in all {
-            sum.moment += &part.moment;
-            sum.energy += part.energy;
-        }
-        sum
-    }
-
     /// Adds `weight` times other data.
     pub fn add(&mut self, other: &NormalEquations, weight: f64) {
         self.gram.zip_apply(&other.gram, |sum, value| *sum += weight * value);
@@ -109,16 +82,18 @@ impl NormalEquations {
         (self.energy - 2.0 * factors.dot(&self.moment) + factors.dot(&(&self.gram * factors))).max(0.0)
     }
 
-    /// The same of a selection of columns: what [`NormalEquations::select`] would leave, without a copy of it.
-    pub fn residual_energy_of(&self, columns: &[usize], factors: &DVector<f64>) -> f64 {
-        let rows = self.moment.len();
-        let mut explained = DVector::zeros(columns.len());
-        for (&column, &factor) in columns.iter().zip(factors).filter(|(_, factor)| **factor != 0.0) {
-            let whole = &self.gram.as_slice()[column * rows..(column + 1) * rows];
-            explained.iter_mut().zip(columns).for_each(|(sum, &row)| *sum += factor * whole[row]);
+    /// The same with further columns: of each its products with all columns before it and with itself, and its moment. What
+    /// equations in all these columns would leave, without a copy of these.
+    pub fn residual_energy_with(&self, further: &[(DVector<f64>, f64)], factors: &DVector<f64>) -> f64 {
+        let own = self.moment.len();
+        let first = factors.rows(0, own);
+        let mut left = self.energy - 2.0 * first.dot(&self.moment) + first.dot(&(&self.gram * first));
+        for (number, (products, moment)) in further.iter().enumerate() {
+            let (before, factor) = (factors.rows(0, own + number), factors[own + number]);
+            let shared = products.rows(0, own + number).dot(&before);
+            left += factor * (2.0 * (shared - moment) + factor * products[own + number]);
         }
-        let moment: f64 = columns.iter().zip(factors).map(|(&column, factor)| factor * self.moment[column]).sum();
-        (self.energy - 2.0 * moment + factors.dot(&explained)).max(0.0)
+        left.max(0.0)
     }
 
     /// The equations of the same data with a price on large factors: `share` of its squared length for each column. So many
@@ -320,12 +295,15 @@ mod tests {
     }
 
     #[test]
-    fn a_selection_leaves_the_same_without_a_copy() {
+    fn further_columns_leave_the_same_without_a_copy() {
         let x = DMatrix::from_fn(30, 6, |i, j| ((i * (j + 2)) as f64 * 0.37).sin());
         let whole = equations(&x, &DVector::from_fn(30, |i, _| (i as f64 * 0.1).cos()));
-        let (columns, factors) = ([4, 0, 3], DVector::from_vec(vec![0.3, 0.0, -1.2]));
-        let expected = whole.select(&columns).residual_energy(&factors);
-        assert!((whole.residual_energy_of(&columns, &factors) - expected).abs() < 1e-12 * expected);
+        let factors = DVector::from_vec(vec![0.3, 0.0, -1.2, 0.4, 0.7, -0.2]);
+        let column =
+            |column: usize| (whole.gram.view((0, column), (column + 1, 1)).column(0).into(), whole.moment[column]);
+        let left = whole.select(&[0, 1, 2, 3]).residual_energy_with(&[column(4), column(5)], &factors);
+        let expected = whole.residual_energy(&factors);
+        assert!((left - expected).abs() < 1e-12 * expected);
     }
 
     #[test]

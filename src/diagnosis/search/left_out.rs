@@ -11,7 +11,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::state::Search;
-use crate::model::least_squares::Elimination;
+use crate::model::least_squares::{Elimination, NormalEquations};
 
 /// So many sets are kept; that of the model alone always is.
 const MOST_KEPT: usize = 64;
@@ -26,7 +26,23 @@ pub(super) struct LeftOut {
 struct Eliminated {
     /// Its columns in the library.
     columns: Vec<usize>,
-    by_block: Vec<Elimination>,
+    by_block: Vec<BesideBlock>,
+}
+
+/// The columns of a set beside one block.
+struct BesideBlock {
+    /// On all other blocks, eliminated.
+    others: Elimination,
+    /// Their equations on the block itself.
+    own: NormalEquations,
+}
+
+/// The columns of a set and others behind them, beside one block.
+struct Behind {
+    /// On all other blocks, eliminated.
+    others: Elimination,
+    /// Of each column behind the set, on the block itself: its products with all before it and with itself, and its moment.
+    own: Vec<(DVector<f64>, f64)>,
 }
 
 impl LeftOut {
@@ -50,11 +66,17 @@ impl LeftOut {
         let columns = search.columns(groups);
         let by_block = if groups.is_empty() {
             let whole = search.equations_of(groups);
-            let eliminate = |block: usize| whole.without(&search.block_equations(block, &columns)).eliminate();
+            let eliminate = |block: usize| {
+                let own = search.block_equations(block, &columns);
+                BesideBlock { others: whole.without(&own).eliminate(), own }
+            };
             blocks.into_par_iter().map(eliminate).collect()
         } else {
-            let own = self.of(search, &[]);
-            let eliminate = |block: usize| search.behind(&own, block, groups).0;
+            let before = self.of(search, &[]);
+            let eliminate = |block: usize| BesideBlock {
+                others: search.behind(&before, block, groups).others,
+                own: search.block_equations(block, &columns),
+            };
             blocks.into_par_iter().map(eliminate).collect()
         };
         let new = Arc::new(Eliminated { columns, by_block });
@@ -81,23 +103,26 @@ impl Search<'_> {
         let (before, last) = groups.split_at(groups.len().saturating_sub(1));
         let set = self.left_out.of(self, before);
         let fit = |block: usize| {
-            let (elimination, columns) = self.behind(&set, block, last);
-            let factors = DVector::from_vec(elimination.factors_from(0));
-            let error = self.block_error(block, &columns, &factors);
+            let behind = self.behind(&set, block, last);
+            let factors = DVector::from_vec(behind.others.factors_from(0));
+            let error = set.by_block[block].own.residual_energy_with(&behind.own, &factors);
             (factors, error)
         };
         (0..self.library.equations.block_count()).into_par_iter().map(fit).collect()
     }
 
-    /// With this block left out: the columns of these groups, eliminated behind a set; and all columns then.
-    fn behind(&self, set: &Eliminated, block: usize, groups: &[usize]) -> (Elimination, Vec<usize>) {
-        let (mut elimination, mut columns) = (set.by_block[block].clone(), set.columns.clone());
+    /// The columns of these groups behind a set, with this block left out.
+    fn behind(&self, set: &Eliminated, block: usize, groups: &[usize]) -> Behind {
+        let (mut others, mut columns) = (set.by_block[block].others.clone(), set.columns.clone());
+        let mut own = Vec::new();
         for column in groups.iter().flat_map(|&group| self.library.groups[group].columns.clone()) {
-            let products: Vec<f64> = columns.iter().map(|&other| self.product_without(block, other, column)).collect();
-            let moment = self.moment_without(block, column);
-            elimination.push(&products, self.product_without(block, column, column), moment);
             columns.push(column);
+            let (whole, here) = (self.whole_products(column, &columns), self.block_products(block, column, &columns));
+            let products = whole.0 - &here.0;
+            let before = columns.len() - 1;
+            others.push(&products.as_slice()[..before], products[before], whole.1 - here.1);
+            own.push(here);
         }
-        (elimination, columns)
+        Behind { others, own }
     }
 }

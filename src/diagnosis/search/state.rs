@@ -20,7 +20,7 @@ pub const CLOSE: f64 = 6.0;
 /// A joint must weigh less than this share of its weight before the set is doubted.
 const LIGHTER: f64 = 0.8;
 
-/// Weighted normal equations of a library, by block, and the set of effects found so far.
+/// Weighted normal equations of a library, and the set of effects found so far.
 pub struct Search<'a> {
     /// The candidates.
     pub library: Library<'a>,
@@ -34,7 +34,6 @@ pub struct Search<'a> {
     /// would come to light only to say the delay in other words.
     pub absorbed: Vec<usize>,
     pub(super) left_out: LeftOut,
-    blocks: Vec<NormalEquations>,
     whole: NormalEquations,
     /// The model's own columns on all blocks, which come first in every set.
     own: Elimination,
@@ -52,7 +51,6 @@ impl<'a> Search<'a> {
             active: Vec::new(),
             absorbed: Vec::new(),
             left_out: LeftOut::default(),
-            blocks: Vec::new(),
             whole: empty,
             own: Elimination::default(),
             library,
@@ -73,24 +71,24 @@ impl<'a> Search<'a> {
     /// Recomputes the weighted sums after the weights changed.
     fn update(&mut self) {
         self.left_out.forget();
-        self.blocks = self.library.equations.by_block(&self.weights, std::mem::take(&mut self.blocks));
-        self.whole = NormalEquations::sum(&self.blocks, self.library.columns.len());
+        self.whole = self.library.equations.whole(&self.weights);
         self.own = self.whole_of(&self.columns(&[])).eliminate();
     }
 
     /// Recomputes the rows and columns of the weighted sums that belong to replaced columns of candidates.
     fn update_columns(&mut self, changed: Range<usize>) {
         self.left_out.forget_those_with(&changed);
-        let all: Vec<usize> = (0..self.whole.moment.len()).collect();
+        let (equations, all) = (&self.library.equations, (0..self.whole.moment.len()).collect::<Vec<usize>>());
         for number in changed {
             let (mut products, mut moment) = (DVector::zeros(all.len()), 0.0);
-            for (index, block) in self.blocks.iter_mut().enumerate() {
-                let (of_block, moment_of_block) = self.library.equations.column(index, number, &all, &self.weights);
-                replace(block, number, &of_block, moment_of_block);
+            for block in 0..equations.block_count() {
+                let (of_block, moment_of_block) = equations.column(block, number, &all, &self.weights);
                 products += of_block;
                 moment += moment_of_block;
             }
-            replace(&mut self.whole, number, &products, moment);
+            self.whole.gram.set_column(number, &products);
+            self.whole.gram.set_row(number, &products.transpose());
+            self.whole.moment[number] = moment;
         }
     }
 
@@ -142,12 +140,12 @@ impl<'a> Search<'a> {
 
     /// Weighted normal equations of one block in these columns.
     pub fn block_equations(&self, block: usize, columns: &[usize]) -> NormalEquations {
-        self.blocks[block].select(columns)
+        self.library.equations.of_block(block, columns, &self.weights)
     }
 
-    /// What these factors of these columns leave of one block.
-    pub(super) fn block_error(&self, block: usize, columns: &[usize], factors: &DVector<f64>) -> f64 {
-        self.blocks[block].residual_energy_of(columns, factors)
+    /// The products of a column with these on one block, weighted, and its moment.
+    pub(super) fn block_products(&self, block: usize, column: usize, others: &[usize]) -> (DVector<f64>, f64) {
+        self.library.equations.column(block, column, others, &self.weights)
     }
 
     /// The share that is structure, not noise, of what these factors of all columns leave of a joint; 0 if nothing is left.
@@ -184,14 +182,10 @@ impl<'a> Search<'a> {
         groups.iter().map(|&group| self.price_of(group)).sum()
     }
 
-    /// The product of two columns over all blocks but this one.
-    pub(super) fn product_without(&self, block: usize, one: usize, other: usize) -> f64 {
-        self.whole.gram[(one, other)] - self.blocks[block].gram[(one, other)]
-    }
-
-    /// The product of a column with the torque over all blocks but this one.
-    pub(super) fn moment_without(&self, block: usize, column: usize) -> f64 {
-        self.whole.moment[column] - self.blocks[block].moment[column]
+    /// The products of a column with these on all blocks, and its moment.
+    pub(super) fn whole_products(&self, column: usize, others: &[usize]) -> (DVector<f64>, f64) {
+        let own = self.whole.gram.column(column);
+        (DVector::from_fn(others.len(), |i, _| own[others[i]]), self.whole.moment[column])
     }
 
     /// Error on each of these lists of blocks with these groups, fitted on the blocks of `train`.
@@ -344,11 +338,4 @@ impl Base {
             shows: elimination.identified()[first..].iter().any(|&shows| shows),
         }
     }
-}
-
-/// Puts other products of one column into the equations.
-fn replace(equations: &mut NormalEquations, number: usize, products: &DVector<f64>, moment: f64) {
-    equations.gram.set_column(number, products);
-    equations.gram.set_row(number, &products.transpose());
-    equations.moment[number] = moment;
 }
