@@ -185,22 +185,12 @@ impl Equations {
 
     /// The weighted sum over all joints and the blocks for which `included` holds.
     pub fn total(&self, weights: &[f64], included: impl Fn(usize) -> bool) -> NormalEquations {
-        let mut sum = NormalEquations::empty(self.count);
-        for block in (0..self.parts.len()).filter(|&block| included(block)) {
-            for (joint, &weight) in weights.iter().enumerate() {
-                self.add_part(block, joint, weight, &mut sum);
-            }
-        }
-        sum
-    }
-
-    /// [`Equations::total`] of all blocks, on all cores: each sums columns of its own.
-    pub fn whole(&self, weights: &[f64]) -> NormalEquations {
+        let parts: Vec<_> = (0..self.parts.len()).filter(|&block| included(block)).map(|it| &self.parts[it]).collect();
         let mut sum = NormalEquations::empty(self.count);
         let (gram, moment) = (sum.gram.as_mut_slice(), sum.moment.as_mut_slice());
         gram.par_chunks_exact_mut(self.count.max(1)).zip(moment).enumerate().for_each(|(number, (column, moment))| {
-            for parts in &self.parts {
-                for (joint, (part, weight)) in parts.iter().zip(weights).enumerate() {
+            for of_joints in &parts {
+                for (joint, (part, weight)) in of_joints.iter().zip(weights).enumerate() {
                     let Some(here) = self.places[joint][number] else { continue };
                     let products = part.gram.column(here);
                     let acting = self.on_joint[joint].iter();
@@ -209,7 +199,7 @@ impl Equations {
                 }
             }
         });
-        let energies = self.parts.iter().flat_map(|parts| parts.iter().zip(weights));
+        let energies = parts.iter().flat_map(|of_joints| of_joints.iter().zip(weights));
         sum.energy = energies.map(|(part, weight)| weight * part.energy).sum();
         sum
     }
@@ -228,19 +218,6 @@ impl Equations {
             sum.energy += weight * part.energy;
         }
         sum
-    }
-
-    /// Adds `weight` times the equations of one block and joint to `sum`, which is in all columns.
-    pub fn add_part(&self, block: usize, joint: usize, weight: f64, sum: &mut NormalEquations) {
-        let (part, acting) = (&self.parts[block][joint], &self.on_joint[joint]);
-        let columns = part.gram.as_slice().chunks_exact(acting.len().max(1));
-        for (&to, (own, moment)) in acting.iter().zip(columns.zip(&part.moment)) {
-            let mut column = sum.gram.column_mut(to);
-            let column = column.as_mut_slice();
-            acting.iter().zip(own).for_each(|(&from, value)| column[from] += weight * value);
-            sum.moment[to] += weight * moment;
-        }
-        sum.energy += weight * part.energy;
     }
 
     /// The equations of one joint on all blocks, and the columns that act there, in which they are written.
@@ -396,7 +373,6 @@ mod tests {
     #[test]
     fn sums_of_joints_and_blocks_are_those_of_all_rows() {
         let (equations, all) = (equations(), [0, 1, 2]);
-        assert_alike(&equations.whole(&WEIGHTS), &expected(0..SAMPLES, &all));
         assert_alike(&equations.total(&WEIGHTS, |_| true), &expected(0..SAMPLES, &all));
         assert_alike(&equations.total(&WEIGHTS, |block| block == 1), &expected(15..SAMPLES, &all));
     }

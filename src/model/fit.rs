@@ -603,12 +603,9 @@ fn jackknife_errors(equations: &Equations, weights: &[f64]) -> Vec<Option<f64>> 
     }
     let kept: Vec<usize> = (0..count).filter(|&index| all.identified[index]).collect();
     let mut deviations = DMatrix::<f64>::zeros(kept.len(), blocks);
+    let whole = whole.select(&kept);
     for block in 0..blocks {
-        let mut rest = whole.clone();
-        for (joint, &weight) in weights.iter().enumerate() {
-            equations.add_part(block, joint, -weight, &mut rest);
-        }
-        let solution = rest.select(&kept).solve();
+        let solution = whole.without(&equations.of_block(block, &kept, weights)).solve();
         for (row, &index) in kept.iter().enumerate() {
             deviations[(row, block)] = solution.factors[row] - all.factors[index];
         }

@@ -79,7 +79,7 @@ impl NormalEquations {
 
     /// ‖y − Xβ‖² for given factors; never negative.
     pub fn residual_energy(&self, factors: &DVector<f64>) -> f64 {
-        (self.energy - 2.0 * factors.dot(&self.moment) + factors.dot(&(&self.gram * factors))).max(0.0)
+        self.residual_energy_with(&[], factors)
     }
 
     /// The same with further columns: of each its products with all columns before it and with itself, and its moment. What

@@ -71,7 +71,7 @@ impl<'a> Search<'a> {
     /// Recomputes the weighted sums after the weights changed.
     fn update(&mut self) {
         self.left_out.forget();
-        self.whole = self.library.equations.whole(&self.weights);
+        self.whole = self.library.equations.total(&self.weights, |_| true);
         self.own = self.whole_of(&self.columns(&[])).eliminate();
     }
 
