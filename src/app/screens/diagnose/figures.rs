@@ -51,7 +51,9 @@ fn panel(report: &Arc<Report>, [chosen, place]: [usize; 2], after: bool, recordi
     let panel =
         panel.with(Points::new("", of(|evidence| &evidence.residual), Ink::Residual).radius(SMALL).opacity(0.5));
     if is_curve(&explained) {
-        panel.with(Line::through("explained", explained.iter().copied(), Ink::Predicted).width(STRONG).dash(&[]))
+        let line = Line::through("explained", explained.iter().copied(), Ink::Predicted).width(STRONG).dash(&[]);
+        // Over time there is nothing between two parts that are held out.
+        panel.with(if evidence.axis == effect::Axis::Time { line.sampled() } else { line })
     } else {
         panel.with(Points::new("", explained, Ink::Predicted).radius(SMALL))
     }
