@@ -137,7 +137,7 @@ impl Locks {
 #[derive(Debug)]
 struct Held {
     document: PathBuf,
-    _lock: File,
+    lock: File,
     /// Whether the system knows of it. Where it knows no locks, the note says whose the document is.
     is_known: bool,
 }
@@ -164,7 +164,14 @@ impl Held {
             Err(TryLockError::Error(_)) => false,
             Err(TryLockError::WouldBlock) => return Ok(None),
         };
-        Ok(Some(Held { document: document.to_owned(), _lock: file, is_known }))
+        Ok(Some(Held { document: document.to_owned(), lock: file, is_known }))
+    }
+}
+
+impl Drop for Held {
+    /// Gives the lock back by name: a program that is just being started has all open files of this one for a moment, and their locks.
+    fn drop(&mut self) {
+        drop(self.lock.unlock());
     }
 }
 
@@ -172,7 +179,10 @@ impl Held {
 fn is_left(document: &Path, note: &Note, locks: Locks) -> bool {
     let Ok(lock) = File::open(part(document, LOCK)) else { return true };
     match (locks.shared)(&lock) {
-        Ok(()) => true,
+        Ok(()) => {
+            drop(lock.unlock());
+            true
+        }
         Err(TryLockError::WouldBlock) => false,
         Err(TryLockError::Error(_)) => note.owner.as_ref().is_none_or(Owner::is_gone),
     }
