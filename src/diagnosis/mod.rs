@@ -103,16 +103,7 @@ pub fn diagnose_among(
         None => (fitted, given),
     };
     let blocks = search.library.equations.block_count();
-    let mut judged = Judged::of(&search, Calibration::learned())?;
-    if search.prefer_common(|joint| judged.certainty(Some(joint)))? {
-        judged = Judged::of(&search, Calibration::learned())?;
-    }
-    let presence = search.active.iter().map(|&group| (group, judged.presence_of(&search, group)));
-    // What most of the other joints have as well is named as soon as it is likelier there than not: whoever models such an arm
-    // gives it to all of them.
-    let least = |group| if search.is_usual(group) { presence::EVEN } else { presence::LIKELY };
-    let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(group, presence)| *presence >= least(*group));
-    search.active = likely.into_iter().map(|(group, _)| group).collect();
+    let (judged, doubtful) = judge(&mut search)?;
     let stated = StatedBody::of(&search, &fitted.model);
     let comparison = stated_arm::compare(&search, stated.as_ref());
     let named = naming::name_effects(&search, &comparison, stated.as_ref(), &judged);
@@ -162,6 +153,34 @@ pub fn diagnose_among(
         not_known,
         ranking,
     })
+}
+
+/// Judges what was found, with common friction where odd forms of it are no likelier, and leaves in the set what is likely; the rest comes
+/// back, each with its presence.
+fn judge(search: &mut Search) -> Result<(Judged, Vec<(usize, f64)>), ModelError> {
+    let mut judged = Judged::of(search, Calibration::learned())?;
+    if search.prefer_common(|joint| judged.certainty(Some(joint)))? {
+        judged = Judged::of(search, Calibration::learned())?;
+    }
+    let mut doubtful = take_doubtful(search, &judged);
+    // What is in doubt may have spoken for an odd form.
+    if !doubtful.is_empty() && search.prefer_likelier(|joint| judged.certainty(Some(joint)))? {
+        search.active.extend(doubtful.iter().map(|(group, _)| group));
+        judged = Judged::of(search, Calibration::learned())?;
+        doubtful = take_doubtful(search, &judged);
+    }
+    Ok((judged, doubtful))
+}
+
+/// Takes out of the set what is not likely to be there, and how likely that is.
+fn take_doubtful(search: &mut Search, judged: &Judged) -> Vec<(usize, f64)> {
+    let presence = search.active.iter().map(|&group| (group, judged.presence_of(search, group)));
+    // What most of the other joints have as well is named as soon as it is likelier there than not: whoever models such an arm
+    // gives it to all of them.
+    let least = |group| if search.is_usual(group) { presence::EVEN } else { presence::LIKELY };
+    let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(group, presence)| *presence >= least(*group));
+    search.active = likely.into_iter().map(|(group, _)| group).collect();
+    doubtful
 }
 
 /// What the data say of every family of effects at every place, and what is left: the clues that [`presence::calibration`] learns

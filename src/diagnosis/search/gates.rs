@@ -65,7 +65,7 @@ pub fn check(search: &Search, now: &Now, group: usize) -> Result<(), Refusal> {
         return Err(Refusal::NotConfirmed { confirmed });
     }
     let is_everyday = candidate.effect.facts.everyday;
-    let needed = if is_everyday { LEAST_T_OF_EVERYDAY } else { LEAST_T };
+    let needed = least_t(is_everyday);
     if !gains.confirm(needed, search.price) {
         return Err(Refusal::FewBlocks { t: gains.t(), needed });
     }
@@ -148,7 +148,16 @@ fn torque_share(search: &Search, groups: &[usize], group: usize) -> f64 {
 
 /// Whether blocks that were left out prefer the set `after` to `before`, and not few of them only.
 pub fn is_confirmed(search: &Search, before: &[usize], after: &[usize]) -> bool {
-    BlockGains::of(search, before, after).confirm(LEAST_T, search.price)
+    BlockGains::of(search, before, after).confirm(least_t(false), search.price)
+}
+
+/// The same where the set `after` has more that nearly every joint has.
+pub fn is_confirmed_as_everyday(search: &Search, before: &[usize], after: &[usize]) -> bool {
+    BlockGains::of(search, before, after).confirm(least_t(true), search.price)
+}
+
+fn least_t(is_everyday: bool) -> f64 {
+    if is_everyday { LEAST_T_OF_EVERYDAY } else { LEAST_T }
 }
 
 /// What the step from one set to another gains on each block, when it is left out.

@@ -3,7 +3,7 @@
 //! [`forward`]: of all candidates the one with the best evidence is tried; it must pass every gate of [`gates`]. Then effects
 //! that others made superfluous leave again ([`backward`] elimination), and each one is swapped for a rival if that explains
 //! more for its price ([`swap`]); [`shape`] refines the shape of each beside the others; last, friction that the other joints have is
-//! looked for once more ([`common`]). The model's own parameters (the base
+//! looked for once more ([`common`]). Whoever has judged the set asks whether common friction does as well as [`odd`] forms of it. The model's own parameters (the base
 //! parameters above all) are estimated anew with every candidate: a biased rigid body hides effects and fakes others.
 
 mod backward;
@@ -11,12 +11,15 @@ mod common;
 mod forward;
 pub(super) mod gates;
 mod left_out;
+mod odd;
 mod shape;
 mod state;
 mod swap;
+#[cfg(test)]
+mod testing;
 
-pub use common::odds_of_form;
 pub use gates::FEWEST_BLOCKS;
+pub use odd::odds_of_form;
 pub use state::{CLOSE, MARGIN, Search};
 pub use swap::Rival;
 
