@@ -49,10 +49,7 @@ impl Search<'_> {
                 }
             }
         }
-        sets.retain(|set: &Vec<usize>| {
-            let mut new = set.iter().filter(|group| !self.active.contains(group));
-            new.all(|&group| gates::is_physical(self, set, group))
-        });
+        sets.retain(|set: &Vec<usize>| gates::are_new_ones_physical(self, set));
         sets
     }
 

@@ -112,6 +112,12 @@ pub fn is_physical(search: &Search, groups: &[usize], group: usize) -> bool {
     are_physical(search.library.groups[group].effect, &solution.factors.as_slice()[offset..])
 }
 
+/// Whether those of all groups of a set do that the search has not found.
+pub fn are_new_ones_physical(search: &Search, set: &[usize]) -> bool {
+    let mut new = set.iter().filter(|group| !search.active.contains(group));
+    new.all(|&group| is_physical(search, set, group))
+}
+
 /// Whether these linear parameters lie within their bounds, but for rounding.
 pub fn are_physical(effect: &Effect, factors: &[f64]) -> bool {
     effect.linear().zip(factors).all(|(parameter, &value)| {

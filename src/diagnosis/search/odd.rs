@@ -119,10 +119,7 @@ impl Search<'_> {
                 sets.push(Otherwise { set: stays.chain([new, shape]).collect(), odds: odds_of(new), keeps_odd: true });
             }
         }
-        let is_new = |group: &usize| !self.active.contains(group);
-        sets.retain(|Otherwise { set, .. }| {
-            set.iter().copied().filter(is_new).all(|group| gates::is_physical(self, set, group))
-        });
+        sets.retain(|other| gates::are_new_ones_physical(self, &other.set));
         sets
     }
 

@@ -62,7 +62,7 @@ impl Search<'_> {
             let sets = simple.map(|set| others.iter().copied().chain(set).collect::<Vec<usize>>());
             let now = self.priced_cost(&self.active);
             let is_as_good = |set: &Vec<usize>| {
-                set[others.len()..].iter().all(|&group| gates::is_physical(self, set, group))
+                gates::are_new_ones_physical(self, set)
                     && (self.priced_cost(set) < now + CLOSE || !gates::is_confirmed(self, set, &self.active))
             };
             let best = sets.filter(is_as_good).min_by(|a, b| self.priced_cost(a).total_cmp(&self.priced_cost(b)));
