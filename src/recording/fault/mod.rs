@@ -179,8 +179,9 @@ struct Limits {
 }
 
 impl Limits {
+    /// A drive has one limit either way, and may reach it seldom on one side.
     fn are_hit_by(&self, value: f64) -> bool {
-        (self.cut_low && value == self.low) || (self.cut_high && value == self.high)
+        (self.cut_low && value.abs() == self.low.abs()) || (self.cut_high && value.abs() == self.high.abs())
     }
 }
 
@@ -298,6 +299,19 @@ mod tests {
         assert!(matches!(&found[..], [fault] if fault.kind == FaultKind::Saturated), "{found:?}");
         assert_eq!(found[0].parameters(&recording), [9.0]);
         let at_limit = recording.trajectories[0].tau[0].iter().filter(|tau| tau.abs() == 9.0).count();
+        assert_eq!(found[0].sample_count(), at_limit);
+    }
+
+    /// On one side the limit cuts off whole peaks, on the other fifteen readings of one peak.
+    #[test]
+    fn a_limit_that_one_side_hardly_reaches_is_the_same_limit() {
+        let mut recording = swinging(0.0);
+        let mut run = recording.trajectories[0].channels_mut();
+        run.tau[0].iter_mut().for_each(|tau| *tau = (*tau + 1.0).clamp(-9.9, 9.9));
+        assert_eq!(run.tau[0].iter().filter(|tau| **tau == -9.9).count(), 15);
+        let at_limit = run.tau[0].iter().filter(|tau| tau.abs() == 9.9).count();
+        let found = find(&recording);
+        assert!(matches!(&found[..], [fault] if fault.kind == FaultKind::Saturated), "{found:?}");
         assert_eq!(found[0].sample_count(), at_limit);
     }
 
