@@ -39,12 +39,16 @@ impl Search<'_> {
         self.take_otherwise(certainty, |search, other| !gates::is_confirmed(search, &other.set, &search.active))
     }
 
-    /// The same where it is likelier, whatever the blocks say: after something has left the set without which none of them confirms much.
+    /// The same after something has left the set without which blocks confirm little: they decide only where most of the other joints have
+    /// that common friction, too.
     ///
     /// # Errors
     /// As [`Search::prefer_common`].
     pub fn prefer_likelier(&mut self, certainty: impl Fn(usize) -> f64) -> Result<bool, ModelError> {
-        self.take_otherwise(certainty, |_, _| false)
+        self.take_otherwise(certainty, |search, other| {
+            let mut new = other.set.iter().filter(|group| !search.active.contains(group));
+            new.all(|&group| search.is_usual(group)) && !gates::is_confirmed(search, &other.set, &search.active)
+        })
     }
 
     /// Takes of each joint the likeliest of the other sets that are likelier than what was found or, if no odd form stays, `as_good`.
