@@ -131,7 +131,7 @@ impl Parameter {
             Role::Shape { starts: Starts::Values(values), .. } => ("shape", values),
             Role::Shape { starts: Starts::Places(shares), .. } => (PLACE, shares),
             Role::Shape { starts: Starts::Waves, .. } => {
-                ("wave number, sought from a period over the joint's way on", &[])
+                ("wave number, sought from one and a half periods over the joint's way on", &[])
             }
             Role::Reading => ("reading", &[]),
         };

@@ -63,6 +63,11 @@ impl Group {
         self.effect == other.effect && self.joint == other.joint
     }
 
+    /// Whether its wave, if it is one, repeats along the way of its joint.
+    pub fn repeats(&self) -> bool {
+        self.effect.repeats_along(self.way, &self.shape)
+    }
+
     /// Whether this one has all that `other` has and more (Stribeck has Coulomb).
     pub fn includes(&self, other: &Group) -> bool {
         self.joint == other.joint && self.effect.contains(other.effect)

@@ -252,6 +252,8 @@ pub enum Refusal {
     },
     /// Its best parameters lie outside their bounds.
     Unphysical,
+    /// Its best wave does not repeat along the way of the joint: what fits it may be anything that bows.
+    NoWave,
     /// It is no more than what the formula of another effect leaves.
     LeftBy {
         /// That effect.

@@ -90,7 +90,7 @@ fn only_shown(
         let places = named.iter().enumerate().flat_map(|(number, effect)| {
             let parameters = parameters_of(&whole, effect.effect);
             let shown = |&joint: &usize| {
-                let shown = shown(effect.effect, &parameters, joint) / quantile;
+                let shown = shown(effect.effect, &parameters, joint, design) / quantile;
                 let stays = shown > 0.0 && effect.usual.contains(&joint);
                 (if stays { f64::INFINITY } else { shown }, number, joint)
             };
@@ -129,10 +129,13 @@ fn take_off(named: &mut Vec<Named>, number: usize, joint: usize) {
     common.form = common.form.min(form);
 }
 
-/// How far what was fitted for an effect on a joint is from nothing, in standard errors; 0 if it is impossible.
-fn shown(effect: &Effect, parameters: &[Parameter], joint: usize) -> f64 {
+/// How far what was fitted for an effect on a joint is from nothing, in standard errors; 0 if it is impossible or a
+/// wave that does not repeat along the way.
+fn shown(effect: &Effect, parameters: &[Parameter], joint: usize, design: &Design) -> f64 {
     let here = || parameters.iter().filter(|parameter| parameter.joint.is_none_or(|own| own == joint));
-    if here().any(|parameter| !parameter.physical) {
+    let value = |name: &str| here().find(|parameter| parameter.name == name).map(|parameter| parameter.value);
+    let shape: Vec<f64> = effect.shapes().filter_map(|(shape, _)| value(shape.name)).collect();
+    if here().any(|parameter| !parameter.physical) || !effect.repeats_along(design.way(Some(joint)), &shape) {
         return 0.0;
     }
     let is_linear = |parameter: &&Parameter| effect.linear().any(|linear| linear.name == parameter.name);

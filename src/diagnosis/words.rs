@@ -229,6 +229,7 @@ impl Refusal {
             Refusal::Chance { .. } => "it explains hardly more than chance would".to_owned(),
             Refusal::Small { share } => format!("it is only {:.2} % of what was measured", 100.0 * share),
             Refusal::Unphysical => "its best parameters have the wrong sign".to_owned(),
+            Refusal::NoWave => "its best wave does not repeat along the way of the joint".to_owned(),
             Refusal::LeftBy { effect } => format!("it is no more than what the formula of {} leaves", effect.name),
             Refusal::NotConfirmed { .. } => "blocks that were left out do not confirm it".to_owned(),
             Refusal::FewBlocks { .. } => "only a few blocks of the recording speak for it".to_owned(),

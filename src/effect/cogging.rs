@@ -41,6 +41,13 @@ impl AddsTorque for Cogging {
 mod tests {
     use super::*;
 
+    /// Over a quarter of a metre one and a half periods are 37.7 rad/m.
+    #[test]
+    fn a_short_way_shows_no_slow_wave() {
+        let repeats = |wave_number: f64| EFFECT.repeats_along([0.0, 0.25], &[wave_number]);
+        assert!(repeats(38.2) && !repeats(37.9) && !repeats(11.2));
+    }
+
     #[test]
     fn is_its_formula() {
         testing::assert_is(&EFFECT, &[0.7, -0.3, 7.0], |q, _, _| 0.7 * (7.0 * q).sin() - 0.3 * (7.0 * q).cos());

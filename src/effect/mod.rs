@@ -169,6 +169,9 @@ pub struct LookAlike {
 /// some tens. A log that is later is set up wrong ([`crate::recording::correction`] sets it right).
 const LONGEST_DELAY: f64 = 0.1;
 
+/// Up to this share above the least wave number that can be shown a search has come to its end there.
+const AT_LEAST: f64 = 0.01;
+
 /// What tells models of hysteresis from each other.
 const PRE_SLIDING: &str = "Many small reversals, of less than the breakaway distance, at different speeds.";
 
@@ -330,6 +333,14 @@ impl Effect {
             Role::Linear | Role::Reading => None,
         };
         self.parameters.iter().filter_map(least).collect()
+    }
+
+    /// Whether each wave of this shape repeats along this way of the joint: not where its number is the least that such a motion can show,
+    /// or below, since what fits it then may be something else that bows.
+    pub fn repeats_along(&self, way: impl Into<Way>, shape: &[f64]) -> bool {
+        let way = way.into();
+        let mut waves = self.shapes().zip(self.least_shape(way)).zip(shape);
+        waves.all(|(((_, starts), least), &value)| !matches!(starts, Starts::Waves) || value > (1.0 + AT_LEAST) * least)
     }
 
     /// Linear and shape parameters among all.

@@ -67,7 +67,7 @@ pub struct Sighting {
     pub effect: &'static Effect,
     /// Whether the search found it.
     pub found: bool,
-    /// Whether the parameters of that form lie within their bounds.
+    /// Whether the parameters of that form lie within their bounds, and a wave repeats along the way.
     pub physical: bool,
     /// RMS of its torque over that of the measured torque, on the joint where it is largest.
     pub share: f64,
@@ -274,7 +274,7 @@ fn sighting(
         joint: place,
         effect: groups[main].effect,
         found,
-        physical: gates::is_physical(search, &with, main),
+        physical: gates::is_physical(search, &with, main) && groups[main].repeats(),
         share,
         unique,
         clues,

@@ -6,12 +6,13 @@ use super::gates;
 use super::state::{MARGIN, Search};
 
 impl Search<'_> {
-    /// Takes out what is no longer worth its price, or what another effect's formula leaves, the weakest first.
+    /// Takes out what is no longer worth its price, what another effect's formula leaves, or what is no wave along this way; the weakest
+    /// first.
     pub(super) fn prune(&mut self) {
         loop {
             let now = self.cost(&self.active);
             let margin = |&group: &usize| {
-                if gates::leaves_it(self, &self.active, group).is_some() {
+                if !self.library.groups[group].repeats() || gates::leaves_it(self, &self.active, group).is_some() {
                     return (group, f64::NEG_INFINITY);
                 }
                 let without: Vec<usize> = self.active.iter().copied().filter(|&other| other != group).collect();

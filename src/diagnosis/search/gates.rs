@@ -56,6 +56,9 @@ pub fn check(search: &Search, now: &Now, group: usize) -> Result<(), Refusal> {
     if !is_physical(search, &after, group) {
         return Err(Refusal::Unphysical);
     }
+    if !candidate.repeats() {
+        return Err(Refusal::NoWave);
+    }
     if let Some(effect) = leaves_it(search, &after, group) {
         return Err(Refusal::LeftBy { effect });
     }

@@ -90,3 +90,31 @@ impl Search<'_> {
         Ok((least < start).then_some(shape))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::super::testing::{found, searched};
+    use crate::progress::Monitor;
+    use crate::simulation::{Scenario, simulate};
+
+    /// Along the way of joint 1 the torque bows, or it rises and falls two and a half times. Whatever wave comes nearest to a bow, it is none.
+    #[test]
+    fn a_torque_that_does_not_repeat_along_the_way_is_no_wave() {
+        let found_with = |periods: f64| {
+            let scenario = Scenario { effects: Vec::new(), torque_noise: 1e-3, ..Scenario::embedded() };
+            let mut recording = simulate(&scenario, &Monitor::new()).unwrap();
+            let [low, high] = recording.way(0);
+            for run in &mut recording.trajectories {
+                let q = run.q[0].to_vec();
+                let mut run = run.channels_mut();
+                let wave = |q: f64| 0.5 * (TAU * periods * (q - low) / (high - low)).sin();
+                run.tau[0].iter_mut().zip(q).for_each(|(tau, q)| *tau += wave(q));
+            }
+            found(&searched(&recording, &["cogging"]))
+        };
+        assert_eq!(found_with(0.8), []);
+        assert_eq!(found_with(2.5), [("cogging", Some(0))]);
+    }
+}

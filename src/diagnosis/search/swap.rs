@@ -91,6 +91,7 @@ impl Search<'_> {
             let is_absorbed = self.absorbed.contains(&candidate);
             if !meets
                 || is_absorbed
+                || !candidate_group.repeats()
                 || candidate_group.same_place_and_effect(&groups[group])
                 || base.groups.iter().any(excludes)
             {
