@@ -146,7 +146,8 @@ fn opened(dialog: &Dialog, scale: f32) -> Window {
     window.ctx.set_zoom_factor(scale);
     window.run_steps(4);
     (dialog.open)(&mut window);
-    window.run_steps(6);
+    // What it reads of files comes while it is drawn, with controls of its own.
+    support::settle(&mut window);
     window
 }
 
