@@ -179,9 +179,8 @@ struct Limits {
 }
 
 impl Limits {
-    /// A drive has one limit either way, and may reach it seldom on one side.
     fn are_hit_by(&self, value: f64) -> bool {
-        (self.cut_low && value.abs() == self.low.abs()) || (self.cut_high && value.abs() == self.high.abs())
+        (self.cut_low && value == self.low) || (self.cut_high && value == self.high)
     }
 }
 
@@ -201,7 +200,9 @@ fn limits(recording: &Recording, joint: usize, runs: &[Run]) -> Limits {
     };
     // A dead channel that only ever reads zero or above rests at zero; that is no limit.
     let [cut_low, cut_high] = [low, high].map(|limit| limit != 0.0 && low < high && is_cut(limit));
-    Limits { low, high, cut_low, cut_high }
+    // A drive has one limit either way, and may reach it seldom on one side.
+    let is_one = low == -high && (cut_low || cut_high);
+    Limits { low, high, cut_low: cut_low || is_one, cut_high: cut_high || is_one }
 }
 
 /// The runs in which the joint moved on while its torque did not change.
@@ -313,6 +314,19 @@ mod tests {
         let found = find(&recording);
         assert!(matches!(&found[..], [fault] if fault.kind == FaultKind::Saturated), "{found:?}");
         assert_eq!(found[0].sample_count(), at_limit);
+    }
+
+    /// Read in steps, the torque passes the value of its lower limit on the other side, too, and goes on.
+    #[test]
+    fn what_goes_beyond_is_at_no_limit() {
+        let mut recording = swinging(0.5);
+        recording.trajectories[0].channels_mut().tau[0].iter_mut().for_each(|tau| *tau = tau.max(-8.0));
+        let tau = &recording.trajectories[0].tau[0];
+        let at = |level: f64| tau.iter().filter(|tau| **tau == level).count();
+        assert!(at(8.0) > 0 && tau.iter().any(|tau| *tau > 8.0));
+        let found = find(&recording);
+        assert!(matches!(&found[..], [fault] if fault.kind == FaultKind::Saturated), "{found:?}");
+        assert_eq!(found[0].sample_count(), at(-8.0));
     }
 
     /// Noise as of an amplifier behind the limit, of up to one per cent of the range.
