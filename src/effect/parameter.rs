@@ -73,15 +73,15 @@ pub enum Starts {
 impl Starts {
     /// The values for a joint that goes this way.
     pub fn values(self, way: impl Into<Way>) -> Vec<f64> {
-        let Way { low, high, peaks } = way.into();
+        let way = way.into();
+        let Way { low, high, peaks } = way;
         match self {
             Starts::Values(values) => values.to_vec(),
             Starts::Places(shares) => shares.iter().map(|share| low + share * (high - low)).collect(),
             Starts::Waves => {
-                let half_a_period = PI / (high - low).max(f64::MIN_POSITIVE);
-                let first = (3.0 * half_a_period).max(LEAST_WAVE);
-                let wave = |number: usize| first + number as f64 * half_a_period.max(LEAST_WAVE_STEP);
-                let beyond = wave(WAVES - 1) + half_a_period;
+                let first = repeated(way).max(LEAST_WAVE);
+                let wave = |number: usize| first + number as f64 * half_a_period(way).max(LEAST_WAVE_STEP);
+                let beyond = wave(WAVES - 1) + half_a_period(way);
                 (0..WAVES).map(wave).chain(peaks.into_iter().filter(|peak| *peak > beyond)).collect()
             }
         }
@@ -206,9 +206,14 @@ fn any_motion(_way: Way) -> f64 {
     0.0
 }
 
-/// One and a half periods over the way.
+/// The wave number of half a period over the way.
+pub(super) fn half_a_period(way: Way) -> f64 {
+    PI / (way.high - way.low).max(f64::MIN_POSITIVE)
+}
+
+/// That of one and a half.
 fn repeated(way: Way) -> f64 {
-    3.0 * (PI / (way.high - way.low).max(f64::MIN_POSITIVE))
+    3.0 * half_a_period(way)
 }
 
 fn any_place(_way: Way) -> f64 {

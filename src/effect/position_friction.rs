@@ -21,15 +21,11 @@ pub static EFFECT: Effect = Effect {
         ParameterSpec::linear("cosine_torque", "b", Dimension::Torque),
         ParameterSpec::shape("wave_number", "k", Dimension::WaveNumber, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
             .between(0.5, 100.0)
-            .shown_from(half_a_period),
+            // With less it can't be told from friction that is the same everywhere.
+            .shown_from(parameter::half_a_period),
     ],
     facts: Facts::USUAL,
 };
-
-/// Less than half a period over the position can't be told from friction that is the same everywhere.
-fn half_a_period(way: Way) -> f64 {
-    std::f64::consts::PI / (way.high - way.low).max(f64::MIN_POSITIVE)
-}
 
 struct PositionFriction;
 
