@@ -62,7 +62,7 @@ pub fn notes(
         }
         (Verdict::UnknownEffect, Some(first)) => {
             notes.extend(none_explains(unexplained));
-            if first.presence >= SURE {
+            if stands_beside_the_unknown(first, unexplained) {
                 notes.push(Note::AddFirst { effect: first.effect, joints: first.joints.clone() });
             } else {
                 notes.push(Note::MayStandIn);
@@ -79,6 +79,12 @@ pub fn notes(
         notes.push(Note::StatedArmDiffers);
     }
     notes
+}
+
+/// Whether an effect is there whatever else is: surely, and as nearly every joint has it or where nothing is left that it may stand in for.
+fn stands_beside_the_unknown(named: &MissingEffect, unexplained: &[usize]) -> bool {
+    let leaves_nothing = || named.joints.iter().all(|joint| !unexplained.contains(joint));
+    named.presence >= SURE && (named.effect.facts.everyday || leaves_nothing())
 }
 
 fn none_explains(unexplained: &[usize]) -> Option<Note> {
@@ -189,16 +195,21 @@ mod tests {
         assert_eq!(sure.len(), 1, "it is only said where the answer is ambiguous");
     }
 
-    /// Where more is missing than was named, what was named may stand in for it, unless it is surely there.
+    /// Where more is missing than was named, what was named may stand in for it, unless it is surely there: on joint 1 friction is, beside
+    /// whatever is left there, and a stop if that is left of joint 2 alone.
     #[test]
     fn beside_the_unknown_only_what_is_surely_there_is_added() {
-        let told = |presence| {
-            let effects = [MissingEffect { presence, ..named("coulomb-friction") }];
-            notes(Verdict::UnknownEffect, &effects, &[1], &Comparison::Agrees, 16, None)
+        let is_added = |id: &str, presence: f64, left: usize| {
+            let effects = [MissingEffect { presence, ..named(id) }];
+            let told = notes(Verdict::UnknownEffect, &effects, &[left], &Comparison::Agrees, 16, None);
+            assert_eq!((told.len(), &told[0]), (2, &Note::NoneExplains { joints: vec![left] }));
+            let first = Note::AddFirst { effect: effects[0].effect, joints: vec![0] };
+            assert!(told[1] == first || told[1] == Note::MayStandIn, "{told:?}");
+            told[1] == first
         };
-        let first = Note::AddFirst { effect: named("coulomb-friction").effect, joints: vec![0] };
-        assert_eq!(told(SURE), [Note::NoneExplains { joints: vec![1] }, first]);
-        assert_eq!(told(SURE - 0.01), [Note::NoneExplains { joints: vec![1] }, Note::MayStandIn]);
+        assert!(is_added("coulomb-friction", SURE, 0) && is_added("coulomb-friction", SURE, 1));
+        assert!(is_added("lower-stop", SURE, 1) && !is_added("lower-stop", SURE, 0));
+        assert!(!is_added("coulomb-friction", SURE - 0.01, 0) && !is_added("lower-stop", SURE - 0.01, 1));
     }
 
     #[test]

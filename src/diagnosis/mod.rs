@@ -16,6 +16,7 @@ mod conclusion;
 pub mod evidence;
 mod excerpt;
 mod flexible;
+mod held_out;
 mod naming;
 pub mod presence;
 pub mod proposal;
@@ -108,8 +109,8 @@ pub fn diagnose_among(
     let comparison = stated_arm::compare(&search, stated.as_ref());
     let named = naming::name_effects(&search, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
-    let Steps { mut effects, last, fitted: last_fitted, rival_of } =
-        steps::measure(named, fitted, stated.as_ref(), &before, recording, split, &design, monitor)?;
+    let Steps { mut effects, last, fitted: last_fitted, rival_of, contradicted } =
+        steps::measure(named, &judged, fitted, stated.as_ref(), &before, recording, split, &design, monitor)?;
     let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
         effect.telling_motion = rivals.and_then(motion);
@@ -117,6 +118,7 @@ pub fn diagnose_among(
     };
     effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
     effects.extend(steps::faults_of_readings(recording, &last));
+    let presence = judged.told(&contradicted, &effects);
     let completeness = conclusion::carried_over(judged.completeness(), &last);
     let incomplete = completeness.iter().filter(|one| !one.complete);
     let unexplained_joints: Vec<usize> = incomplete.map(|one| one.joint).collect();
@@ -139,12 +141,12 @@ pub fn diagnose_among(
     if excerpt.share < 1.0 {
         notes.push(Note::Excerpt { share: excerpt.share });
     }
-    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &comparison);
+    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &contradicted, &comparison);
     monitor.report(1.0, "diagnosed")?;
     Ok(Report {
         verdict,
         effects,
-        presence: judged.told(),
+        presence,
         completeness,
         held_out_nmse,
         noise_floor_nmse: last.noise_floor_nmse,
@@ -162,25 +164,40 @@ fn judge(search: &mut Search) -> Result<(Judged, Vec<(usize, f64)>), ModelError>
     if search.prefer_common(|joint| judged.certainty(Some(joint)))? {
         judged = Judged::of(search, Calibration::learned())?;
     }
-    let mut doubtful = take_doubtful(search, &judged);
+    let (mut judged, mut doubtful) = without_doubtful(search, judged)?;
     // What is in doubt may have spoken for an odd form.
     if !doubtful.is_empty() && search.prefer_likelier(|joint| judged.certainty(Some(joint)))? {
         search.active.extend(doubtful.iter().map(|(group, _)| group));
-        judged = Judged::of(search, Calibration::learned())?;
-        doubtful = take_doubtful(search, &judged);
+        let anew = Judged::of(search, Calibration::learned())?;
+        (judged, doubtful) = without_doubtful(search, anew)?;
     }
     Ok((judged, doubtful))
 }
 
-/// Takes out of the set what is not likely to be there, and how likely that is.
-fn take_doubtful(search: &mut Search, judged: &Judged) -> Vec<(usize, f64)> {
-    let presence = search.active.iter().map(|&group| (group, judged.presence_of(search, group)));
-    // What most of the other joints have as well is named as soon as it is likelier there than not: whoever models such an arm
-    // gives it to all of them.
-    let least = |group| if search.is_usual(group) { presence::EVEN } else { presence::LIKELY };
-    let (likely, doubtful): (Vec<_>, Vec<_>) = presence.partition(|(group, presence)| *presence >= least(*group));
-    search.active = likely.into_iter().map(|(group, _)| group).collect();
-    doubtful
+/// Takes out of the set what is not likely to be there, one after the other and each time judged anew, since what is in doubt may speak
+/// against what stays. How likely it was comes back.
+///
+/// What most of the other joints have as well is named as soon as it is likelier there than not: whoever models such an arm gives it to all
+/// of them. It is judged last, and at once, for each says something of the others.
+fn without_doubtful(search: &mut Search, mut judged: Judged) -> Result<(Judged, Vec<(usize, f64)>), ModelError> {
+    let mut doubtful: Vec<(usize, f64)> = Vec::new();
+    let presence = |search: &Search, judged: &Judged, usual: bool| -> Vec<(usize, f64)> {
+        let groups = search.active.iter().filter(|&&group| search.is_usual(group) == usual);
+        groups.map(|&group| (group, judged.presence_of(search, group))).collect()
+    };
+    let is_unlikely = |(_, presence): &(usize, f64)| *presence < presence::LIKELY;
+    loop {
+        let unlikely = presence(search, &judged, false).into_iter().filter(is_unlikely);
+        let Some(least) = unlikely.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        search.active.retain(|&group| group != least.0);
+        doubtful.push(least);
+        judged = judged.but_for(Judged::of(search, Calibration::learned())?, search, &doubtful);
+    }
+    let usual = presence(search, &judged, true).into_iter();
+    let unusual: Vec<(usize, f64)> = usual.filter(|(_, presence)| *presence < presence::EVEN).collect();
+    search.active.retain(|group| unusual.iter().all(|(other, _)| group != other));
+    doubtful.extend(unusual);
+    Ok((judged, doubtful))
 }
 
 /// What the data say of every family of effects at every place, and what is left: the clues that [`presence::calibration`] learns
@@ -195,8 +212,10 @@ pub fn sightings(
     monitor: &Monitor,
 ) -> Result<(Vec<Sighting>, Rest), ModelError> {
     let excerpt = Excerpt::of(recording, split);
-    let searched = Searched::new(&registry::sought(), fitted, &excerpt, monitor)?;
-    presence::look(&searched.search)
+    let Searched { mut search, .. } = Searched::new(&registry::sought(), fitted, &excerpt, monitor)?;
+    let judged = Judged::of(&search, Calibration::learned())?;
+    let (judged, _) = without_doubtful(&mut search, judged)?;
+    Ok(judged.seen())
 }
 
 /// A search that has come to its end.
@@ -230,6 +249,7 @@ impl<'a> Searched<'a> {
         let mut search = Search::new(library);
         let drops = ranking::error_drops(&search, monitor)?;
         let refused = search.run(monitor)?;
+        search.weigh_anew();
         Ok(Searched { search, design, counterpart, refused, drops, not_known })
     }
 }

@@ -6,6 +6,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::candidates::Group;
+use super::held_out::Contradicted;
 use super::report::{Candidate, Ground, Refusal};
 use super::search::{FEWEST_BLOCKS, Search};
 use super::stated_arm::Comparison;
@@ -56,6 +57,7 @@ pub fn rank(
     drops: &[f64],
     refused: &[(usize, Refusal)],
     doubtful: &[(usize, f64)],
+    contradicted: &[Contradicted],
     comparison: &Comparison,
 ) -> Vec<Candidate> {
     let groups = &search.library.groups;
@@ -68,7 +70,10 @@ pub fn rank(
             continue;
         }
         let same = |other: &usize| groups[*other].same_place_and_effect(group);
-        let ground = if search.active.iter().any(same) {
+        let against = contradicted.iter().find(|one| one.effect == group.effect && one.joint == group.joint);
+        let ground = if let Some(&Contradicted { rises, falls, .. }) = against {
+            Ground::Contradicted { rises, falls }
+        } else if search.active.iter().any(same) {
             if blocks < FEWEST_BLOCKS { Ground::NotConfirmable { blocks } } else { Ground::Confirmed }
         } else if explained.iter().any(same) {
             Ground::TellsFromStatedArm

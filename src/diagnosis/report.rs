@@ -230,6 +230,13 @@ pub enum Ground {
         /// Probability that its family is there.
         presence: f64,
     },
+    /// It was found, but the held-out part speaks more clearly against it than the training part for it.
+    Contradicted {
+        /// So many times as large is the squared error with it on the held-out part.
+        rises: f64,
+        /// So many times as large is it without it on the training part.
+        falls: f64,
+    },
     /// It had evidence, but failed a gate.
     Refused(Refusal),
 }

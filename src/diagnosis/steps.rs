@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 
 use super::evidence;
+use super::held_out::{Contradicted, InBand, contradicted};
 use super::naming::Named;
+use super::presence::Judged;
 use super::report::MissingEffect;
 use super::stated_arm::StatedBody;
 use crate::effect::{Effect, ParameterSpec, Scope, registry};
@@ -27,17 +29,21 @@ pub struct Steps {
     pub fitted: Fitted,
     /// The group of each effect with the largest gain, and its best rival.
     pub rival_of: Vec<Option<(usize, usize)>>,
+    /// What was named and is not, since the held-out part contradicts it.
+    pub contradicted: Vec<Contradicted>,
 }
 
 /// Adds the named effects one after the other and measures the held-out error of each step.
 ///
 /// What lies outside its bounds on a joint when all are fitted does not exist there, and what may as well be zero is not shown: it is
-/// left out, and the others are measured anew. One that raises the held-out error of all its joints is not what to add first.
+/// left out, and the others are measured anew; so is what is in doubt and contradicted by the held-out part. One that raises the held-out
+/// error of all its joints is not what to add first.
 ///
 /// # Errors
 /// [`ModelError`] if a model can't be fitted, or the work was stopped.
 pub fn measure(
     named: Vec<Named>,
+    judged: &Judged,
     fitted: &Fitted,
     stated: Option<&StatedBody>,
     start: &Evaluation,
@@ -46,10 +52,19 @@ pub fn measure(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
-    let (mut named, whole) = only_shown(named, fitted, stated, design, monitor)?;
+    let (mut named, mut whole) = only_shown(named, fitted, stated, design, monitor)?;
     let mut may_reorder = true;
+    let mut against: Vec<Contradicted> = Vec::new();
     loop {
         let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
+        if let Some((number, one)) =
+            contradicted(&named, &ladder.in_band, |family, joint| judged.presence(family, joint))
+        {
+            take_off(&mut named, number, one.joint.unwrap_or_default());
+            against.push(one);
+            (named, whole) = only_shown(named, fitted, stated, design, monitor)?;
+            continue;
+        }
         let rises = |(effect, (before, after)): (&Named, &(Vec<f64>, Vec<f64>))| {
             effect.joints.iter().all(|&joint| after[joint] > before[joint])
         };
@@ -63,7 +78,7 @@ pub fn measure(
                 continue;
             }
         }
-        return Ok(ladder.told(&named, recording, split));
+        return Ok(ladder.told(&named, against, recording, split));
     }
 }
 
@@ -172,11 +187,19 @@ fn rungs(named: &[Named], model: &Model, stated: Option<&StatedBody>) -> Result<
     named.iter().map(rung).collect()
 }
 
-/// The model after all steps, and the held-out errors before and after each.
+/// The model after all steps, and the held-out errors before and after each, as they are told and in the band of the fit.
 struct Ladder {
     fitted: Fitted,
     last: Evaluation,
     errors: Vec<(Vec<f64>, Vec<f64>)>,
+    in_band: Vec<[InBand; 2]>,
+}
+
+/// A model that was fitted, and its errors.
+struct Measured {
+    fitted: Fitted,
+    evaluation: Evaluation,
+    in_band: InBand,
 }
 
 fn climb(
@@ -193,27 +216,30 @@ fn climb(
     monitor.report(0.85, "adding what was found, step by step")?;
     // Models of neighbouring steps are fitted side by side: none needs what another one found.
     let quiet = monitor.quiet();
-    let measured = |model: Model| -> Result<(Fitted, Evaluation), ModelError> {
+    let measured = |model: Model| -> Result<Measured, ModelError> {
         // The last step is fitted already, unless they are in another order now.
         let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, &quiet)? };
         let evaluation = Evaluation::of(&fitted, recording, split)?;
-        Ok((fitted, evaluation))
+        let in_band = InBand::of(&evaluation, recording, split, design);
+        Ok(Measured { fitted, evaluation, in_band })
     };
     let rungs: Vec<Rung> = rungs(named, &fitted.model, stated)?;
     let climbed = |rung: Rung| Ok((rung.pinned.map(measured).transpose()?, measured(rung.with)?));
     let measured: Vec<_> = rungs.into_par_iter().map(climbed).collect::<Result<_, ModelError>>()?;
-    let (mut last_fitted, mut last) = (fitted.clone(), start.clone());
-    let mut errors = Vec::new();
+    let in_band = InBand::of(start, recording, split, design);
+    let mut last = Measured { fitted: fitted.clone(), evaluation: start.clone(), in_band };
+    let (mut errors, mut bands) = (Vec::new(), Vec::new());
     for (pinned, with) in measured {
-        let before = pinned.map_or_else(|| last.held_out_nmse(), |(_, pinned)| pinned.held_out_nmse());
-        (last_fitted, last) = with;
-        errors.push((before, last.held_out_nmse()));
+        let before = pinned.unwrap_or(last);
+        errors.push((before.evaluation.held_out_nmse(), with.evaluation.held_out_nmse()));
+        bands.push([before.in_band, with.in_band.clone()]);
+        last = with;
     }
-    Ok(Ladder { fitted: last_fitted, last, errors })
+    Ok(Ladder { fitted: last.fitted, last: last.evaluation, errors, in_band: bands })
 }
 
 impl Ladder {
-    fn told(self, named: &[Named], recording: &Recording, split: &Split) -> Steps {
+    fn told(self, named: &[Named], contradicted: Vec<Contradicted>, recording: &Recording, split: &Split) -> Steps {
         let told = |(effect, (nmse_before, nmse_after)): (&Named, &(Vec<f64>, Vec<f64>))| MissingEffect {
             effect: effect.effect,
             joints: effect.joints.clone(),
@@ -228,7 +254,7 @@ impl Ladder {
         };
         let effects = named.iter().zip(&self.errors).map(told).collect();
         let rival_of = named.iter().map(|named| named.rival).collect();
-        Steps { effects, last: self.last, fitted: self.fitted, rival_of }
+        Steps { effects, last: self.last, fitted: self.fitted, rival_of, contradicted }
     }
 }
 

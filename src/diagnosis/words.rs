@@ -217,6 +217,11 @@ impl Candidate {
                     100.0 * presence
                 )
             }
+            Ground::Contradicted { rises, falls } => format!(
+                "what is held out contradicts it: the error rises there by {:.0} %, and falls in training by {:.0} %",
+                100.0 * (rises - 1.0),
+                100.0 * (1.0 - 1.0 / falls)
+            ),
             Ground::Superfluous => "beside what was found it explains hardly more than chance would".to_owned(),
             Ground::Refused(refusal) => refusal.text(),
         }

@@ -2,8 +2,7 @@
 
 use std::process::{Command as Process, Output};
 
-use torquescope::diagnosis::Verdict;
-use torquescope::diagnosis::presence::SURE;
+use torquescope::diagnosis::{Note, Verdict};
 use torquescope::progress::Monitor;
 use torquescope::recording::finding::{FindingKind, Severity};
 use torquescope::recording::gallery::{self, Sample};
@@ -53,8 +52,7 @@ fn every_sample_is_diagnosed_as_its_seal_says() {
         }
         let is_unknown = truth.planted.iter().any(|planted| planted.unknown);
         for (effect, joint) in &named {
-            let presence = report.effects.iter().find(|one| one.effect.id == *effect).map_or(1.0, |one| one.presence);
-            let is_doubted = STANDS_IN.contains(&(name, effect.as_str())) && presence < SURE;
+            let is_doubted = STANDS_IN.contains(&(name, effect.as_str())) && report.notes.contains(&Note::MayStandIn);
             assert!(truth.judge(effect, *joint).is_good() || is_doubted, "{name}: {effect} on {joint:?} is not there");
         }
         let is_nothing = truth.planted.is_empty();

@@ -1,8 +1,9 @@
 //! What the clues of one search amount to: how likely each family is there, and how complete the answer is.
 
 use super::calibration::Calibration;
-use super::{Sighting, look};
-use crate::diagnosis::report::{Completeness, Presence};
+use super::{Rest, Sighting, look};
+use crate::diagnosis::held_out::Contradicted;
+use crate::diagnosis::report::{Completeness, MissingEffect, Presence};
 use crate::diagnosis::search::Search;
 use crate::effect::Family;
 use crate::model::ModelError;
@@ -13,6 +14,7 @@ const WORTH_TELLING: f64 = 0.1;
 /// Families with the probability that each is there, and what is left of each joint.
 pub struct Judged {
     sightings: Vec<(Sighting, f64)>,
+    rest: Rest,
     completeness: Vec<Completeness>,
     /// The remainder that an answer may leave which is complete.
     allowed: f64,
@@ -38,11 +40,30 @@ impl Judged {
         };
         let completeness = (0..rest.share.len()).map(of_joint).collect();
         let sightings = seen.into_iter().map(|one| (one.clone(), map.presence(&one))).collect();
-        Ok(Judged { sightings, completeness, allowed: map.remainder })
+        Ok(Judged { sightings, rest, completeness, allowed: map.remainder })
+    }
+
+    /// With the probabilities that a `later` judgement has beside what stays, once the `doubtful` have left: theirs are those at which they
+    /// left. How complete the answer is remains: they may be there.
+    pub fn but_for(self, later: Judged, search: &Search, doubtful: &[(usize, f64)]) -> Judged {
+        let mut sightings = later.sightings;
+        let groups = &search.library.groups;
+        for &(gone, at) in doubtful {
+            let is_it = |family: Family, joint: Option<usize>| {
+                groups[gone].effect.family == family && groups[gone].joint == joint
+            };
+            let stays = search.active.iter().any(|&group| is_it(groups[group].effect.family, groups[group].joint));
+            let own = sightings.iter_mut().find(|(one, _)| is_it(one.family, one.joint));
+            let before = self.sightings.iter().find(|(one, _)| is_it(one.family, one.joint));
+            if let (false, Some(own), Some(before)) = (stays, own, before) {
+                *own = (before.0.clone(), at);
+            }
+        }
+        Judged { sightings, ..self }
     }
 
     /// How likely something of a family is at a place.
-    fn presence(&self, family: Family, joint: Option<usize>) -> f64 {
+    pub fn presence(&self, family: Family, joint: Option<usize>) -> f64 {
         let is_it = |(one, _): &&(Sighting, f64)| one.family == family && one.joint == joint;
         self.sightings.iter().find(is_it).map_or(0.0, |(_, presence)| *presence)
     }
@@ -61,21 +82,35 @@ impl Judged {
         1.0 / (worst / self.allowed).max(1.0).powi(2)
     }
 
-    /// The families that are worth a thought, the likeliest first.
-    pub fn told(&self) -> Vec<Presence> {
-        let worth = self.sightings.iter().filter(|(_, presence)| *presence >= WORTH_TELLING);
-        let mut told: Vec<Presence> = worth
-            .map(|(one, probability)| Presence {
-                group: one.family.group(),
-                family: one.family,
-                joint: one.joint,
-                probability: *probability,
-                effect: one.effect,
-                share: one.share,
-            })
-            .collect();
+    /// The families that are worth a thought, the likeliest first, once the held-out part has `contradicted` some names and left these
+    /// `effects`.
+    pub fn told(&self, contradicted: &[Contradicted], effects: &[MissingEffect]) -> Vec<Presence> {
+        let probability = |(one, before): &(Sighting, f64)| {
+            let is_named = |named: &MissingEffect| {
+                let places = named.effect.places(named.joints.iter().copied());
+                named.effect.family == one.family && places.contains(&one.joint)
+            };
+            let is_it = |other: &&Contradicted| other.effect.family == one.family && other.joint == one.joint;
+            let against = contradicted.iter().find(is_it).filter(|_| !effects.iter().any(is_named));
+            against.map_or(*before, |against| against.presence(*before))
+        };
+        let presence = |it: &(Sighting, f64)| Presence {
+            group: it.0.family.group(),
+            family: it.0.family,
+            joint: it.0.joint,
+            probability: probability(it),
+            effect: it.0.effect,
+            share: it.0.share,
+        };
+        let told = self.sightings.iter().map(presence);
+        let mut told: Vec<Presence> = told.filter(|one| one.probability >= WORTH_TELLING).collect();
         told.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.joint.cmp(&b.joint)));
         told
+    }
+
+    /// What was seen, and what is left beside all that was found.
+    pub fn seen(self) -> (Vec<Sighting>, Rest) {
+        (self.sightings.into_iter().map(|(one, _)| one).collect(), self.rest)
     }
 
     /// How complete the answer is, by joint.

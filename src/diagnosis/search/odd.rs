@@ -36,7 +36,7 @@ impl Search<'_> {
     /// # Errors
     /// [`ModelError`] if a column can't be computed.
     pub fn prefer_common(&mut self, certainty: impl Fn(usize) -> f64) -> Result<bool, ModelError> {
-        self.take_otherwise(certainty, |search, other| !gates::is_confirmed(search, &other.set, &search.active))
+        self.take_otherwise(certainty, |search, other| !gates::is_confirmed_as_odd(search, &other.set, &search.active))
     }
 
     /// The same after something has left the set without which blocks confirm little: they decide only where most of the other joints have
@@ -47,7 +47,7 @@ impl Search<'_> {
     pub fn prefer_likelier(&mut self, certainty: impl Fn(usize) -> f64) -> Result<bool, ModelError> {
         self.take_otherwise(certainty, |search, other| {
             let mut new = other.set.iter().filter(|group| !search.active.contains(group));
-            new.all(|&group| search.is_usual(group)) && !gates::is_confirmed(search, &other.set, &search.active)
+            new.all(|&group| search.is_usual(group)) && !gates::is_confirmed_as_odd(search, &other.set, &search.active)
         })
     }
 

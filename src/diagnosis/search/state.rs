@@ -26,6 +26,8 @@ pub struct Search<'a> {
     pub library: Library<'a>,
     /// 1 / error variance of each joint.
     pub weights: Vec<f64>,
+    /// What they were at first, when all candidates might explain at once.
+    at_first: Vec<f64>,
     /// Indices of the groups found, in the order in which they were found.
     pub active: Vec<usize>,
     /// ln of the number of samples: the price of one parameter.
@@ -47,6 +49,7 @@ impl<'a> Search<'a> {
         let empty = NormalEquations::empty(0);
         let mut search = Search {
             weights: (0..joints).map(|joint| 1.0 / library.design.energy(joint).max(f64::MIN_POSITIVE)).collect(),
+            at_first: Vec::new(),
             price: (samples.max(2) as f64).ln(),
             active: Vec::new(),
             absorbed: Vec::new(),
@@ -56,6 +59,7 @@ impl<'a> Search<'a> {
             library,
         };
         search.weights = (0..joints).map(|joint| search.library.certainty(joint)).collect();
+        search.at_first.clone_from(&search.weights);
         search.update();
         search.find_absorbed();
         search
@@ -227,17 +231,31 @@ impl<'a> Search<'a> {
     /// Beside something that no candidate explains, a small gain proves little: a form of friction that drifts or warms up
     /// copies a bit of it. What is left then counts as noise, and its neighbouring samples as one.
     pub(super) fn weigh_by_remainder(&mut self) -> bool {
-        let rank = self.solve(&self.active).rank();
-        let factors = self.factors(&self.active);
-        let weights: Vec<f64> = (0..self.weights.len())
-            .map(|joint| self.weights[joint].min(self.library.certainty_beside(joint, &factors, rank)))
-            .collect();
+        let weights = self.at_most(&self.weights);
         let falls = weights.iter().zip(&self.weights).any(|(new, old)| *new < LIGHTER * old);
         if falls {
             self.weights = weights;
             self.update();
         }
         falls
+    }
+
+    /// Weighs the joints by what the set leaves of them, whatever the sets left that were found on the way to it: what is judged by these
+    /// weights is not to depend on the way.
+    pub fn weigh_anew(&mut self) {
+        let weights = self.at_most(&self.at_first);
+        if weights != self.weights {
+            self.weights = weights;
+            self.update();
+        }
+    }
+
+    /// These weights, or what the set leaves of a joint says if that is less.
+    fn at_most(&self, weights: &[f64]) -> Vec<f64> {
+        let rank = self.solve(&self.active).rank();
+        let factors = self.factors(&self.active);
+        let beside = |(joint, weight): (usize, &f64)| weight.min(self.library.certainty_beside(joint, &factors, rank));
+        weights.iter().enumerate().map(beside).collect()
     }
 
     /// Gives a candidate another shape.
