@@ -18,6 +18,9 @@ use crate::trial::planted::Log;
 /// What the data say of every family of effects is laid beside whether it is there: in blind draws of our own formulas, in worlds
 /// of rigid bodies, and in twins of real logs. A logistic map is learned from it. How well it does is measured on recordings that
 /// it has not seen: each tenth of them by a map that was learned on the other nine.
+///
+/// A diagnosis judges what is in doubt one after the other, by the map that the program has; so a new map is one of a series, and learning
+/// it again gives another one that is about as good.
 #[derive(Args)]
 #[command(after_help = "Example:
   torquescope bench calibrate --draws 80 --worlds 240 --twins 20 --log 'DATA_EMPS.mat --map emps' -o presence.json")]
