@@ -101,15 +101,12 @@ pub fn contradicted(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::registry;
     use crate::model::{self, Preset};
     use crate::progress::Monitor;
     use crate::simulation::{Scenario, simulate};
 
     fn named(id: &str, joints: &[usize]) -> Named {
-        let effect = registry::find(id).unwrap();
-        let (joints, usual, alternatives, rival) = (joints.to_vec(), Vec::new(), Vec::new(), None);
-        Named { effect, joints, usual, gain: 1.0, presence: 0.7, form: 0.6, alternatives, rival, pins: false }
+        Named { usual: Vec::new(), ..Named::example(id, joints, 0.7) }
     }
 
     fn errors(train: [f64; 2], held_out: [f64; 2]) -> InBand {

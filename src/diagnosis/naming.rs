@@ -171,6 +171,17 @@ fn odds(difference: f64) -> f64 {
 }
 
 #[cfg(test)]
+impl Named {
+    /// An effect that most of the other joints have, too.
+    pub(super) fn example(id: &str, joints: &[usize], presence: f64) -> Named {
+        let effect = crate::effect::registry::find(id).unwrap();
+        let (joints, usual) = (joints.to_vec(), joints.to_vec());
+        let (alternatives, rival) = (Vec::new(), None);
+        Named { effect, joints, usual, gain: 1.0, presence, form: 0.6, alternatives, rival, pins: false }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

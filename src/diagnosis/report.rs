@@ -191,6 +191,13 @@ pub struct Candidate {
     pub ground: Ground,
 }
 
+impl MissingEffect {
+    /// Where it acts: each joint, from 0, or `None` for the whole arm.
+    pub fn places(&self) -> Vec<Option<usize>> {
+        self.effect.places(self.joints.iter().copied())
+    }
+}
+
 impl Report {
     /// How likely an effect that was named at a place (a joint, from 0, or the whole arm) is there.
     pub fn presence_of(&self, named: &MissingEffect, place: Option<usize>) -> f64 {

@@ -295,13 +295,6 @@ pub fn faults_of_readings(recording: &Recording, last: &Evaluation) -> Vec<Missi
 mod tests {
     use super::*;
 
-    fn named(id: &str, joints: &[usize], presence: f64) -> Named {
-        let effect = registry::find(id).unwrap();
-        let (joints, usual) = (joints.to_vec(), joints.to_vec());
-        let (alternatives, rival) = (Vec::new(), None);
-        Named { effect, joints, usual, gain: 1.0, presence, form: 0.6, alternatives, rival, pins: false }
-    }
-
     fn told(named: &[Named]) -> Vec<(&str, &[usize])> {
         named.iter().map(|named| (named.effect.id, named.joints.as_slice())).collect()
     }
@@ -309,14 +302,16 @@ mod tests {
     /// A Stribeck curve whose peak is impossible on joint 2 leaves the Coulomb friction that it contains; that leaves nothing.
     #[test]
     fn what_is_taken_off_leaves_the_common_form_that_it_contains() {
-        let mut all = vec![named("stribeck-friction", &[0, 1], 0.9), named("coulomb-friction", &[2], 0.99)];
+        let mut all =
+            vec![Named::example("stribeck-friction", &[0, 1], 0.9), Named::example("coulomb-friction", &[2], 0.99)];
         take_off(&mut all, 0, 1);
         assert_eq!(told(&all), [("stribeck-friction", [0].as_slice()), ("coulomb-friction", &[1, 2])]);
         assert_eq!((all[1].presence, all[1].usual.len()), (0.9, 2));
         take_off(&mut all, 0, 0);
         take_off(&mut all, 0, 1);
         assert_eq!(told(&all), [("coulomb-friction", [0, 2].as_slice())]);
-        let mut alone = vec![named("stribeck-friction", &[1], 0.9), named("base-tilt", &[0, 1, 2], 0.9)];
+        let mut alone =
+            vec![Named::example("stribeck-friction", &[1], 0.9), Named::example("base-tilt", &[0, 1, 2], 0.9)];
         take_off(&mut alone, 0, 1);
         assert_eq!(told(&alone), [("base-tilt", [0, 1, 2].as_slice()), ("coulomb-friction", &[1])]);
         take_off(&mut alone, 0, 2);

@@ -218,14 +218,20 @@ impl Candidate {
                 )
             }
             Ground::Contradicted { rises, falls } => format!(
-                "what is held out contradicts it: the error rises there by {:.0} %, and falls in training by {:.0} %",
-                100.0 * (rises - 1.0),
-                100.0 * (1.0 - 1.0 / falls)
+                "what is held out contradicts it: the error {} there, and {} in training",
+                change(rises),
+                change(1.0 / falls)
             ),
             Ground::Superfluous => "beside what was found it explains hardly more than chance would".to_owned(),
             Ground::Refused(refusal) => refusal.text(),
         }
     }
+}
+
+/// What an error does that becomes so many times as large.
+fn change(times: f64) -> String {
+    let verb = if times < 1.0 { "falls" } else { "rises" };
+    format!("{verb} by {:.1} %", 100.0 * (times - 1.0).abs())
 }
 
 impl Refusal {
@@ -470,5 +476,10 @@ mod tests {
             older.starts_with("joint 1: not complete;")
                 && older.ends_with("1.00 % of what was measured is left beside noise or in doubt")
         );
+    }
+
+    #[test]
+    fn errors_rise_and_fall() {
+        assert_eq!([1.2, 1.0019, 0.75].map(change), ["rises by 20.0 %", "rises by 0.2 %", "falls by 25.0 %"]);
     }
 }

@@ -37,8 +37,7 @@ pub type Answer = BTreeSet<(String, Option<usize>)>;
 
 /// An effect that was named, at each of its places.
 pub fn answer_of(named: &MissingEffect) -> Answer {
-    let places = named.effect.places(named.joints.iter().copied());
-    places.into_iter().map(|place| (named.effect.id.to_owned(), place)).collect()
+    named.places().into_iter().map(|place| (named.effect.id.to_owned(), place)).collect()
 }
 
 /// A trial can't be held.

@@ -86,10 +86,8 @@ impl Judged {
     /// `effects`.
     pub fn told(&self, contradicted: &[Contradicted], effects: &[MissingEffect]) -> Vec<Presence> {
         let probability = |(one, before): &(Sighting, f64)| {
-            let is_named = |named: &MissingEffect| {
-                let places = named.effect.places(named.joints.iter().copied());
-                named.effect.family == one.family && places.contains(&one.joint)
-            };
+            let is_named =
+                |named: &MissingEffect| named.effect.family == one.family && named.places().contains(&one.joint);
             let is_it = |other: &&Contradicted| other.effect.family == one.family && other.joint == one.joint;
             let against = contradicted.iter().find(is_it).filter(|_| !effects.iter().any(is_named));
             against.map_or(*before, |against| against.presence(*before))
