@@ -148,6 +148,8 @@ pub struct Summary {
     pub reliability: Vec<Reliability>,
     /// Mean distance between the two.
     pub calibration_error: Option<f64>,
+    /// How sure the form is of what is there, against the share of the forms that are right.
+    pub forms: Vec<Reliability>,
     /// How long a diagnosis took, mean.
     pub seconds_per_recording: f64,
     /// Every recording.
@@ -324,9 +326,14 @@ impl Summary {
             recordings.iter().flat_map(|answered| &answered.intervals).map(|interval| interval.holds).collect();
         let confidences: Vec<(f64, bool)> =
             names.iter().map(|name| (name.confidence, name.verdict.is_good())).collect();
+        let is_there = |name: &&&Name| matches!(name.verdict, Verdict::Right | Verdict::Form);
+        let forms: Vec<(f64, bool)> =
+            names.iter().filter(is_there).map(|name| (name.form, name.verdict == Verdict::Right)).collect();
+        let forms = reliability(&forms);
         let reliability = reliability(&confidences);
         Summary {
             classes,
+            forms,
             names: names.len(),
             sure_names: sure.len(),
             sure_right: share(sure.iter().map(|verdict| *verdict == Verdict::Right)),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
-use super::rates::{percent, print_reliability};
+use super::rates::{percent, print_forms, print_reliability};
 use crate::cli::progress;
 use crate::cli::table::{number, table};
 use crate::simulation::world;
@@ -155,4 +155,6 @@ fn print_summary(summary: &Summary) {
     let cells: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name, value]).collect();
     println!("{}\n", table(&["names and intervals", "rate"], &cells));
     print_reliability(&summary.reliability);
+    println!();
+    print_forms(&summary.forms);
 }
