@@ -109,7 +109,7 @@ pub fn diagnose_among(
     let comparison = stated_arm::compare(&search, stated.as_ref());
     let named = naming::name_effects(&search, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
-    let Steps { mut effects, last, fitted: last_fitted, rival_of, contradicted } =
+    let Steps { mut effects, last, fitted: last_fitted, rival_of, contradicted, not_shown } =
         steps::measure(named, &judged, fitted, stated.as_ref(), &before, recording, split, &design, monitor)?;
     let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
@@ -141,7 +141,7 @@ pub fn diagnose_among(
     if excerpt.share < 1.0 {
         notes.push(Note::Excerpt { share: excerpt.share });
     }
-    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &contradicted, &comparison);
+    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &contradicted, &not_shown, &comparison);
     monitor.report(1.0, "diagnosed")?;
     Ok(Report {
         verdict,

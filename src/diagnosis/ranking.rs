@@ -10,6 +10,7 @@ use super::held_out::Contradicted;
 use super::report::{Candidate, Ground, Refusal};
 use super::search::{FEWEST_BLOCKS, Search};
 use super::stated_arm::Comparison;
+use crate::effect::Effect;
 use crate::model::ModelError;
 use crate::progress::Monitor;
 
@@ -58,6 +59,7 @@ pub fn rank(
     refused: &[(usize, Refusal)],
     doubtful: &[(usize, f64)],
     contradicted: &[Contradicted],
+    not_shown: &[(&'static Effect, Option<usize>)],
     comparison: &Comparison,
 ) -> Vec<Candidate> {
     let groups = &search.library.groups;
@@ -73,6 +75,8 @@ pub fn rank(
         let against = contradicted.iter().find(|one| one.effect == group.effect && one.joint == group.joint);
         let ground = if let Some(&Contradicted { rises, falls, .. }) = against {
             Ground::Contradicted { rises, falls }
+        } else if not_shown.contains(&(group.effect, group.joint)) {
+            Ground::NotShown
         } else if search.active.iter().any(same) {
             if blocks < FEWEST_BLOCKS { Ground::NotConfirmable { blocks } } else { Ground::Confirmed }
         } else if explained.iter().any(same) {

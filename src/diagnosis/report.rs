@@ -244,6 +244,8 @@ pub enum Ground {
         /// So many times as large is it without it on the training part.
         falls: f64,
     },
+    /// It was found, but fitted with all that is named it may as well be zero, or is impossible.
+    NotShown,
     /// It had evidence, but failed a gate.
     Refused(Refusal),
 }

@@ -31,6 +31,9 @@ pub struct Steps {
     pub rival_of: Vec<Option<(usize, usize)>>,
     /// What was named and is not, since the held-out part contradicts it.
     pub contradicted: Vec<Contradicted>,
+    /// What was named and is not, since all that is named, fitted together, does not show it: each with its joint, from 0; `None` for the
+    /// whole arm.
+    pub not_shown: Vec<(&'static Effect, Option<usize>)>,
 }
 
 /// Adds the named effects one after the other and measures the held-out error of each step.
@@ -52,7 +55,8 @@ pub fn measure(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
-    let (mut named, mut whole) = only_shown(named, fitted, stated, design, monitor)?;
+    let mut not_shown = Vec::new();
+    let (mut named, mut whole) = only_shown(named, &mut not_shown, fitted, stated, design, monitor)?;
     let mut may_reorder = true;
     let mut against: Vec<Contradicted> = Vec::new();
     loop {
@@ -62,7 +66,7 @@ pub fn measure(
         {
             take_off(&mut named, number, one.joint.unwrap_or_default());
             against.push(one);
-            (named, whole) = only_shown(named, fitted, stated, design, monitor)?;
+            (named, whole) = only_shown(named, &mut not_shown, fitted, stated, design, monitor)?;
             continue;
         }
         let rises = |(effect, (before, after)): (&Named, &(Vec<f64>, Vec<f64>))| {
@@ -78,15 +82,16 @@ pub fn measure(
                 continue;
             }
         }
-        return Ok(ladder.told(&named, against, recording, split));
+        return Ok(ladder.told(&named, against, not_shown, recording, split));
     }
 }
 
 /// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says. What most of
 /// the other joints have stays as long as it is possible: two kinds of friction may share what is sure of their sum. What stays, and
-/// the model with it.
+/// the model with it; what leaves joins what is `not_shown`.
 fn only_shown(
     mut named: Vec<Named>,
+    not_shown: &mut Vec<(&'static Effect, Option<usize>)>,
     fitted: &Fitted,
     stated: Option<&StatedBody>,
     design: &Design,
@@ -115,6 +120,8 @@ fn only_shown(
         if shown > 1.0 {
             return Ok((named, whole));
         }
+        let effect = named[number].effect;
+        not_shown.extend(effect.places([joint]).into_iter().map(|place| (effect, place)));
         take_off(&mut named, number, joint);
     }
 }
@@ -239,7 +246,14 @@ fn climb(
 }
 
 impl Ladder {
-    fn told(self, named: &[Named], contradicted: Vec<Contradicted>, recording: &Recording, split: &Split) -> Steps {
+    fn told(
+        self,
+        named: &[Named],
+        contradicted: Vec<Contradicted>,
+        not_shown: Vec<(&'static Effect, Option<usize>)>,
+        recording: &Recording,
+        split: &Split,
+    ) -> Steps {
         let told = |(effect, (nmse_before, nmse_after)): (&Named, &(Vec<f64>, Vec<f64>))| MissingEffect {
             effect: effect.effect,
             joints: effect.joints.clone(),
@@ -254,7 +268,7 @@ impl Ladder {
         };
         let effects = named.iter().zip(&self.errors).map(told).collect();
         let rival_of = named.iter().map(|named| named.rival).collect();
-        Steps { effects, last: self.last, fitted: self.fitted, rival_of, contradicted }
+        Steps { effects, last: self.last, fitted: self.fitted, rival_of, contradicted, not_shown }
     }
 }
 
@@ -297,6 +311,25 @@ mod tests {
 
     fn told(named: &[Named]) -> Vec<(&str, &[usize])> {
         named.iter().map(|named| (named.effect.id, named.joints.as_slice())).collect()
+    }
+
+    /// Coulomb friction is hidden in the arm; an offset that is not there may as well be zero.
+    #[test]
+    fn what_all_fitted_together_do_not_show_leaves_and_is_remembered() {
+        use crate::model::Preset;
+        use crate::simulation::{Scenario, simulate};
+        let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
+        let split = Split::automatic(&recording);
+        let body = Preset::RigidBody.model(&recording).unwrap();
+        let body = fit::fit(&body, &recording, &split, &Monitor::new()).unwrap();
+        let design = Design::new(&recording, &split).unwrap();
+        let named =
+            ["coulomb-friction", "torque-offset"].map(|id| Named { usual: vec![], ..Named::example(id, &[1], 0.9) });
+        let mut not_shown = Vec::new();
+        let (stays, whole) = only_shown(named.into(), &mut not_shown, &body, None, &design, &Monitor::new()).unwrap();
+        assert_eq!(told(&stays), [("coulomb-friction", [1].as_slice())]);
+        assert_eq!(not_shown, [(registry::find("torque-offset").unwrap(), Some(1))]);
+        assert_eq!(whole.model.terms.len(), body.model.terms.len() + 1);
     }
 
     /// A Stribeck curve whose peak is impossible on joint 2 leaves the Coulomb friction that it contains; that leaves nothing.

@@ -222,6 +222,7 @@ impl Candidate {
                 change(rises),
                 change(1.0 / falls)
             ),
+            Ground::NotShown => "fitted with all that is named it may as well be zero, or is impossible".to_owned(),
             Ground::Superfluous => "beside what was found it explains hardly more than chance would".to_owned(),
             Ground::Refused(refusal) => refusal.text(),
         }
