@@ -6,7 +6,9 @@
 
 use super::naming::Named;
 use super::presence::SURE;
-use crate::effect::{Effect, Family};
+use super::report::Ground;
+use super::steps::Withdrawn;
+use crate::effect::Family;
 use crate::model::Evaluation;
 use crate::model::design::Design;
 use crate::model::preparation::Preparation;
@@ -14,32 +16,7 @@ use crate::recording::Recording;
 use crate::recording::split::Split;
 
 /// How likely what the held-out part contradicts is there after all: see RESULTS.md, "What is held out has a say".
-const AFTER_ALL: f64 = 0.25;
-
-/// A name that the held-out part contradicts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contradicted {
-    /// The effect.
-    pub effect: &'static Effect,
-    /// The joint, from 0; `None` for the whole arm.
-    pub joint: Option<usize>,
-    /// So many times as large is the squared error with it on the held-out part.
-    pub rises: f64,
-    /// So many times as large is it without it on the training part.
-    pub falls: f64,
-}
-
-impl Contradicted {
-    /// By how much what speaks against it outweighs what speaks for it.
-    fn outweighs(&self) -> f64 {
-        self.rises / self.falls
-    }
-
-    /// How likely the effect is there, if that was likely before.
-    pub fn presence(&self, before: f64) -> f64 {
-        before.min(AFTER_ALL)
-    }
-}
+pub const AFTER_ALL: f64 = 0.25;
 
 /// Squared error of each joint in the band of the fit \[(N m)²\].
 #[derive(Debug, Clone, PartialEq)]
@@ -76,8 +53,8 @@ pub fn contradicted(
     named: &[Named],
     steps: &[[InBand; 2]],
     presence: impl Fn(Family, Option<usize>) -> f64,
-) -> Option<(usize, Contradicted)> {
-    let mut worst: Option<(usize, Contradicted)> = None;
+) -> Option<(usize, Withdrawn)> {
+    let mut worst: Option<(f64, usize, Withdrawn)> = None;
     for (number, (named, [before, after])) in named.iter().zip(steps).enumerate().filter(|(_, (named, _))| !named.pins)
     {
         for joint in named.effect.places(named.joints.iter().copied()) {
@@ -86,17 +63,18 @@ pub fn contradicted(
                 continue;
             }
             let felt = joint.as_ref().map_or(named.joints.as_slice(), std::slice::from_ref);
-            let rises = felt.iter().map(|&joint| after.held_out[joint] / before.held_out[joint]).product();
-            let falls = felt.iter().map(|&joint| before.train[joint] / after.train[joint]).product();
-            let one = Contradicted { effect: named.effect, joint, rises, falls };
-            let is_worse = |(_, other): &(usize, Contradicted)| one.outweighs() > other.outweighs();
-            // Where the training part does not fall, a step of rounding or of other joints is compared, which says nothing.
-            if one.rises > 1.0 && one.falls > 1.0 && one.outweighs() > 1.0 && worst.as_ref().is_none_or(is_worse) {
-                worst = Some((number, one));
+            let rises: f64 = felt.iter().map(|&joint| after.held_out[joint] / before.held_out[joint]).product();
+            let falls: f64 = felt.iter().map(|&joint| before.train[joint] / after.train[joint]).product();
+            // By how much what speaks against it outweighs what speaks for it; where the training part does not fall, a step of rounding or
+            // of other joints is compared, which says nothing.
+            let outweighs = rises / falls;
+            if falls > 1.0 && outweighs > 1.0 && worst.as_ref().is_none_or(|(other, ..)| outweighs > *other) {
+                let ground = Ground::Contradicted { rises, falls };
+                worst = Some((outweighs, number, Withdrawn { effect: named.effect, joint, ground }));
             }
         }
     }
-    worst
+    worst.map(|(_, number, one)| (number, one))
 }
 
 #[cfg(test)]
@@ -121,7 +99,8 @@ mod tests {
         let wave = || vec![named("cogging", &[0, 1])];
         let steps = [[errors([1.0, 1.2], [1.0, 1.0]), errors([0.9, 1.0], [1.2, 1.1])]];
         let (number, against) = contradicted(&wave(), &steps, |_, _| 0.8).unwrap();
-        assert_eq!((number, against.joint, against.rises, against.presence(0.8)), (0, Some(0), 1.2, AFTER_ALL));
+        let ground = Ground::Contradicted { rises: 1.2, falls: 1.0 / 0.9 };
+        assert_eq!((number, against.joint, against.ground, against.presence(0.8)), (0, Some(0), ground, AFTER_ALL));
         let is_on = |joint: Option<usize>, sure: f64| move |_: Family, place| if place == joint { sure } else { 0.99 };
         assert!(contradicted(&wave(), &steps, is_on(Some(0), SURE)).is_none(), "that it is there is sure");
         assert!(contradicted(&wave(), &steps, is_on(Some(1), 0.7)).is_none(), "the training part says more for it");
@@ -131,7 +110,8 @@ mod tests {
         assert!(contradicted(&tilt, &steps, |_, _| 0.8).is_none(), "both joints feel it");
         let steps = [[errors([1.0, 1.2], [1.0, 1.0]), errors([0.9, 1.0], [1.2, 1.3])]];
         let (_, against) = contradicted(&tilt, &steps, |_, _| 0.8).unwrap();
-        assert_eq!((against.joint, against.rises), (None, 1.2 * 1.3));
+        let ground = Ground::Contradicted { rises: 1.2 * 1.3, falls: (1.0 / 0.9) * (1.2 / 1.0) };
+        assert_eq!((against.joint, against.ground), (None, ground));
         let steps = [[errors([1.0, 1.0], [1.0, 1.0]), errors([1.005, 1.0], [1.002, 1.0])]];
         assert!(contradicted(&wave(), &steps, |_, _| 0.8).is_none(), "the training part does not speak for it");
     }

@@ -109,7 +109,7 @@ pub fn diagnose_among(
     let comparison = stated_arm::compare(&search, stated.as_ref());
     let named = naming::name_effects(&search, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
-    let Steps { mut effects, last, fitted: last_fitted, rival_of, contradicted, not_shown } =
+    let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn } =
         steps::measure(named, &judged, fitted, stated.as_ref(), &before, recording, split, &design, monitor)?;
     let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
@@ -118,7 +118,7 @@ pub fn diagnose_among(
     };
     effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
     effects.extend(steps::faults_of_readings(recording, &last));
-    let presence = judged.told(&contradicted, &effects);
+    let presence = judged.told(&withdrawn, &effects);
     let completeness = conclusion::carried_over(judged.completeness(), &last);
     let incomplete = completeness.iter().filter(|one| !one.complete);
     let unexplained_joints: Vec<usize> = incomplete.map(|one| one.joint).collect();
@@ -141,7 +141,7 @@ pub fn diagnose_among(
     if excerpt.share < 1.0 {
         notes.push(Note::Excerpt { share: excerpt.share });
     }
-    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &contradicted, &not_shown, &comparison);
+    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &withdrawn, &comparison);
     monitor.report(1.0, "diagnosed")?;
     Ok(Report {
         verdict,
@@ -167,7 +167,10 @@ fn judge(search: &mut Search) -> Result<(Judged, Vec<(usize, f64)>), ModelError>
     let (mut judged, mut doubtful) = without_doubtful(search, judged)?;
     // What is in doubt may have spoken for an odd form.
     if !doubtful.is_empty() && search.prefer_likelier(|joint| judged.certainty(Some(joint)))? {
-        search.active.extend(doubtful.iter().map(|(group, _)| group));
+        // Common friction that was in doubt may be back by itself.
+        let back: Vec<usize> =
+            doubtful.iter().map(|(group, _)| *group).filter(|group| !search.active.contains(group)).collect();
+        search.active.extend(back);
         let anew = Judged::of(search, Calibration::learned())?;
         (judged, doubtful) = without_doubtful(search, anew)?;
     }

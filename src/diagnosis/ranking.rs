@@ -6,11 +6,10 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::candidates::Group;
-use super::held_out::Contradicted;
 use super::report::{Candidate, Ground, Refusal};
 use super::search::{FEWEST_BLOCKS, Search};
 use super::stated_arm::Comparison;
-use crate::effect::Effect;
+use super::steps::Withdrawn;
 use crate::model::ModelError;
 use crate::progress::Monitor;
 
@@ -58,8 +57,7 @@ pub fn rank(
     drops: &[f64],
     refused: &[(usize, Refusal)],
     doubtful: &[(usize, f64)],
-    contradicted: &[Contradicted],
-    not_shown: &[(&'static Effect, Option<usize>)],
+    withdrawn: &[Withdrawn],
     comparison: &Comparison,
 ) -> Vec<Candidate> {
     let groups = &search.library.groups;
@@ -72,11 +70,9 @@ pub fn rank(
             continue;
         }
         let same = |other: &usize| groups[*other].same_place_and_effect(group);
-        let against = contradicted.iter().find(|one| one.effect == group.effect && one.joint == group.joint);
-        let ground = if let Some(&Contradicted { rises, falls, .. }) = against {
-            Ground::Contradicted { rises, falls }
-        } else if not_shown.contains(&(group.effect, group.joint)) {
-            Ground::NotShown
+        let is_withdrawn = |one: &&Withdrawn| one.effect == group.effect && one.joint == group.joint;
+        let ground = if let Some(withdrawn) = withdrawn.iter().find(is_withdrawn) {
+            withdrawn.ground
         } else if search.active.iter().any(same) {
             if blocks < FEWEST_BLOCKS { Ground::NotConfirmable { blocks } } else { Ground::Confirmed }
         } else if explained.iter().any(same) {

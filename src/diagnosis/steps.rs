@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::evidence;
-use super::held_out::{Contradicted, InBand, contradicted};
+use super::held_out::{AFTER_ALL, InBand, contradicted};
 use super::naming::Named;
 use super::presence::Judged;
-use super::report::MissingEffect;
+use super::report::{Ground, MissingEffect};
 use super::stated_arm::StatedBody;
 use crate::effect::{Effect, ParameterSpec, Scope, registry};
 use crate::model::design::Design;
@@ -29,11 +29,26 @@ pub struct Steps {
     pub fitted: Fitted,
     /// The group of each effect with the largest gain, and its best rival.
     pub rival_of: Vec<Option<(usize, usize)>>,
-    /// What was named and is not, since the held-out part contradicts it.
-    pub contradicted: Vec<Contradicted>,
-    /// What was named and is not, since all that is named, fitted together, does not show it: each with its joint, from 0; `None` for the
-    /// whole arm.
-    pub not_shown: Vec<(&'static Effect, Option<usize>)>,
+    /// What was named and is not any more.
+    pub withdrawn: Vec<Withdrawn>,
+}
+
+/// What was named and is not any more, once it was added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Withdrawn {
+    /// The effect.
+    pub effect: &'static Effect,
+    /// The joint, from 0; `None` for the whole arm.
+    pub joint: Option<usize>,
+    /// Why.
+    pub ground: Ground,
+}
+
+impl Withdrawn {
+    /// How likely it is there after all, if it was so likely `before`.
+    pub fn presence(&self, before: f64) -> f64 {
+        if matches!(self.ground, Ground::Contradicted { .. }) { before.min(AFTER_ALL) } else { before }
+    }
 }
 
 /// Adds the named effects one after the other and measures the held-out error of each step.
@@ -55,18 +70,17 @@ pub fn measure(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
-    let mut not_shown = Vec::new();
-    let (mut named, mut whole) = only_shown(named, &mut not_shown, fitted, stated, design, monitor)?;
+    let mut withdrawn = Vec::new();
+    let (mut named, mut whole) = only_shown(named, &mut withdrawn, fitted, stated, design, monitor)?;
     let mut may_reorder = true;
-    let mut against: Vec<Contradicted> = Vec::new();
     loop {
         let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
         if let Some((number, one)) =
             contradicted(&named, &ladder.in_band, |family, joint| judged.presence(family, joint))
         {
             take_off(&mut named, number, one.joint.unwrap_or_default());
-            against.push(one);
-            (named, whole) = only_shown(named, &mut not_shown, fitted, stated, design, monitor)?;
+            withdrawn.push(one);
+            (named, whole) = only_shown(named, &mut withdrawn, fitted, stated, design, monitor)?;
             continue;
         }
         let rises = |(effect, (before, after)): (&Named, &(Vec<f64>, Vec<f64>))| {
@@ -82,16 +96,16 @@ pub fn measure(
                 continue;
             }
         }
-        return Ok(ladder.told(&named, against, not_shown, recording, split));
+        return Ok(ladder.told(&named, withdrawn, recording, split));
     }
 }
 
 /// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says. What most of
 /// the other joints have stays as long as it is possible: two kinds of friction may share what is sure of their sum. What stays, and
-/// the model with it; what leaves joins what is `not_shown`.
+/// the model with it; what leaves is `withdrawn`.
 fn only_shown(
     mut named: Vec<Named>,
-    not_shown: &mut Vec<(&'static Effect, Option<usize>)>,
+    withdrawn: &mut Vec<Withdrawn>,
     fitted: &Fitted,
     stated: Option<&StatedBody>,
     design: &Design,
@@ -121,7 +135,8 @@ fn only_shown(
             return Ok((named, whole));
         }
         let effect = named[number].effect;
-        not_shown.extend(effect.places([joint]).into_iter().map(|place| (effect, place)));
+        let not_shown = |joint| Withdrawn { effect, joint, ground: Ground::NotShown };
+        withdrawn.extend(effect.places([joint]).into_iter().map(not_shown));
         take_off(&mut named, number, joint);
     }
 }
@@ -246,14 +261,7 @@ fn climb(
 }
 
 impl Ladder {
-    fn told(
-        self,
-        named: &[Named],
-        contradicted: Vec<Contradicted>,
-        not_shown: Vec<(&'static Effect, Option<usize>)>,
-        recording: &Recording,
-        split: &Split,
-    ) -> Steps {
+    fn told(self, named: &[Named], withdrawn: Vec<Withdrawn>, recording: &Recording, split: &Split) -> Steps {
         let told = |(effect, (nmse_before, nmse_after)): (&Named, &(Vec<f64>, Vec<f64>))| MissingEffect {
             effect: effect.effect,
             joints: effect.joints.clone(),
@@ -268,7 +276,7 @@ impl Ladder {
         };
         let effects = named.iter().zip(&self.errors).map(told).collect();
         let rival_of = named.iter().map(|named| named.rival).collect();
-        Steps { effects, last: self.last, fitted: self.fitted, rival_of, contradicted, not_shown }
+        Steps { effects, last: self.last, fitted: self.fitted, rival_of, withdrawn }
     }
 }
 
@@ -325,10 +333,12 @@ mod tests {
         let design = Design::new(&recording, &split).unwrap();
         let named =
             ["coulomb-friction", "torque-offset"].map(|id| Named { usual: vec![], ..Named::example(id, &[1], 0.9) });
-        let mut not_shown = Vec::new();
-        let (stays, whole) = only_shown(named.into(), &mut not_shown, &body, None, &design, &Monitor::new()).unwrap();
+        let mut withdrawn = Vec::new();
+        let (stays, whole) = only_shown(named.into(), &mut withdrawn, &body, None, &design, &Monitor::new()).unwrap();
         assert_eq!(told(&stays), [("coulomb-friction", [1].as_slice())]);
-        assert_eq!(not_shown, [(registry::find("torque-offset").unwrap(), Some(1))]);
+        let effect = registry::find("torque-offset").unwrap();
+        assert_eq!(withdrawn, [Withdrawn { effect, joint: Some(1), ground: Ground::NotShown }]);
+        assert_eq!(withdrawn[0].presence(0.9), 0.9);
         assert_eq!(whole.model.terms.len(), body.model.terms.len() + 1);
     }
 

@@ -326,7 +326,7 @@ impl Summary {
             recordings.iter().flat_map(|answered| &answered.intervals).map(|interval| interval.holds).collect();
         let confidences: Vec<(f64, bool)> =
             names.iter().map(|name| (name.confidence, name.verdict.is_good())).collect();
-        let is_there = |name: &&&Name| matches!(name.verdict, Verdict::Right | Verdict::Form);
+        let is_there = |name: &&&Name| name.verdict >= Verdict::Form;
         let forms: Vec<(f64, bool)> =
             names.iter().filter(is_there).map(|name| (name.form, name.verdict == Verdict::Right)).collect();
         let forms = reliability(&forms);

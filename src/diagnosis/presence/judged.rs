@@ -2,9 +2,9 @@
 
 use super::calibration::Calibration;
 use super::{Rest, Sighting, look};
-use crate::diagnosis::held_out::Contradicted;
 use crate::diagnosis::report::{Completeness, MissingEffect, Presence};
 use crate::diagnosis::search::Search;
+use crate::diagnosis::steps::Withdrawn;
 use crate::effect::Family;
 use crate::model::ModelError;
 
@@ -82,15 +82,14 @@ impl Judged {
         1.0 / (worst / self.allowed).max(1.0).powi(2)
     }
 
-    /// The families that are worth a thought, the likeliest first, once the held-out part has `contradicted` some names and left these
-    /// `effects`.
-    pub fn told(&self, contradicted: &[Contradicted], effects: &[MissingEffect]) -> Vec<Presence> {
+    /// The families that are worth a thought, the likeliest first, once some names are `withdrawn` and these `effects` are left.
+    pub fn told(&self, withdrawn: &[Withdrawn], effects: &[MissingEffect]) -> Vec<Presence> {
         let probability = |(one, before): &(Sighting, f64)| {
             let is_named =
                 |named: &MissingEffect| named.effect.family == one.family && named.places().contains(&one.joint);
-            let is_it = |other: &&Contradicted| other.effect.family == one.family && other.joint == one.joint;
-            let against = contradicted.iter().find(is_it).filter(|_| !effects.iter().any(is_named));
-            against.map_or(*before, |against| against.presence(*before))
+            let gone = withdrawn.iter().filter(|gone| gone.effect.family == one.family && gone.joint == one.joint);
+            let after = gone.fold(*before, |presence, gone| gone.presence(presence));
+            if effects.iter().any(is_named) { *before } else { after }
         };
         let presence = |it: &(Sighting, f64)| Presence {
             group: it.0.family.group(),
