@@ -7,16 +7,13 @@
 use super::naming::Named;
 use super::presence::SURE;
 use super::report::Ground;
-use super::steps::Withdrawn;
+use super::withdrawn::Withdrawn;
 use crate::effect::Family;
 use crate::model::Evaluation;
 use crate::model::design::Design;
 use crate::model::preparation::Preparation;
 use crate::recording::Recording;
 use crate::recording::split::Split;
-
-/// How likely what the held-out part contradicts is there after all: see RESULTS.md, "What is held out has a say".
-pub const AFTER_ALL: f64 = 0.25;
 
 /// Squared error of each joint in the band of the fit \[(N m)²\].
 #[derive(Debug, Clone, PartialEq)]
@@ -79,6 +76,7 @@ pub fn contradicted(
 
 #[cfg(test)]
 mod tests {
+    use super::super::withdrawn::AFTER_ALL;
     use super::*;
     use crate::model::{self, Preset};
     use crate::progress::Monitor;

@@ -3,7 +3,7 @@
 //! A recording goes through once, of a very long one an `excerpt`. `candidates` lays every effect beside the model, as columns of one design. `search` finds
 //! the set that explains the torque for the least price, [`presence`] says how likely each family is there and how complete
 //! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
-//! be, `telling` which motion would tell. `steps` adds what was named, unless it is in doubt and `held_out` data contradict it; `conclusion` draws the answer, a [`Report`]: data,
+//! be, `telling` which motion would tell. `steps` adds what was named, unless it is in doubt and `held_out` data contradict it (`withdrawn` keeps what leaves and why); `conclusion` draws the answer, a [`Report`]: data,
 //! which `words` says in words.
 //! [`setup`] asks before all that whether the log is set up right. [`evidence`] holds its plots. [`proposal`] asks on what the
 //! remainder depends that no effect explains, and by which formula. [`sufficiency`] asks, once the truth is known, whether the
@@ -28,6 +28,7 @@ mod stated_arm;
 mod steps;
 mod sufficiency;
 mod telling;
+mod withdrawn;
 mod words;
 
 use rayon::prelude::*;

@@ -9,7 +9,7 @@ use super::candidates::Group;
 use super::report::{Candidate, Ground, Refusal};
 use super::search::{FEWEST_BLOCKS, Search};
 use super::stated_arm::Comparison;
-use super::steps::Withdrawn;
+use super::withdrawn::Withdrawn;
 use crate::model::ModelError;
 use crate::progress::Monitor;
 

@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 
 use super::evidence;
-use super::held_out::{AFTER_ALL, InBand, contradicted};
+use super::held_out::{InBand, contradicted};
 use super::naming::Named;
 use super::presence::Judged;
 use super::report::{Ground, MissingEffect};
 use super::stated_arm::StatedBody;
+use super::withdrawn::Withdrawn;
 use crate::effect::{Effect, ParameterSpec, Scope, registry};
 use crate::model::design::Design;
 use crate::model::{Evaluation, Fitted, Model, ModelError, Parameter, Term, fit};
@@ -31,24 +32,6 @@ pub struct Steps {
     pub rival_of: Vec<Option<(usize, usize)>>,
     /// What was named and is not any more.
     pub withdrawn: Vec<Withdrawn>,
-}
-
-/// What was named and is not any more, once it was added.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Withdrawn {
-    /// The effect.
-    pub effect: &'static Effect,
-    /// The joint, from 0; `None` for the whole arm.
-    pub joint: Option<usize>,
-    /// Why.
-    pub ground: Ground,
-}
-
-impl Withdrawn {
-    /// How likely it is there after all, if it was so likely `before`.
-    pub fn presence(&self, before: f64) -> f64 {
-        if matches!(self.ground, Ground::Contradicted { .. }) { before.min(AFTER_ALL) } else { before }
-    }
 }
 
 /// Adds the named effects one after the other and measures the held-out error of each step.

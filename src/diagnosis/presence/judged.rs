@@ -4,7 +4,7 @@ use super::calibration::Calibration;
 use super::{Rest, Sighting, look};
 use crate::diagnosis::report::{Completeness, MissingEffect, Presence};
 use crate::diagnosis::search::Search;
-use crate::diagnosis::steps::Withdrawn;
+use crate::diagnosis::withdrawn::Withdrawn;
 use crate::effect::Family;
 use crate::model::ModelError;
 
