@@ -44,21 +44,26 @@ impl InBand {
     }
 }
 
-/// Of these names, each with the errors before and after its step, the one in doubt that the held-out part contradicts most, by its number.
-/// What most of the other joints have stands by them, and what the stated arm brings to light by that.
+/// Of these names the one in doubt that the held-out part contradicts most, by its number. The errors before and after a step are asked for
+/// only where a name is in doubt. What most of the other joints have stands by them, and what the stated arm brings to light by that.
 pub fn contradicted(
     named: &[Named],
-    steps: &[[InBand; 2]],
+    errors: impl Fn(usize) -> [InBand; 2],
     presence: impl Fn(Family, Option<usize>) -> f64,
 ) -> Option<(usize, Withdrawn)> {
     let mut worst: Option<(f64, usize, Withdrawn)> = None;
-    for (number, (named, [before, after])) in named.iter().zip(steps).enumerate().filter(|(_, (named, _))| !named.pins)
-    {
-        for joint in named.effect.places(named.joints.iter().copied()) {
+    for (number, named) in named.iter().enumerate().filter(|(_, named)| !named.pins) {
+        let in_doubt = |joint: &Option<usize>| {
             let is_usual = joint.is_some_and(|joint| named.usual.contains(&joint));
-            if is_usual || presence(named.effect.family, joint) >= SURE {
-                continue;
-            }
+            !is_usual && presence(named.effect.family, *joint) < SURE
+        };
+        let mut places = named.effect.places(named.joints.iter().copied());
+        places.retain(in_doubt);
+        if places.is_empty() {
+            continue;
+        }
+        let [before, after] = errors(number);
+        for joint in places {
             let felt = joint.as_ref().map_or(named.joints.as_slice(), std::slice::from_ref);
             let rises: f64 = felt.iter().map(|&joint| after.held_out[joint] / before.held_out[joint]).product();
             let falls: f64 = felt.iter().map(|&joint| before.train[joint] / after.train[joint]).product();
@@ -90,28 +95,32 @@ mod tests {
         InBand { train: train.to_vec(), held_out: held_out.to_vec() }
     }
 
+    fn of(steps: &[[InBand; 2]]) -> impl Fn(usize) -> [InBand; 2] {
+        |number| steps[number].clone()
+    }
+
     /// A wave on both joints: on the first the held-out error rises by a fifth and the other falls by a tenth, on the second it is the other
     /// way round.
     #[test]
     fn what_is_in_doubt_falls_where_the_held_out_part_says_more_against_it() {
         let wave = || vec![named("cogging", &[0, 1])];
         let steps = [[errors([1.0, 1.2], [1.0, 1.0]), errors([0.9, 1.0], [1.2, 1.1])]];
-        let (number, against) = contradicted(&wave(), &steps, |_, _| 0.8).unwrap();
+        let (number, against) = contradicted(&wave(), of(&steps), |_, _| 0.8).unwrap();
         let ground = Ground::Contradicted { rises: 1.2, falls: 1.0 / 0.9 };
         assert_eq!((number, against.joint, against.ground, against.presence(0.8)), (0, Some(0), ground, AFTER_ALL));
         let is_on = |joint: Option<usize>, sure: f64| move |_: Family, place| if place == joint { sure } else { 0.99 };
-        assert!(contradicted(&wave(), &steps, is_on(Some(0), SURE)).is_none(), "that it is there is sure");
-        assert!(contradicted(&wave(), &steps, is_on(Some(1), 0.7)).is_none(), "the training part says more for it");
+        assert!(contradicted(&wave(), of(&steps), is_on(Some(0), SURE)).is_none(), "that it is there is sure");
+        assert!(contradicted(&wave(), of(&steps), is_on(Some(1), 0.7)).is_none(), "the training part says more for it");
         let usual = vec![Named { usual: vec![0], ..named("cogging", &[0, 1]) }];
-        assert!(contradicted(&usual, &steps, |_, _| 0.8).is_none(), "the other joints speak for it");
+        assert!(contradicted(&usual, of(&steps), |_, _| 0.8).is_none(), "the other joints speak for it");
         let tilt = vec![named("base-tilt", &[0, 1])];
-        assert!(contradicted(&tilt, &steps, |_, _| 0.8).is_none(), "both joints feel it");
+        assert!(contradicted(&tilt, of(&steps), |_, _| 0.8).is_none(), "both joints feel it");
         let steps = [[errors([1.0, 1.2], [1.0, 1.0]), errors([0.9, 1.0], [1.2, 1.3])]];
-        let (_, against) = contradicted(&tilt, &steps, |_, _| 0.8).unwrap();
+        let (_, against) = contradicted(&tilt, of(&steps), |_, _| 0.8).unwrap();
         let ground = Ground::Contradicted { rises: 1.2 * 1.3, falls: (1.0 / 0.9) * (1.2 / 1.0) };
         assert_eq!((against.joint, against.ground), (None, ground));
         let steps = [[errors([1.0, 1.0], [1.0, 1.0]), errors([1.005, 1.0], [1.002, 1.0])]];
-        assert!(contradicted(&wave(), &steps, |_, _| 0.8).is_none(), "the training part does not speak for it");
+        assert!(contradicted(&wave(), of(&steps), |_, _| 0.8).is_none(), "the training part does not speak for it");
     }
 
     /// Nothing is left of a clean torque but a hum of 45 Hz, and the fit sees nothing above 25 Hz.

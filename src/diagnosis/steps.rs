@@ -1,5 +1,7 @@
 //! The named effects are added one after the other, and the held-out error of each step is measured.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::evidence;
@@ -58,20 +60,22 @@ pub fn measure(
     let mut may_reorder = true;
     loop {
         let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
-        if let Some((number, one)) =
-            contradicted(&named, &ladder.in_band, |family, joint| judged.presence(family, joint))
-        {
+        let in_band = |number: usize| -> [InBand; 2] {
+            ladder.steps[number].each_ref().map(|one| InBand::of(&one.evaluation, recording, split, design))
+        };
+        if let Some((number, one)) = contradicted(&named, in_band, |family, joint| judged.presence(family, joint)) {
             take_off(&mut named, number, one.joint.unwrap_or_default());
             withdrawn.push(one);
             (named, whole) = only_shown(named, &mut withdrawn, fitted, stated, design, monitor)?;
             continue;
         }
-        let rises = |(effect, (before, after)): (&Named, &(Vec<f64>, Vec<f64>))| {
+        let errors = ladder.errors();
+        let rises = |(effect, [before, after]): (&Named, &[Vec<f64>; 2])| {
             effect.joints.iter().all(|&joint| after[joint] > before[joint])
         };
-        let first_rises = named.iter().zip(&ladder.errors).next().is_some_and(rises);
+        let first_rises = named.iter().zip(&errors).next().is_some_and(rises);
         if may_reorder && first_rises && !named[0].pins {
-            let better = named.iter().zip(&ladder.errors).position(|step| !rises(step) && !step.0.pins);
+            let better = named.iter().zip(&errors).position(|step| !rises(step) && !step.0.pins);
             if let Some(better) = better {
                 let first = named.remove(better);
                 named.insert(0, first);
@@ -192,19 +196,17 @@ fn rungs(named: &[Named], model: &Model, stated: Option<&StatedBody>) -> Result<
     named.iter().map(rung).collect()
 }
 
-/// The model after all steps, and the held-out errors before and after each, as they are told and in the band of the fit.
+/// The models before and after each step, and after all.
 struct Ladder {
-    fitted: Fitted,
-    last: Evaluation,
-    errors: Vec<(Vec<f64>, Vec<f64>)>,
-    in_band: Vec<[InBand; 2]>,
+    steps: Vec<[Arc<Measured>; 2]>,
+    last: Arc<Measured>,
 }
 
-/// A model that was fitted, and its errors.
+/// A model that was fitted, held against the recording.
+#[derive(Clone)]
 struct Measured {
     fitted: Fitted,
     evaluation: Evaluation,
-    in_band: InBand,
 }
 
 fn climb(
@@ -221,45 +223,50 @@ fn climb(
     monitor.report(0.85, "adding what was found, step by step")?;
     // Models of neighbouring steps are fitted side by side: none needs what another one found.
     let quiet = monitor.quiet();
-    let measured = |model: Model| -> Result<Measured, ModelError> {
+    let measured = |model: Model| -> Result<Arc<Measured>, ModelError> {
         // The last step is fitted already, unless they are in another order now.
         let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, &quiet)? };
         let evaluation = Evaluation::of(&fitted, recording, split)?;
-        let in_band = InBand::of(&evaluation, recording, split, design);
-        Ok(Measured { fitted, evaluation, in_band })
+        Ok(Arc::new(Measured { fitted, evaluation }))
     };
     let rungs: Vec<Rung> = rungs(named, &fitted.model, stated)?;
     let climbed = |rung: Rung| Ok((rung.pinned.map(measured).transpose()?, measured(rung.with)?));
     let measured: Vec<_> = rungs.into_par_iter().map(climbed).collect::<Result<_, ModelError>>()?;
-    let in_band = InBand::of(start, recording, split, design);
-    let mut last = Measured { fitted: fitted.clone(), evaluation: start.clone(), in_band };
-    let (mut errors, mut bands) = (Vec::new(), Vec::new());
-    for (pinned, with) in measured {
-        let before = pinned.unwrap_or(last);
-        errors.push((before.evaluation.held_out_nmse(), with.evaluation.held_out_nmse()));
-        bands.push([before.in_band, with.in_band.clone()]);
-        last = with;
-    }
-    Ok(Ladder { fitted: last.fitted, last: last.evaluation, errors, in_band: bands })
+    let mut last = Arc::new(Measured { fitted: fitted.clone(), evaluation: start.clone() });
+    let step = |(pinned, with): (Option<Arc<Measured>>, Arc<Measured>)| {
+        let before = pinned.unwrap_or_else(|| last.clone());
+        last = with.clone();
+        [before, with]
+    };
+    let steps = measured.into_iter().map(step).collect();
+    Ok(Ladder { steps, last })
 }
 
 impl Ladder {
+    /// The held-out errors before and after each step.
+    fn errors(&self) -> Vec<[Vec<f64>; 2]> {
+        self.steps.iter().map(|step| step.each_ref().map(|one| one.evaluation.held_out_nmse())).collect()
+    }
+
     fn told(self, named: &[Named], withdrawn: Vec<Withdrawn>, recording: &Recording, split: &Split) -> Steps {
-        let told = |(effect, (nmse_before, nmse_after)): (&Named, &(Vec<f64>, Vec<f64>))| MissingEffect {
+        let Measured { fitted, evaluation } = &*self.last;
+        let told = |(effect, [nmse_before, nmse_after]): (&Named, [Vec<f64>; 2])| MissingEffect {
             effect: effect.effect,
             joints: effect.joints.clone(),
             presence: effect.presence,
             form: effect.form,
-            parameters: parameters_of(&self.fitted, effect.effect),
-            nmse_before: nmse_before.clone(),
-            nmse_after: nmse_after.clone(),
+            parameters: parameters_of(fitted, effect.effect),
+            nmse_before,
+            nmse_after,
             alternatives: effect.alternatives.clone(),
             telling_motion: None,
-            evidence: evidence::of_effect(&self.fitted, &self.last, recording, split, effect.effect, &effect.joints),
+            evidence: evidence::of_effect(fitted, evaluation, recording, split, effect.effect, &effect.joints),
         };
-        let effects = named.iter().zip(&self.errors).map(told).collect();
+        let effects = named.iter().zip(self.errors()).map(told).collect();
         let rival_of = named.iter().map(|named| named.rival).collect();
-        Steps { effects, last: self.last, fitted: self.fitted, rival_of, withdrawn }
+        drop(self.steps);
+        let Measured { fitted, evaluation: last } = Arc::unwrap_or_clone(self.last);
+        Steps { effects, last, fitted, rival_of, withdrawn }
     }
 }
 
