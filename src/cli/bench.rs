@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod diagnosis;
+mod held_out;
 mod planted;
 mod rates;
 mod read;
@@ -20,6 +21,7 @@ use clap::Subcommand;
 pub enum Bench {
     Calibrate(calibrate::Calibrate),
     Diagnosis(diagnosis::Diagnosis),
+    HeldOut(held_out::HeldOutBench),
     Planted(planted::Planted),
     Stability(stability::StabilityBench),
     Read(read::Read),
@@ -39,6 +41,7 @@ impl Bench {
                 None if bench.world => bench.run_worlds(),
                 None => bench.run(),
             },
+            Bench::HeldOut(bench) => bench.run(),
             Bench::Planted(bench) => bench.run(),
             Bench::Stability(bench) => bench.run(),
             Bench::Read(bench) => bench.run(),

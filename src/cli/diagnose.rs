@@ -96,11 +96,13 @@ pub fn text(report: &Report) -> String {
                 one.likelihood().to_owned(),
                 one.effect.name.to_owned(),
                 format!("{:.1} %", 100.0 * one.share),
+                one.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises)),
             ]
         })
         .collect();
     if !presence.is_empty() {
-        let titles = ["what kind, where", "presence", " ", " likeliest form", "of the measured"];
+        let titles =
+            ["what kind, where", "presence", " ", " likeliest form", "of the measured", "held-out error without it"];
         lines.extend([table(&titles, &presence), String::new()]);
     }
     lines.extend(report.completeness.iter().map(Completeness::text));

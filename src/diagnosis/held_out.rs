@@ -1,17 +1,19 @@
 //! What the held-out part says of names that are in doubt.
 //!
-//! Nothing is learned from it; but where it speaks more clearly against a name in doubt than the training part for it, the name does not
-//! stand. Both are asked in the band in which models are fitted: above it an effect that is there may well raise the error, such as that
-//! of an acceleration that follows a gap's crossing late.
+//! No parameter is learned from it. But it is evidence that nobody has looked at yet: left out of the model, what is there is missed there
+//! too, and what fits the training part by chance is not. Both parts are asked in the band in which models are fitted: above it an effect
+//! that is there may well raise the error, such as that of an acceleration that follows a gap's crossing late.
 
+use rayon::prelude::*;
+
+use super::heard::{BEYOND_DOUBT, Heard};
 use super::naming::Named;
-use super::presence::SURE;
-use super::report::Ground;
-use super::withdrawn::Withdrawn;
+use super::presence::{EVEN, LIKELY};
+use super::report::HeldOut;
 use crate::effect::Family;
-use crate::model::Evaluation;
 use crate::model::design::Design;
 use crate::model::preparation::Preparation;
+use crate::model::{Evaluation, ModelError};
 use crate::recording::Recording;
 use crate::recording::split::Split;
 
@@ -42,85 +44,130 @@ impl InBand {
         }
         sums
     }
+
+    /// How much an effect that was so likely `before` is missed on the joints that feel it, if these are the errors without it.
+    fn against(&self, with: &InBand, before: f64, felt: &[usize]) -> HeldOut {
+        let times = |part: fn(&InBand) -> &Vec<f64>| -> f64 {
+            let times = felt.iter().map(|&joint| part(self)[joint] / part(with)[joint]);
+            times.product::<f64>().powf(1.0 / felt.len() as f64)
+        };
+        let most = |times: f64| if times > f64::MAX { f64::MAX } else { times };
+        let (rises, rises_in_training) = (times(|errors| &errors.held_out), times(|errors| &errors.train));
+        HeldOut { before, joints: felt.len(), rises: most(rises), rises_in_training: most(rises_in_training) }
+    }
+}
+/// Asks the held-out part about all that is in doubt: each family at each place is left out of all that is `named`, and `errors` are those of
+/// the rest, fitted anew. What a stated arm brings to light stands by that.
+///
+/// # Errors
+/// [`ModelError`] if a model can't be fitted, or the work was stopped.
+pub fn ask(
+    named: &[Named],
+    presence: impl Fn(Family, Option<usize>) -> f64 + Sync,
+    errors: impl Fn(&[Named]) -> Result<InBand, ModelError> + Sync,
+) -> Result<Vec<Heard>, ModelError> {
+    let places = |effect: &Named| {
+        let places = effect.effect.places(effect.joints.iter().copied());
+        places.into_iter().map(|joint| (effect.effect.family, joint))
+    };
+    let mut in_doubt: Vec<(Family, Option<usize>)> =
+        named.iter().filter(|effect| !effect.pins).flat_map(places).collect();
+    in_doubt.retain(|&(family, joint)| presence(family, joint) < BEYOND_DOUBT);
+    in_doubt.sort_unstable();
+    in_doubt.dedup();
+    if in_doubt.is_empty() {
+        return Ok(Vec::new());
+    }
+    let with = errors(named)?;
+    let of_place = |(family, joint): (Family, Option<usize>)| {
+        let (others, felt) = without(named, family, joint);
+        let held_out = errors(&others)?.against(&with, presence(family, joint), &felt);
+        Ok(Heard::of((family, joint), held_out))
+    };
+    let heard: Result<Vec<Option<Heard>>, ModelError> = in_doubt.into_par_iter().map(of_place).collect();
+    Ok(heard?.into_iter().flatten().collect())
 }
 
-/// Of these names the one in doubt that the held-out part contradicts most, by its number. The errors before and after a step are asked for
-/// only where a name is in doubt. What most of the other joints have stands by them, and what the stated arm brings to light by that.
-pub fn contradicted(
-    named: &[Named],
-    errors: impl Fn(usize) -> [InBand; 2],
-    presence: impl Fn(Family, Option<usize>) -> f64,
-) -> Option<(usize, Withdrawn)> {
-    let mut worst: Option<(f64, usize, Withdrawn)> = None;
-    for (number, named) in named.iter().enumerate().filter(|(_, named)| !named.pins) {
-        let in_doubt = |joint: &Option<usize>| {
-            let is_usual = joint.is_some_and(|joint| named.usual.contains(&joint));
-            !is_usual && presence(named.effect.family, *joint) < SURE
-        };
-        let mut places = named.effect.places(named.joints.iter().copied());
-        places.retain(in_doubt);
-        if places.is_empty() {
-            continue;
-        }
-        let [before, after] = errors(number);
-        for joint in places {
-            let felt = joint.as_ref().map_or(named.joints.as_slice(), std::slice::from_ref);
-            let rises: f64 = felt.iter().map(|&joint| after.held_out[joint] / before.held_out[joint]).product();
-            let falls: f64 = felt.iter().map(|&joint| before.train[joint] / after.train[joint]).product();
-            // By how much what speaks against it outweighs what speaks for it; where the training part does not fall, a step of rounding or
-            // of other joints is compared, which says nothing.
-            let outweighs = rises / falls;
-            if falls > 1.0 && outweighs > 1.0 && worst.as_ref().is_none_or(|(other, ..)| outweighs > *other) {
-                let ground = Ground::Contradicted { rises, falls };
-                worst = Some((outweighs, number, Withdrawn { effect: named.effect, joint, ground }));
-            }
-        }
+/// All but a family at a place, and the joints that felt it.
+fn without(named: &[Named], family: Family, joint: Option<usize>) -> (Vec<Named>, Vec<usize>) {
+    let mut others = named.to_vec();
+    let mut felt: Vec<usize> = Vec::new();
+    for effect in others.iter_mut().filter(|effect| effect.effect.family == family && !effect.pins) {
+        let is_there = |at: &usize| effect.effect.places([*at]).contains(&joint);
+        let (here, elsewhere) = effect.joints.iter().copied().partition::<Vec<usize>, _>(is_there);
+        effect.joints = elsewhere;
+        felt.extend(joint.map_or(here, |joint| vec![joint]));
     }
-    worst.map(|(_, number, one)| (number, one))
+    others.retain(|effect| !effect.joints.is_empty());
+    felt.sort_unstable();
+    felt.dedup();
+    (others, felt)
+}
+
+/// The least likely of what is not likely enough to be named once the held-out part was `heard`, and the number of its name.
+pub fn unlikely(named: &[Named], heard: &[Heard]) -> Option<(usize, Heard)> {
+    let of_it = |one: &Heard| {
+        let is_it = |effect: &Named| {
+            effect.effect.family == one.family
+                && effect.effect.places(effect.joints.iter().copied()).contains(&one.joint)
+        };
+        let number = named.iter().position(is_it)?;
+        let is_usual = one.joint.is_some_and(|joint| named[number].usual.contains(&joint));
+        (one.presence < if is_usual { EVEN } else { LIKELY }).then_some((number, *one))
+    };
+    heard.iter().filter_map(of_it).min_by(|a, b| a.1.presence.total_cmp(&b.1.presence))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::withdrawn::AFTER_ALL;
     use super::*;
     use crate::model::{self, Preset};
     use crate::progress::Monitor;
     use crate::simulation::{Scenario, simulate};
 
-    fn named(id: &str, joints: &[usize]) -> Named {
-        Named { usual: Vec::new(), ..Named::example(id, joints, 0.7) }
+    fn told(named: &[Named]) -> Vec<(&str, &[usize])> {
+        named.iter().map(|named| (named.effect.id, named.joints.as_slice())).collect()
     }
 
-    fn errors(train: [f64; 2], held_out: [f64; 2]) -> InBand {
-        InBand { train: train.to_vec(), held_out: held_out.to_vec() }
-    }
-
-    fn of(steps: &[[InBand; 2]]) -> impl Fn(usize) -> [InBand; 2] {
-        |number| steps[number].clone()
-    }
-
-    /// A wave on both joints: on the first the held-out error rises by a fifth and the other falls by a tenth, on the second it is the other
-    /// way round.
     #[test]
-    fn what_is_in_doubt_falls_where_the_held_out_part_says_more_against_it() {
-        let wave = || vec![named("cogging", &[0, 1])];
-        let steps = [[errors([1.0, 1.2], [1.0, 1.0]), errors([0.9, 1.0], [1.2, 1.1])]];
-        let (number, against) = contradicted(&wave(), of(&steps), |_, _| 0.8).unwrap();
-        let ground = Ground::Contradicted { rises: 1.2, falls: 1.0 / 0.9 };
-        assert_eq!((number, against.joint, against.ground, against.presence(0.8)), (0, Some(0), ground, AFTER_ALL));
-        let is_on = |joint: Option<usize>, sure: f64| move |_: Family, place| if place == joint { sure } else { 0.99 };
-        assert!(contradicted(&wave(), of(&steps), is_on(Some(0), SURE)).is_none(), "that it is there is sure");
-        assert!(contradicted(&wave(), of(&steps), is_on(Some(1), 0.7)).is_none(), "the training part says more for it");
-        let usual = vec![Named { usual: vec![0], ..named("cogging", &[0, 1]) }];
-        assert!(contradicted(&usual, of(&steps), |_, _| 0.8).is_none(), "the other joints speak for it");
-        let tilt = vec![named("base-tilt", &[0, 1])];
-        assert!(contradicted(&tilt, of(&steps), |_, _| 0.8).is_none(), "both joints feel it");
-        let steps = [[errors([1.0, 1.2], [1.0, 1.0]), errors([0.9, 1.0], [1.2, 1.3])]];
-        let (_, against) = contradicted(&tilt, of(&steps), |_, _| 0.8).unwrap();
-        let ground = Ground::Contradicted { rises: 1.2 * 1.3, falls: (1.0 / 0.9) * (1.2 / 1.0) };
-        assert_eq!((against.joint, against.ground), (None, ground));
-        let steps = [[errors([1.0, 1.0], [1.0, 1.0]), errors([1.005, 1.0], [1.002, 1.0])]];
-        assert!(contradicted(&wave(), of(&steps), |_, _| 0.8).is_none(), "the training part does not speak for it");
+    fn a_family_leaves_its_place_in_all_its_forms() {
+        let all = [
+            Named::example("stribeck-friction", &[0, 1], 0.9),
+            Named::example("coulomb-friction", &[1, 2], 0.9),
+            Named::example("viscous-friction", &[1], 0.9),
+            Named::example("base-tilt", &[0, 1, 2], 0.9),
+        ];
+        let (others, felt) = without(&all, Family::DryFriction, Some(1));
+        let rest: [(&str, &[usize]); 4] = [
+            ("stribeck-friction", &[0]),
+            ("coulomb-friction", &[2]),
+            ("viscous-friction", &[1]),
+            ("base-tilt", &[0, 1, 2]),
+        ];
+        assert_eq!((told(&others).as_slice(), felt.as_slice()), (rest.as_slice(), [1].as_slice()));
+        let (others, felt) = without(&all, Family::Tilt, None);
+        assert_eq!((others.len(), felt.as_slice()), (3, [0, 1, 2].as_slice()), "all joints feel it");
+    }
+
+    /// A wave on two joints and friction beside it, which is beyond doubt: without the wave on the first joint the held-out error of that
+    /// joint doubles, without that on the second it falls.
+    #[test]
+    fn what_is_in_doubt_is_asked_and_the_least_likely_leaves() {
+        let wave = Named { usual: Vec::new(), ..Named::example("cogging", &[0, 1], 0.8) };
+        let all = [Named::example("coulomb-friction", &[0, 1], 0.99), wave];
+        let presence = |family: Family, _: Option<usize>| if family == Family::Ripple { 0.8 } else { 0.99 };
+        let errors = |named: &[Named]| {
+            assert_eq!(named[0].joints, [0, 1], "friction is not asked");
+            let has = |joint: usize| named.iter().any(|one| one.effect.id == "cogging" && one.joints.contains(&joint));
+            let times = |joint: usize, times: f64| if has(joint) { 1.0 } else { times };
+            Ok(InBand { train: vec![times(0, 1.5), times(1, 1.2)], held_out: vec![times(0, 2.0), times(1, 0.9)] })
+        };
+        let heard = ask(&all, presence, errors).unwrap();
+        let held_out = |rises, rises_in_training| HeldOut { before: 0.8, joints: 1, rises, rises_in_training };
+        assert_eq!(heard.iter().map(|one| one.held_out).collect::<Vec<_>>(), [held_out(2.0, 1.5), held_out(0.9, 1.2)]);
+        let (number, least) = unlikely(&all, &heard).unwrap();
+        assert_eq!((number, least.joint), (1, Some(1)));
+        assert!(unlikely(&all, &heard[..1]).is_none(), "the other wave is likely");
     }
 
     /// Nothing is left of a clean torque but a hum of 45 Hz, and the fit sees nothing above 25 Hz.

@@ -3,7 +3,7 @@
 //! A recording goes through once, of a very long one an `excerpt`. `candidates` lays every effect beside the model, as columns of one design. `search` finds
 //! the set that explains the torque for the least price, [`presence`] says how likely each family is there and how complete
 //! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
-//! be, `telling` which motion would tell. `steps` adds what was named, unless it is in doubt and `held_out` data contradict it (`withdrawn` keeps what leaves and why); `conclusion` draws the answer, a [`Report`]: data,
+//! be, `telling` which motion would tell. `steps` adds what was named; `held_out` data are asked about what is in doubt, and `heard` is how likely it is with that (`withdrawn` keeps what leaves and why); `conclusion` draws the answer, a [`Report`]: data,
 //! which `words` says in words.
 //! [`setup`] asks before all that whether the log is set up right. [`evidence`] holds its plots. [`proposal`] asks on what the
 //! remainder depends that no effect explains, and by which formula. [`sufficiency`] asks, once the truth is known, whether the
@@ -16,6 +16,7 @@ mod conclusion;
 pub mod evidence;
 mod excerpt;
 mod flexible;
+mod heard;
 mod held_out;
 mod naming;
 pub mod presence;
@@ -41,10 +42,11 @@ use search::Search;
 use stated_arm::{Comparison, StatedBody};
 use steps::Steps;
 
+pub use heard::weights as held_out_weights;
 pub use presence::{Rest, Sighting};
 pub use report::{
-    Alternative, Candidate, Completeness, Evidence, Exciting, Ground, MissingEffect, NotKnown, Note, Presence, Refusal,
-    Report, TellingMotion, Verdict,
+    Alternative, Candidate, Completeness, Evidence, Exciting, Ground, HeldOut, MissingEffect, NotKnown, Note, Presence,
+    Refusal, Report, TellingMotion, Verdict,
 };
 pub use sufficiency::{Suspect, sufficiency};
 
@@ -110,7 +112,7 @@ pub fn diagnose_among(
     let comparison = stated_arm::compare(&search, stated.as_ref());
     let named = naming::name_effects(&search, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
-    let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn } =
+    let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn, heard } =
         steps::measure(named, &judged, fitted, stated.as_ref(), &before, recording, split, &design, monitor)?;
     let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
@@ -119,7 +121,8 @@ pub fn diagnose_among(
     };
     effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
     effects.extend(steps::faults_of_readings(recording, &last));
-    let presence = judged.told(&withdrawn, &effects);
+    let judged = judged.with(heard);
+    let presence = judged.told();
     let completeness = conclusion::carried_over(judged.completeness(), &last);
     let incomplete = completeness.iter().filter(|one| !one.complete);
     let unexplained_joints: Vec<usize> = incomplete.map(|one| one.joint).collect();

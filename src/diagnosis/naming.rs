@@ -17,6 +17,7 @@ const SUREST_FORM: f64 = 0.88;
 const SUREST: f64 = 0.98;
 
 /// One effect with all joints where it was found.
+#[derive(Clone)]
 pub struct Named {
     /// Which.
     pub effect: &'static Effect,

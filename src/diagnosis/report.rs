@@ -75,6 +75,20 @@ pub struct MissingEffect {
     pub evidence: Vec<Evidence>,
 }
 
+/// What the held-out part says of a family that was found: how much it is missed there if it is left out and the rest is fitted anew, in the
+/// band in which models are fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HeldOut {
+    /// How likely it was there before the held-out part was asked, 0 to 1.
+    pub before: f64,
+    /// How many joints feel it.
+    pub joints: usize,
+    /// So many times as large is their squared error without it, where it is held out: the geometric mean over these joints.
+    pub rises: f64,
+    /// The same in training.
+    pub rises_in_training: f64,
+}
+
 /// How likely a family of effects is there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Presence {
@@ -91,6 +105,9 @@ pub struct Presence {
     pub effect: &'static Effect,
     /// RMS of its torque over that of the measured torque, on the joint where it is largest.
     pub share: f64,
+    /// What the held-out part says of it; none where it was not in doubt or not named before that.
+    #[serde(default)]
+    pub held_out: Option<HeldOut>,
 }
 
 /// How complete the answer is on one joint.
@@ -237,13 +254,8 @@ pub enum Ground {
         /// Probability that its family is there.
         presence: f64,
     },
-    /// It was found, but the held-out part speaks more clearly against it than the training part for it.
-    Contradicted {
-        /// So many times as large is the squared error with it on the held-out part.
-        rises: f64,
-        /// So many times as large is it without it on the training part.
-        falls: f64,
-    },
+    /// It was found, but with what the held-out part says it is not likely enough to name it.
+    Contradicted(HeldOut),
     /// It was found, but fitted with all that is named it may as well be zero, or is impossible.
     NotShown,
     /// It had evidence, but failed a gate.
@@ -476,7 +488,7 @@ mod tests {
         let family = effect.effect.family;
         let presence = |family: Family, joint, probability| {
             let (group, effect) = (family.group(), effect.effect);
-            Presence { group, family, joint, probability, effect, share: 0.1 }
+            Presence { group, family, joint, probability, effect, share: 0.1, held_out: None }
         };
         let other = registry::find("joint-spring").unwrap().family;
         assert_ne!(other, family);

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::evidence;
-use super::held_out::{InBand, contradicted};
+use super::heard::Heard;
+use super::held_out::{self, InBand};
 use super::naming::Named;
 use super::presence::Judged;
 use super::report::{Ground, MissingEffect};
 use super::stated_arm::StatedBody;
 use super::withdrawn::Withdrawn;
-use crate::effect::{Effect, ParameterSpec, Scope, registry};
+use crate::effect::{Effect, Family, ParameterSpec, Scope, registry};
 use crate::model::design::Design;
 use crate::model::{Evaluation, Fitted, Model, ModelError, Parameter, Term, fit};
 use crate::progress::Monitor;
@@ -34,6 +35,8 @@ pub struct Steps {
     pub rival_of: Vec<Option<(usize, usize)>>,
     /// What was named and is not any more.
     pub withdrawn: Vec<Withdrawn>,
+    /// What the held-out part says of those in doubt.
+    pub heard: Vec<Heard>,
 }
 
 /// Adds the named effects one after the other and measures the held-out error of each step.
@@ -55,19 +58,29 @@ pub fn measure(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
-    let mut withdrawn = Vec::new();
+    let (mut withdrawn, mut gone) = (Vec::new(), Vec::new());
     let (mut named, mut whole) = only_shown(named, &mut withdrawn, fitted, stated, design, monitor)?;
     let mut may_reorder = true;
     loop {
         let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
-        let in_band = |number: usize| -> [InBand; 2] {
-            ladder.steps[number].each_ref().map(|one| InBand::of(&one.evaluation, recording, split, design))
+        let errors = |named: &[Named]| {
+            let model = with_all(named, fitted, stated)?;
+            let evaluation = measured(model, &whole, recording, split, design, &monitor.quiet())?.evaluation;
+            Ok(InBand::of(&evaluation, recording, split, design))
         };
-        if let Some((number, one)) = contradicted(&named, in_band, |family, joint| judged.presence(family, joint)) {
+        let heard = held_out::ask(&named, |family, joint| judged.presence(family, joint), errors)?;
+        if let Some((number, one)) = held_out::unlikely(&named, &heard) {
+            let (effect, ground) = (named[number].effect, Ground::Contradicted(one.held_out));
+            withdrawn.push(Withdrawn { effect, joint: one.joint, ground });
             take_off(&mut named, number, one.joint.unwrap_or_default());
-            withdrawn.push(one);
+            gone.push(one);
             (named, whole) = only_shown(named, &mut withdrawn, fitted, stated, design, monitor)?;
             continue;
+        }
+        for effect in named.iter_mut().filter(|effect| !effect.pins) {
+            let places = effect.effect.places(effect.joints.iter().copied());
+            let presence = places.iter().map(|&joint| presence(judged, &heard, effect.effect.family, joint));
+            effect.presence = presence.fold(1.0, f64::min);
         }
         let errors = ladder.errors();
         let rises = |(effect, [before, after]): (&Named, &[Vec<f64>; 2])| {
@@ -83,8 +96,23 @@ pub fn measure(
                 continue;
             }
         }
-        return Ok(ladder.told(&named, withdrawn, recording, split));
+        gone.retain(|gone| !heard.iter().any(|one| one.is_of(gone.family, gone.joint)));
+        gone.extend(heard);
+        return Ok(ladder.told(&named, withdrawn, gone, recording, split));
     }
+}
+
+/// The model with all these effects.
+fn with_all(named: &[Named], fitted: &Fitted, stated: Option<&StatedBody>) -> Result<Model, ModelError> {
+    let is_pinned = named.iter().any(|effect| effect.pins);
+    let body = stated.filter(|_| is_pinned).map_or_else(|| fitted.model.clone(), |stated| stated.held(&fitted.model));
+    named.iter().try_fold(body, |model, effect| model.with_effect(effect.effect, &effect.joints))
+}
+
+/// How likely a family is there at a place, with what was `heard` of it.
+fn presence(judged: &Judged, heard: &[Heard], family: Family, joint: Option<usize>) -> f64 {
+    let of_it = heard.iter().find(|one| one.is_of(family, joint));
+    of_it.map_or_else(|| judged.presence(family, joint), |one| one.presence)
 }
 
 /// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says. What most of
@@ -99,13 +127,7 @@ fn only_shown(
     monitor: &Monitor,
 ) -> Result<(Vec<Named>, Fitted), ModelError> {
     loop {
-        let mut model = fitted.model.clone();
-        if let (true, Some(stated)) = (named.iter().any(|effect| effect.pins), stated) {
-            model = stated.held(&model);
-        }
-        for effect in &named {
-            model = model.with_effect(effect.effect, &effect.joints)?;
-        }
+        let model = with_all(&named, fitted, stated)?;
         let whole = fit::fit_design(&model, design, monitor)?;
         let quantile = fit::interval_quantile(design.blocks().len());
         let places = named.iter().enumerate().flat_map(|(number, effect)| {
@@ -209,6 +231,20 @@ struct Measured {
     evaluation: Evaluation,
 }
 
+/// Of a model that is fitted here, unless it is the `whole` one, which is fitted already.
+fn measured(
+    model: Model,
+    whole: &Fitted,
+    recording: &Recording,
+    split: &Split,
+    design: &Design,
+    monitor: &Monitor,
+) -> Result<Measured, ModelError> {
+    let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, monitor)? };
+    let evaluation = Evaluation::of(&fitted, recording, split)?;
+    Ok(Measured { fitted, evaluation })
+}
+
 fn climb(
     named: &[Named],
     fitted: &Fitted,
@@ -223,12 +259,7 @@ fn climb(
     monitor.report(0.85, "adding what was found, step by step")?;
     // Models of neighbouring steps are fitted side by side: none needs what another one found.
     let quiet = monitor.quiet();
-    let measured = |model: Model| -> Result<Arc<Measured>, ModelError> {
-        // The last step is fitted already, unless they are in another order now.
-        let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, &quiet)? };
-        let evaluation = Evaluation::of(&fitted, recording, split)?;
-        Ok(Arc::new(Measured { fitted, evaluation }))
-    };
+    let measured = |model: Model| measured(model, whole, recording, split, design, &quiet).map(Arc::new);
     let rungs: Vec<Rung> = rungs(named, &fitted.model, stated)?;
     let climbed = |rung: Rung| Ok((rung.pinned.map(measured).transpose()?, measured(rung.with)?));
     let measured: Vec<_> = rungs.into_par_iter().map(climbed).collect::<Result<_, ModelError>>()?;
@@ -248,7 +279,14 @@ impl Ladder {
         self.steps.iter().map(|step| step.each_ref().map(|one| one.evaluation.held_out_nmse())).collect()
     }
 
-    fn told(self, named: &[Named], withdrawn: Vec<Withdrawn>, recording: &Recording, split: &Split) -> Steps {
+    fn told(
+        self,
+        named: &[Named],
+        withdrawn: Vec<Withdrawn>,
+        heard: Vec<Heard>,
+        recording: &Recording,
+        split: &Split,
+    ) -> Steps {
         let Measured { fitted, evaluation } = &*self.last;
         let told = |(effect, [nmse_before, nmse_after]): (&Named, [Vec<f64>; 2])| MissingEffect {
             effect: effect.effect,
@@ -266,7 +304,7 @@ impl Ladder {
         let rival_of = named.iter().map(|named| named.rival).collect();
         drop(self.steps);
         let Measured { fitted, evaluation: last } = Arc::unwrap_or_clone(self.last);
-        Steps { effects, last, fitted, rival_of, withdrawn }
+        Steps { effects, last, fitted, rival_of, withdrawn, heard }
     }
 }
 
@@ -328,7 +366,6 @@ mod tests {
         assert_eq!(told(&stays), [("coulomb-friction", [1].as_slice())]);
         let effect = registry::find("torque-offset").unwrap();
         assert_eq!(withdrawn, [Withdrawn { effect, joint: Some(1), ground: Ground::NotShown }]);
-        assert_eq!(withdrawn[0].presence(0.9), 0.9);
         assert_eq!(whole.model.terms.len(), body.model.terms.len() + 1);
     }
 

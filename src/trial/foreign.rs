@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 
 use super::kin;
 use super::rates::{Reliability, calibration_error, reliability, share};
-use super::verdict::{Truth, Verdict};
+use super::verdict::{Planted, Truth, Verdict};
 use super::{TrialError, answer_of};
 use crate::arm::Posture;
 use crate::diagnosis::presence::SURE;
-use crate::diagnosis::{self, MissingEffect, Report};
+use crate::diagnosis::{self, HeldOut, MissingEffect, Presence, Report};
 use crate::effect::{Dimension, ParameterSpec, Scope};
 use crate::model::{self, Preset};
 use crate::progress::Monitor;
@@ -53,6 +53,8 @@ pub struct Answered {
     pub names: Vec<Name>,
     /// Every effect that has to be named, and what it was named, if it was.
     pub wanted: Vec<Wanted>,
+    /// Every family about which the held-out part was asked and of which it is known whether it is there, named after that or not.
+    pub asked: Vec<Asked>,
     /// Whether the diagnosis says that there is more than it names.
     pub flagged: bool,
     /// For each parameter of a right name that is known and has an interval: whether the interval holds it.
@@ -74,6 +76,19 @@ pub struct Name {
     pub form: f64,
     /// What it is.
     pub verdict: Verdict,
+}
+
+/// A family about which the held-out part was asked.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    /// The id of its likeliest form.
+    pub effect: String,
+    /// The joint, from 1; none for the whole arm.
+    pub joint: Option<usize>,
+    /// What the held-out part says.
+    pub held_out: HeldOut,
+    /// Whether it is there, in this form or another.
+    pub is_there: bool,
 }
 
 /// An effect that has to be named.
@@ -259,11 +274,23 @@ impl Answered {
             in_family: is_clean && wanted.iter().all(|wanted| wanted.named.is_some()),
             names,
             wanted,
+            asked: report.presence.iter().filter_map(|one| asked(one, truth)).collect(),
             flagged: !report.unexplained_joints.is_empty() || report.verdict == diagnosis::Verdict::UnknownEffect,
             intervals: report.effects.iter().flat_map(|named| intervals_of(named, truth)).collect(),
             seconds,
         }
     }
+}
+
+/// What the held-out part said of a family, and whether it is there, if it was asked and if that is known.
+fn asked(one: &Presence, truth: &Truth) -> Option<Asked> {
+    let (effect, joint) = (one.effect.id.to_owned(), one.joint.map(|joint| joint + 1));
+    let is_assumed = |planted: &Planted| planted.assumed && planted.judge(&effect, joint).is_good();
+    if truth.planted.iter().any(is_assumed) {
+        return None;
+    }
+    let is_there = truth.judge(&effect, joint).is_good();
+    one.held_out.map(|held_out| Asked { effect, joint, held_out, is_there })
 }
 
 /// The names of an effect at each of its places.
@@ -450,6 +477,7 @@ mod tests {
             in_family: is_clean && wanted.iter().all(Option::is_some),
             names: names.iter().map(name).collect(),
             wanted: wanted.iter().map(|&named| Wanted { effect: String::new(), joint: None, named }).collect(),
+            asked: Vec::new(),
             flagged: kind == "unknown",
             intervals: Vec::new(),
             seconds: 1.0,

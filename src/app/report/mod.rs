@@ -325,11 +325,19 @@ fn missing(
         .iter()
         .map(|one| {
             let [presence, share] = [one.probability, one.share].map(|value| format!("{:.1} %", 100.0 * value));
-            vec![one.place(), presence, one.likelihood().to_owned(), one.effect.name.to_owned(), share]
+            let held_out = one.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises));
+            vec![one.place(), presence, one.likelihood().to_owned(), one.effect.name.to_owned(), share, held_out]
         })
         .collect();
     if !rows.is_empty() {
-        let head = row(["what kind, where", "presence", "", "likeliest form", "share of what was measured"]);
+        let head = row([
+            "what kind, where",
+            "presence",
+            "",
+            "likeliest form",
+            "share of what was measured",
+            "squared held-out error without it",
+        ]);
         blocks.push(Block::Table(Table { title: "how likely each kind of physics is there".to_owned(), head, rows }));
     }
     Ok(())

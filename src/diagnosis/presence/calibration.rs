@@ -119,7 +119,7 @@ impl Calibration {
             Some(clue) if clue < CLUES.len() => (examples[row].clues[clue] - means[clue]) / spreads[clue],
             Some(own) => OWN * f64::from(u8::from(examples[row].family == families[own - CLUES.len()])),
         });
-        let weights = logistic(&design, &present);
+        let weights = logistic(&design, &present, RIDGE);
         let clues: Vec<f64> = (0..CLUES.len()).map(|clue| weights[1 + clue] / spreads[clue]).collect();
         let shift: f64 = clues.iter().zip(&means).map(|(weight, mean)| weight * mean).sum();
         let recordings: std::collections::BTreeSet<usize> = examples.iter().map(|example| example.recording).collect();
@@ -152,10 +152,10 @@ fn moments(examples: &[&Example]) -> [Vec<f64>; 2] {
     [means, spreads]
 }
 
-/// Weights of a logistic regression with a price on all but the first, by Newton's method.
-fn logistic(design: &DMatrix<f64>, present: &DVector<f64>) -> DVector<f64> {
+/// Weights of a logistic regression with a price (`ridge`) on all but the first, by Newton's method.
+pub(crate) fn logistic(design: &DMatrix<f64>, present: &DVector<f64>, ridge: f64) -> DVector<f64> {
     let width = design.ncols();
-    let price = DVector::from_fn(width, |column, _| if column == 0 { 0.0 } else { RIDGE });
+    let price = DVector::from_fn(width, |column, _| if column == 0 { 0.0 } else { ridge });
     let mut weights = DVector::<f64>::zeros(width);
     for _ in 0..STEPS {
         let likely = (design * &weights).map(|sum| 1.0 / (1.0 + (-sum.clamp(-30.0, 30.0)).exp()));

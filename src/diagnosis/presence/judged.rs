@@ -2,9 +2,9 @@
 
 use super::calibration::Calibration;
 use super::{Rest, Sighting, look};
-use crate::diagnosis::report::{Completeness, MissingEffect, Presence};
+use crate::diagnosis::heard::Heard;
+use crate::diagnosis::report::{Completeness, Presence};
 use crate::diagnosis::search::Search;
-use crate::diagnosis::withdrawn::Withdrawn;
 use crate::effect::Family;
 use crate::model::ModelError;
 
@@ -14,6 +14,8 @@ const WORTH_TELLING: f64 = 0.1;
 /// Families with the probability that each is there, and what is left of each joint.
 pub struct Judged {
     sightings: Vec<(Sighting, f64)>,
+    /// What the held-out part says of some of them.
+    heard: Vec<Heard>,
     rest: Rest,
     completeness: Vec<Completeness>,
     /// The remainder that an answer may leave which is complete.
@@ -40,7 +42,7 @@ impl Judged {
         };
         let completeness = (0..rest.share.len()).map(of_joint).collect();
         let sightings = seen.into_iter().map(|one| (one.clone(), map.presence(&one))).collect();
-        Ok(Judged { sightings, rest, completeness, allowed: map.remainder })
+        Ok(Judged { sightings, heard: Vec::new(), rest, completeness, allowed: map.remainder })
     }
 
     /// With the probabilities that a `later` judgement has beside what stays, once the `doubtful` have left: theirs are those at which they
@@ -82,22 +84,24 @@ impl Judged {
         1.0 / (worst / self.allowed).max(1.0).powi(2)
     }
 
-    /// The families that are worth a thought, the likeliest first, once some names are `withdrawn` and these `effects` are left.
-    pub fn told(&self, withdrawn: &[Withdrawn], effects: &[MissingEffect]) -> Vec<Presence> {
-        let probability = |(one, before): &(Sighting, f64)| {
-            let is_named =
-                |named: &MissingEffect| named.effect.family == one.family && named.places().contains(&one.joint);
-            let gone = withdrawn.iter().filter(|gone| gone.effect.family == one.family && gone.joint == one.joint);
-            let after = gone.fold(*before, |presence, gone| gone.presence(presence));
-            if effects.iter().any(is_named) { *before } else { after }
-        };
-        let presence = |it: &(Sighting, f64)| Presence {
-            group: it.0.family.group(),
-            family: it.0.family,
-            joint: it.0.joint,
-            probability: probability(it),
-            effect: it.0.effect,
-            share: it.0.share,
+    /// With what the held-out part says of some of them.
+    pub fn with(self, heard: Vec<Heard>) -> Judged {
+        Judged { heard, ..self }
+    }
+
+    /// The families that are worth a thought, the likeliest first.
+    pub fn told(&self) -> Vec<Presence> {
+        let presence = |(one, before): &(Sighting, f64)| {
+            let heard = self.heard.iter().find(|heard| heard.is_of(one.family, one.joint));
+            Presence {
+                group: one.family.group(),
+                family: one.family,
+                joint: one.joint,
+                probability: heard.map_or(*before, |heard| heard.presence),
+                effect: one.effect,
+                share: one.share,
+                held_out: heard.map(|heard| heard.held_out),
+            }
         };
         let told = self.sightings.iter().map(presence);
         let mut told: Vec<Presence> = told.filter(|one| one.probability >= WORTH_TELLING).collect();

@@ -22,7 +22,7 @@ use crate::app::screens::{ladder, residuals};
 use crate::app::theme::{GAP, Palette, SMALL};
 use crate::app::{glossary, math, tables, widgets};
 use crate::diagnosis::presence::LIKELY;
-use crate::diagnosis::{Alternative, Candidate, MissingEffect, NotKnown, Note, Report, Verdict};
+use crate::diagnosis::{Alternative, Candidate, MissingEffect, NotKnown, Note, Presence, Report, Verdict};
 use crate::effect::Scope;
 use crate::figure::Panel;
 use crate::progress::Progress;
@@ -241,13 +241,18 @@ fn presence(ui: &mut Ui, report: &Report) {
                 ui.label(RichText::new(format!("{}: {}", one.place(), one.effect.name)).color(color));
             })
             .response
-            .on_hover_text(format!(
-                "It {}; {:.1} % of what was measured.",
-                one.likelihood(),
-                100.0 * one.share
-            ));
+            .on_hover_text(hint(one));
         }
     });
+}
+
+/// What more is known of how likely it is there.
+fn hint(one: &Presence) -> String {
+    let what = format!("It {}; {:.1} % of what was measured.", one.likelihood(), 100.0 * one.share);
+    match one.held_out {
+        Some(held_out) => format!("{what} Held-out data were asked: {}.", held_out.text()),
+        None => what,
+    }
 }
 
 /// How complete the answer is, by joint.
