@@ -42,7 +42,7 @@ pub struct Steps {
 /// Adds the named effects one after the other and measures the held-out error of each step.
 ///
 /// What lies outside its bounds on a joint when all are fitted does not exist there, and what may as well be zero is not shown: it is
-/// left out, and the others are measured anew; so is what is in doubt and contradicted by the held-out part. One that raises the held-out
+/// left out, and the others are measured anew; so is what is not likely once the held-out part was asked. One that raises the held-out
 /// error of all its joints is not what to add first.
 ///
 /// # Errors
@@ -58,30 +58,12 @@ pub fn measure(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
-    let (mut withdrawn, mut gone) = (Vec::new(), Vec::new());
-    let (mut named, mut whole) = only_shown(named, &mut withdrawn, fitted, stated, design, monitor)?;
+    let mut withdrawn = Vec::new();
+    let (mut named, whole, heard) =
+        asked(named, judged, &mut withdrawn, fitted, stated, recording, split, design, monitor)?;
     let mut may_reorder = true;
     loop {
         let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
-        let errors = |named: &[Named]| {
-            let model = with_all(named, fitted, stated)?;
-            let evaluation = measured(model, &whole, recording, split, design, &monitor.quiet())?.evaluation;
-            Ok(InBand::of(&evaluation, recording, split, design))
-        };
-        let heard = held_out::ask(&named, |family, joint| judged.presence(family, joint), errors)?;
-        if let Some((number, one)) = held_out::unlikely(&named, &heard) {
-            let (effect, ground) = (named[number].effect, Ground::Contradicted(one.held_out));
-            withdrawn.push(Withdrawn { effect, joint: one.joint, ground });
-            take_off(&mut named, number, one.joint.unwrap_or_default());
-            gone.push(one);
-            (named, whole) = only_shown(named, &mut withdrawn, fitted, stated, design, monitor)?;
-            continue;
-        }
-        for effect in named.iter_mut().filter(|effect| !effect.pins) {
-            let places = effect.effect.places(effect.joints.iter().copied());
-            let presence = places.iter().map(|&joint| presence(judged, &heard, effect.effect.family, joint));
-            effect.presence = presence.fold(1.0, f64::min);
-        }
         let errors = ladder.errors();
         let rises = |(effect, [before, after]): (&Named, &[Vec<f64>; 2])| {
             effect.joints.iter().all(|&joint| after[joint] > before[joint])
@@ -96,9 +78,47 @@ pub fn measure(
                 continue;
             }
         }
-        gone.retain(|gone| !heard.iter().any(|one| one.is_of(gone.family, gone.joint)));
-        gone.extend(heard);
-        return Ok(ladder.told(&named, withdrawn, gone, recording, split));
+        return Ok(ladder.told(&named, withdrawn, heard, recording, split));
+    }
+}
+
+/// Leaves out what all fitted together don't show, and, one after the other, what is not likely once the held-out part was asked. What stays,
+/// each with the presence that it has then, the model with it, and what the held-out part says of what stays and of what left.
+fn asked(
+    named: Vec<Named>,
+    judged: &Judged,
+    withdrawn: &mut Vec<Withdrawn>,
+    fitted: &Fitted,
+    stated: Option<&StatedBody>,
+    recording: &Recording,
+    split: &Split,
+    design: &Design,
+    monitor: &Monitor,
+) -> Result<(Vec<Named>, Fitted, Vec<Heard>), ModelError> {
+    let (mut named, mut whole) = only_shown(named, withdrawn, fitted, stated, design, monitor)?;
+    let mut gone: Vec<Heard> = Vec::new();
+    loop {
+        let errors = |named: &[Named]| {
+            let model = with_all(named, fitted, stated)?;
+            let evaluation = measured(model, &whole, recording, split, design, &monitor.quiet())?.evaluation;
+            Ok(InBand::of(&evaluation, recording, split, design))
+        };
+        let heard = held_out::ask(&named, |family, joint| judged.presence(family, joint), errors)?;
+        let Some((number, one)) = held_out::unlikely(&named, &heard) else {
+            for effect in named.iter_mut().filter(|effect| !effect.pins) {
+                let places = effect.effect.places(effect.joints.iter().copied());
+                let presence = places.iter().map(|&joint| presence(judged, &heard, effect.effect.family, joint));
+                effect.presence = presence.fold(1.0, f64::min);
+            }
+            gone.retain(|gone| !heard.iter().any(|one| one.is_of(gone.family, gone.joint)));
+            gone.extend(heard);
+            return Ok((named, whole, gone));
+        };
+        let (effect, ground) = (named[number].effect, Ground::Contradicted(one.held_out));
+        withdrawn.push(Withdrawn { effect, joint: one.joint, ground });
+        take_off(&mut named, number, one.joint.unwrap_or_default());
+        gone.push(one);
+        (named, whole) = only_shown(named, withdrawn, fitted, stated, design, monitor)?;
     }
 }
 

@@ -17,8 +17,7 @@ use crate::trial::foreign::Asked;
 /// counts.
 #[derive(Args)]
 #[command(after_help = "Example:
-  torquescope bench diagnosis --world --draws 72 --seed 2001 --json > worlds.json
-  torquescope bench held-out worlds.json")]
+  torquescope bench held-out worlds.json planted.json  # which `bench diagnosis --world --json` and `bench planted --json` printed")]
 pub struct HeldOutBench {
     /// What these benches printed as JSON.
     #[arg(required = true)]
