@@ -101,8 +101,14 @@ pub fn text(report: &Report) -> String {
         })
         .collect();
     if !presence.is_empty() {
-        let titles =
-            ["what kind, where", "presence", " ", " likeliest form", "of the measured", "held-out error without it"];
+        let titles = [
+            "what kind, where",
+            "presence",
+            " ",
+            " likeliest form",
+            "of the measured",
+            "squared held-out error without it",
+        ];
         lines.extend([table(&titles, &presence), String::new()]);
     }
     lines.extend(report.completeness.iter().map(Completeness::text));

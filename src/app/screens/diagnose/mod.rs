@@ -227,8 +227,8 @@ fn presence(ui: &mut Ui, report: &Report) {
     }
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "What is there, and how sure", |ui| {
-        let text =
-            "Probability that something of this kind is there, as evidence like it was right where the truth is known.";
+        let text = "Probability that something of this kind is there, as evidence like it was right where the truth is \
+                    known. Point at one to see what the held-out data say of it.";
         widgets::weak(ui, text);
         ui.add_space(4.0);
         for one in &report.presence {
