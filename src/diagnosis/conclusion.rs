@@ -7,7 +7,7 @@ use super::stated_arm::Comparison;
 use crate::model::Evaluation;
 use crate::recording::encoders::Side;
 
-/// Below this probability a form is one of several.
+/// Below this probability a form is one of several of the catalogue.
 const SURE_FORM: f64 = 0.8;
 /// Noise of the motion is told where what is left is more than so many times the noise of the torque (RMS) …
 pub const NOISIER: f64 = 3.0;
@@ -32,7 +32,11 @@ pub fn verdict(effects: &[MissingEffect], unexplained: &[usize], comparison: &Co
     if !unexplained.iter().all(is_named) {
         return Verdict::UnknownEffect;
     }
-    if effects.iter().any(|effect| effect.form < SURE_FORM && !effect.alternatives.is_empty()) {
+    let is_one_of_several = |effect: &MissingEffect| {
+        let others = 1.0 / effect.form - 1.0 / effect.effect.family.form_is_right();
+        1.0 / (1.0 + others) < SURE_FORM
+    };
+    if effects.iter().any(|effect| is_one_of_several(effect) && !effect.alternatives.is_empty()) {
         return Verdict::Ambiguous;
     }
     Verdict::Missing

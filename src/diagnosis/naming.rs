@@ -10,9 +10,6 @@ use crate::effect::Effect;
 
 /// A rival counts as an alternative too if it explains all but this share of what the effect explains.
 const NEARLY_AS_MUCH: f64 = 0.05;
-/// No form is surer: of the names on which the evidence left no doubt between forms, 130 of 148 had the right one in the worlds of seeds
-/// 2001 to 2072 (`torquescope bench diagnosis --world --draws 72 --seed 2001`, 2026-11-27).
-const SUREST_FORM: f64 = 0.88;
 /// Data alone never make certain, not even beside a stated arm.
 const SUREST: f64 = 0.98;
 
@@ -145,7 +142,8 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
     Judgement {
         gain,
         presence: judged.presence_of(search, group),
-        form: (1.0 / (1.0 + others)).min(SUREST_FORM),
+        // What no formula of the catalogue says has odds, too.
+        form: 1.0 / (1.0 / groups[group].effect.family.form_is_right() + others),
         alternatives,
         rival: closest.map(|(_, rival)| rival),
     }

@@ -89,6 +89,18 @@ impl Family {
         Family::Clipping,
     ];
 
+    /// How often the form is right that an effect of this family is given where the data leave no doubt between its forms: nature has
+    /// others that no formula of the catalogue is. Of those names in the worlds of seeds 2001 to 2072 and 500000 to 500215 (`torquescope
+    /// bench diagnosis --world`, 2026-11-27) 132 of 208 were right for dry friction, 141 of 156 for friction that grows with the speed,
+    /// and 274 of 276 for all others.
+    pub fn form_is_right(self) -> f64 {
+        match self {
+            Family::DryFriction => 0.63,
+            Family::SpeedFriction => 0.9,
+            _ => 0.98,
+        }
+    }
+
     /// The kind of physics that it belongs to.
     pub fn group(self) -> Group {
         match self {
