@@ -90,25 +90,24 @@ pub fn text(report: &Report) -> String {
         .presence
         .iter()
         .map(|one| {
-            vec![
+            let mut row = vec![
                 one.place(),
                 format!("{:.0} %", 100.0 * one.probability),
                 one.likelihood().to_owned(),
                 one.effect.name.to_owned(),
                 format!("{:.1} %", 100.0 * one.share),
-                one.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises)),
-            ]
+            ];
+            if report.asks_held_out() {
+                row.push(one.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises)));
+            }
+            row
         })
         .collect();
     if !presence.is_empty() {
-        let titles = [
-            "what kind, where",
-            "presence",
-            " ",
-            " likeliest form",
-            "of the measured",
-            "squared held-out error without it",
-        ];
+        let mut titles = vec!["what kind, where", "presence", " ", " likeliest form", "of the measured"];
+        if report.asks_held_out() {
+            titles.push("squared held-out error without it");
+        }
         lines.extend([table(&titles, &presence), String::new()]);
     }
     lines.extend(report.completeness.iter().map(Completeness::text));

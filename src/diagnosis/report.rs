@@ -216,6 +216,11 @@ impl MissingEffect {
 }
 
 impl Report {
+    /// Whether the held-out part was asked about anything.
+    pub fn asks_held_out(&self) -> bool {
+        self.presence.iter().any(|one| one.held_out.is_some())
+    }
+
     /// How likely an effect that was named at a place (a joint, from 0, or the whole arm) is there.
     pub fn presence_of(&self, named: &MissingEffect, place: Option<usize>) -> f64 {
         let is_it = |one: &&Presence| one.family == named.effect.family && one.joint == place;

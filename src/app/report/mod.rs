@@ -325,19 +325,18 @@ fn missing(
         .iter()
         .map(|one| {
             let [presence, share] = [one.probability, one.share].map(|value| format!("{:.1} %", 100.0 * value));
-            let held_out = one.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises));
-            vec![one.place(), presence, one.likelihood().to_owned(), one.effect.name.to_owned(), share, held_out]
+            let mut row = vec![one.place(), presence, one.likelihood().to_owned(), one.effect.name.to_owned(), share];
+            if report.asks_held_out() {
+                row.push(one.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises)));
+            }
+            row
         })
         .collect();
     if !rows.is_empty() {
-        let head = row([
-            "what kind, where",
-            "presence",
-            "",
-            "likeliest form",
-            "share of what was measured",
-            "squared held-out error without it",
-        ]);
+        let mut head = row(["what kind, where", "presence", "", "likeliest form", "share of what was measured"]);
+        if report.asks_held_out() {
+            head.push("squared held-out error without it".to_owned());
+        }
         blocks.push(Block::Table(Table { title: "how likely each kind of physics is there".to_owned(), head, rows }));
     }
     Ok(())
