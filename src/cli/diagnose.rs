@@ -4,7 +4,7 @@ use serde::Serialize;
 use super::data::Data;
 use super::progress;
 use super::table::{number, numbers, table};
-use crate::diagnosis::{Alternative, Completeness, Report};
+use crate::diagnosis::{Alternative, Completeness, Presence, Report};
 use crate::recording::finding::{Finding, Severity};
 use crate::recording::joints_text;
 use crate::session::Command;
@@ -98,7 +98,7 @@ pub fn text(report: &Report) -> String {
                 format!("{:.1} %", 100.0 * one.share),
             ];
             if report.asks_held_out() {
-                row.push(one.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises)));
+                row.push(one.missed());
             }
             row
         })
@@ -106,7 +106,7 @@ pub fn text(report: &Report) -> String {
     if !presence.is_empty() {
         let mut titles = vec!["what kind, where", "presence", " ", " likeliest form", "of the measured"];
         if report.asks_held_out() {
-            titles.push("squared held-out error without it");
+            titles.push(Presence::MISSED);
         }
         lines.extend([table(&titles, &presence), String::new()]);
     }

@@ -8,8 +8,8 @@ use crate::effect::Family;
 
 /// From this presence on the held-out part is not asked: it would hardly change it.
 pub const BEYOND_DOUBT: f64 = 0.98;
-/// What a presence is once the held-out part was asked, in log-odds: a constant, what those of before count, and what counts that which
-/// [`told`]: see RESULTS.md, "What is held out is asked".
+/// What a presence is once the held-out part was asked, in log-odds: a constant, what those of before count, and what the rise
+/// counts that is [`told`]: see RESULTS.md, "What is held out is asked".
 const WEIGHTS: [f64; 3] = [-1.104, 1.125, 3.613];
 /// Less and more than this says nothing more.
 const TELLING: [f64; 2] = [-0.3, 0.5];
@@ -36,9 +36,9 @@ impl Heard {
         (!held_out.rises.is_nan()).then_some(Heard { family, joint, held_out, presence })
     }
 
-    /// Whether it is of this family at this place.
-    pub fn is_of(&self, family: Family, joint: Option<usize>) -> bool {
-        (self.family, self.joint) == (family, joint)
+    /// What was heard of a family at a place.
+    pub fn find(heard: &[Heard], family: Family, joint: Option<usize>) -> Option<&Heard> {
+        heard.iter().find(|one| (one.family, one.joint) == (family, joint))
     }
 }
 

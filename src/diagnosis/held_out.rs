@@ -56,6 +56,7 @@ impl InBand {
         HeldOut { before, joints: felt.len(), rises: most(rises), rises_in_training: most(rises_in_training) }
     }
 }
+
 /// Asks the held-out part about all that is in doubt: each family at each place is left out of all that is `named`, and `errors` are those of
 /// the rest, fitted anew. What a stated arm brings to light stands by that.
 ///
@@ -66,10 +67,7 @@ pub fn ask(
     presence: impl Fn(Family, Option<usize>) -> f64 + Sync,
     errors: impl Fn(&[Named]) -> Result<InBand, ModelError> + Sync,
 ) -> Result<Vec<Heard>, ModelError> {
-    let places = |effect: &Named| {
-        let places = effect.effect.places(effect.joints.iter().copied());
-        places.into_iter().map(|joint| (effect.effect.family, joint))
-    };
+    let places = |effect: &Named| effect.places().into_iter().map(|joint| (effect.effect.family, joint));
     let mut in_doubt: Vec<(Family, Option<usize>)> =
         named.iter().filter(|effect| !effect.pins).flat_map(places).collect();
     in_doubt.retain(|&(family, joint)| presence(family, joint) < BEYOND_DOUBT);
@@ -107,10 +105,8 @@ fn without(named: &[Named], family: Family, joint: Option<usize>) -> (Vec<Named>
 /// The least likely of what is not likely enough to be named once the held-out part was `heard`, and the number of its name.
 pub fn unlikely(named: &[Named], heard: &[Heard]) -> Option<(usize, Heard)> {
     let of_it = |one: &Heard| {
-        let is_it = |effect: &Named| {
-            effect.effect.family == one.family
-                && effect.effect.places(effect.joints.iter().copied()).contains(&one.joint)
-        };
+        let is_it =
+            |effect: &Named| !effect.pins && effect.effect.family == one.family && effect.places().contains(&one.joint);
         let number = named.iter().position(is_it)?;
         let is_usual = one.joint.is_some_and(|joint| named[number].usual.contains(&joint));
         (one.presence < if is_usual { EVEN } else { LIKELY }).then_some((number, *one))

@@ -36,6 +36,13 @@ pub struct Named {
     pub pins: bool,
 }
 
+impl Named {
+    /// Its places: each joint, or the whole arm.
+    pub fn places(&self) -> Vec<Option<usize>> {
+        self.effect.places(self.joints.iter().copied())
+    }
+}
+
 /// What is said of one group.
 struct Judgement {
     gain: f64,

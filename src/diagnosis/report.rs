@@ -254,17 +254,25 @@ pub enum Ground {
     Contained,
     /// Beside what was found it explains hardly more than chance would.
     Superfluous,
-    /// It was found, but where the truth is known such evidence is not right often enough to name it.
+    /// It was found, but where the truth is known such evidence is not right often enough to name it. Sessions that were saved before 28
+    /// November 2026 may have `contradicted` in its place, of what was right in a quarter of the cases.
+    #[serde(alias = "contradicted")]
     Doubtful {
         /// Probability that its family is there.
+        #[serde(default = "contradicted")]
         presence: f64,
     },
     /// It was found, but with what the held-out part says it is not likely enough to name it.
-    Contradicted(HeldOut),
+    NotSupported(HeldOut),
     /// It was found, but fitted with all that is named it may as well be zero, or is impossible.
     NotShown,
     /// It had evidence, but failed a gate.
     Refused(Refusal),
+}
+
+/// The presence of what was `contradicted`.
+fn contradicted() -> f64 {
+    0.25
 }
 
 /// The gate that a candidate failed, and what was measured there.
@@ -515,6 +523,17 @@ mod tests {
         };
         let of = |place| report.presence_of(&effect, place);
         assert_eq!([of(Some(0)), of(Some(1)), of(Some(2)), of(None)], [0.9, 0.8, 0.6, 0.6]);
+    }
+
+    #[test]
+    fn a_contradicted_candidate_of_an_older_session_is_doubtful() {
+        let ground = |text: &str| serde_json::from_str::<Ground>(text).unwrap();
+        let older = ground(r#"{"kind": "contradicted", "rises": 1.2, "falls": 1.1}"#);
+        assert_eq!(older, Ground::Doubtful { presence: 0.25 });
+        let held_out = HeldOut { before: 0.7, joints: 1, rises: 0.9, rises_in_training: 1.1 };
+        for one in [Ground::Doubtful { presence: 0.4 }, Ground::NotSupported(held_out)] {
+            assert_eq!(ground(&serde_json::to_string(&one).unwrap()), one);
+        }
     }
 
     /// A report in a file says nothing of a joint 0, wherever it stands.

@@ -106,15 +106,14 @@ fn asked(
         let heard = held_out::ask(&named, |family, joint| judged.presence(family, joint), errors)?;
         let Some((number, one)) = held_out::unlikely(&named, &heard) else {
             for effect in named.iter_mut().filter(|effect| !effect.pins) {
-                let places = effect.effect.places(effect.joints.iter().copied());
-                let presence = places.iter().map(|&joint| presence(judged, &heard, effect.effect.family, joint));
-                effect.presence = presence.fold(1.0, f64::min);
+                let presence = |joint| presence(judged, &heard, effect.effect.family, joint);
+                effect.presence = effect.places().into_iter().map(presence).fold(1.0, f64::min);
             }
-            gone.retain(|gone| !heard.iter().any(|one| one.is_of(gone.family, gone.joint)));
+            gone.retain(|gone| Heard::find(&heard, gone.family, gone.joint).is_none());
             gone.extend(heard);
             return Ok((named, whole, gone));
         };
-        let (effect, ground) = (named[number].effect, Ground::Contradicted(one.held_out));
+        let (effect, ground) = (named[number].effect, Ground::NotSupported(one.held_out));
         withdrawn.push(Withdrawn { effect, joint: one.joint, ground });
         take_off(&mut named, number, one.joint.unwrap_or_default());
         gone.push(one);
@@ -131,8 +130,7 @@ fn with_all(named: &[Named], fitted: &Fitted, stated: Option<&StatedBody>) -> Re
 
 /// How likely a family is there at a place, with what was `heard` of it.
 fn presence(judged: &Judged, heard: &[Heard], family: Family, joint: Option<usize>) -> f64 {
-    let of_it = heard.iter().find(|one| one.is_of(family, joint));
-    of_it.map_or_else(|| judged.presence(family, joint), |one| one.presence)
+    Heard::find(heard, family, joint).map_or_else(|| judged.presence(family, joint), |one| one.presence)
 }
 
 /// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says. What most of

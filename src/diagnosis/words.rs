@@ -158,6 +158,14 @@ impl MissingEffect {
 }
 
 impl Presence {
+    /// Title of a column of [`Presence::missed`].
+    pub const MISSED: &str = "squared held-out error without it";
+
+    /// How much it is missed where it is held out; empty where that was not asked.
+    pub fn missed(&self) -> String {
+        self.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises))
+    }
+
     /// What is there and where: `dry friction, joint 2`.
     pub fn place(&self) -> String {
         let place = self.joint.map_or("arm".to_owned(), |joint| format!("joint {}", joint + 1));
@@ -229,7 +237,7 @@ impl Candidate {
                     100.0 * presence
                 )
             }
-            Ground::Contradicted(held_out) => format!("held-out data do not speak for it: {}", held_out.text()),
+            Ground::NotSupported(held_out) => format!("held-out data do not speak for it: {}", held_out.text()),
             Ground::NotShown => "fitted with all that is named it may as well be zero, or is impossible".to_owned(),
             Ground::Superfluous => "beside what was found it explains hardly more than chance would".to_owned(),
             Ground::Refused(refusal) => refusal.text(),
@@ -487,7 +495,7 @@ mod tests {
         let held_out = HeldOut { before: 0.674, joints: 1, rises: 0.976, rises_in_training: 1.148 };
         let told = "without it the squared error there is × 0.98 (in training × 1.15); its presence was 67 % before";
         assert_eq!(held_out.text(), told);
-        let ground = Ground::Contradicted(held_out);
+        let ground = Ground::NotSupported(held_out);
         let effect = registry::find("cogging").unwrap();
         let candidate = Candidate { effect, joint: Some(0), error_drop: 0.1, ground };
         assert_eq!(candidate.reason(), format!("held-out data do not speak for it: {told}"));

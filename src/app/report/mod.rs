@@ -17,7 +17,7 @@ use document::{Block, Document, Table};
 use super::desk::ReportFormat;
 use super::screens::{compare, diagnose, extrapolation, ladder, residuals};
 use super::{About, plots};
-use crate::diagnosis::Report;
+use crate::diagnosis::{Presence, Report};
 use crate::figure::{self, Figure, FigureError, Panel, Size, Style, Theme};
 use crate::model::JointError;
 use crate::progress::{Monitor, Stopped};
@@ -327,7 +327,7 @@ fn missing(
             let [presence, share] = [one.probability, one.share].map(|value| format!("{:.1} %", 100.0 * value));
             let mut row = vec![one.place(), presence, one.likelihood().to_owned(), one.effect.name.to_owned(), share];
             if report.asks_held_out() {
-                row.push(one.held_out.map_or_else(String::new, |held_out| format!("× {:.2}", held_out.rises)));
+                row.push(one.missed());
             }
             row
         })
@@ -335,7 +335,7 @@ fn missing(
     if !rows.is_empty() {
         let mut head = row(["what kind, where", "presence", "", "likeliest form", "share of what was measured"]);
         if report.asks_held_out() {
-            head.push("squared held-out error without it".to_owned());
+            head.push(Presence::MISSED.to_owned());
         }
         blocks.push(Block::Table(Table { title: "how likely each kind of physics is there".to_owned(), head, rows }));
     }

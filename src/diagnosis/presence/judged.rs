@@ -92,7 +92,7 @@ impl Judged {
     /// The families that are worth a thought, the likeliest first.
     pub fn told(&self) -> Vec<Presence> {
         let presence = |(one, before): &(Sighting, f64)| {
-            let heard = self.heard.iter().find(|heard| heard.is_of(one.family, one.joint));
+            let heard = Heard::find(&self.heard, one.family, one.joint);
             Presence {
                 group: one.family.group(),
                 family: one.family,

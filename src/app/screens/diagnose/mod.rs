@@ -227,9 +227,12 @@ fn presence(ui: &mut Ui, report: &Report) {
     }
     let palette = Palette::in_ui(ui);
     widgets::card(ui, "What is there, and how sure", |ui| {
-        let text = "Probability that something of this kind is there, as evidence like it was right where the truth is \
-                    known. Point at one to see what the held-out data say of it.";
+        let text =
+            "Probability that something of this kind is there, as evidence like it was right where the truth is known.";
         widgets::weak(ui, text);
+        if report.asks_held_out() {
+            widgets::weak(ui, "Held-out data were asked about what was in doubt: point at it to see what they say.");
+        }
         ui.add_space(4.0);
         for one in &report.presence {
             let is_likely = one.probability >= LIKELY;
