@@ -18,7 +18,7 @@ pub static EFFECT: Effect = Effect {
     parameters: &[
         ParameterSpec::linear("sine_torque", "a", Dimension::Torque),
         ParameterSpec::linear("cosine_torque", "b", Dimension::Torque),
-        ParameterSpec::wave("wave_number", "k").between(1.0, 1000.0),
+        ParameterSpec::wave("wave_number", "k").at_least(1.0),
     ],
     facts: Facts::USUAL,
 };

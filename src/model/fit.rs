@@ -400,7 +400,8 @@ impl<'a> ShapeSearch<'a> {
             }
             Starts::Waves => starts.around(&starts.values(self.design.way(placed.joint)), value),
         };
-        Ok((value + moved).clamp(low.max(parameter.min), high.min(parameter.max)))
+        let [low, high] = [low, high].map(|end| end.clamp(parameter.min, parameter.max));
+        Ok((value + moved).clamp(low, high))
     }
 
     /// Computes the columns of all terms with shape parameters anew.
@@ -841,6 +842,27 @@ mod tests {
         fitted.parameters.push(parameter(1.0, Some([0.9, 1.1]), Some(2.0)));
         let differ = "Of 3 that are stated 1 lie outside of the interval of what was identified: inertia of joint 1.";
         assert_eq!(fitted.beside_stated().as_deref(), Some(differ));
+    }
+
+    /// On a way of some centimetres what repeats may do so in more than a thousand radians a metre.
+    #[test]
+    fn a_fast_wave_on_a_short_way_is_fitted() {
+        let motion = Excitation::PaperPointToPoint { trajectories: 4, duration: 10.0, samples: 2000, range: 2.0 };
+        let scenario = Scenario { motion, arm: Arm::uniform(1), effects: Vec::new(), ..Scenario::embedded() };
+        let mut recording = simulate(&scenario, &Monitor::new()).unwrap();
+        for run in &mut recording.trajectories {
+            let mut channels = run.channels_mut();
+            for channel in [&mut channels.q, &mut channels.qd, &mut channels.qdd] {
+                channel[0].iter_mut().for_each(|value| *value *= 0.05);
+            }
+            let wave = channels.q[0].iter().map(|q| (1200.0 * q).sin()).collect::<Vec<f64>>();
+            channels.tau[0].iter_mut().zip(wave).for_each(|(tau, wave)| *tau = wave);
+        }
+        let effect = registry::find("cogging").unwrap();
+        let model = Preset::RigidBody.model(&recording).unwrap().with_effect(effect, &[0]).unwrap();
+        let fitted = super::fit(&model, &recording, &Split::automatic(&recording), &Monitor::new()).unwrap();
+        let value = |name: &str| fitted.parameters.iter().find(|one| one.name == name).unwrap().value;
+        assert!((value("wave_number") - 1200.0).abs() < 2.0, "{}", value("wave_number"));
     }
 
     /// The factors of a term are those of its columns: friction comes behind the rigid body, and is as large as it was made.
