@@ -36,6 +36,11 @@ impl Heard {
         (!held_out.rises.is_nan()).then_some(Heard { family, joint, held_out, presence })
     }
 
+    /// At least as likely as before.
+    pub fn in_favour(self) -> Heard {
+        Heard { presence: self.presence.max(self.held_out.before), ..self }
+    }
+
     /// What was heard of a family at a place.
     pub fn find(heard: &[Heard], family: Family, joint: Option<usize>) -> Option<&Heard> {
         heard.iter().find(|one| (one.family, one.joint) == (family, joint))

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::heard::{BEYOND_DOUBT, Heard};
 use super::naming::Named;
-use super::presence::{EVEN, LIKELY};
+use super::presence::LIKELY;
 use super::report::HeldOut;
 use crate::effect::Family;
 use crate::model::design::Design;
@@ -58,7 +58,8 @@ impl InBand {
 }
 
 /// Asks the held-out part about all that is in doubt: each family at each place is left out of all that is `named`, and `errors` are those of
-/// the rest, fitted anew. What a stated arm brings to light stands by that.
+/// the rest, fitted anew. What a stated arm brings to light stands by that. What most of the other joints have can only gain: they say more
+/// of it than a short part of the motion of one.
 ///
 /// # Errors
 /// [`ModelError`] if a model can't be fitted, or the work was stopped.
@@ -80,10 +81,17 @@ pub fn ask(
     let of_place = |(family, joint): (Family, Option<usize>)| {
         let (others, felt) = without(named, family, joint);
         let held_out = errors(&others)?.against(&with, presence(family, joint), &felt);
-        Ok(Heard::of((family, joint), held_out))
+        let heard = Heard::of((family, joint), held_out);
+        Ok(if is_usual(named, family, joint) { heard.map(Heard::in_favour) } else { heard })
     };
     let heard: Result<Vec<Option<Heard>>, ModelError> = in_doubt.into_par_iter().map(of_place).collect();
     Ok(heard?.into_iter().flatten().collect())
+}
+
+/// Whether most of the other joints have it.
+fn is_usual(named: &[Named], family: Family, joint: Option<usize>) -> bool {
+    let mut own = named.iter().filter(|effect| effect.effect.family == family);
+    own.any(|effect| joint.is_some_and(|joint| effect.usual.contains(&joint)))
 }
 
 /// All but a family at a place, and the joints that felt it.
@@ -108,8 +116,7 @@ pub fn unlikely(named: &[Named], heard: &[Heard]) -> Option<(usize, Heard)> {
         let is_it =
             |effect: &Named| !effect.pins && effect.effect.family == one.family && effect.places().contains(&one.joint);
         let number = named.iter().position(is_it)?;
-        let is_usual = one.joint.is_some_and(|joint| named[number].usual.contains(&joint));
-        (one.presence < if is_usual { EVEN } else { LIKELY }).then_some((number, *one))
+        (one.presence < LIKELY && !is_usual(named, one.family, one.joint)).then_some((number, *one))
     };
     heard.iter().filter_map(of_it).min_by(|a, b| a.1.presence.total_cmp(&b.1.presence))
 }
@@ -164,6 +171,11 @@ mod tests {
         let (number, least) = unlikely(&all, &heard).unwrap();
         assert_eq!((number, least.joint), (1, Some(1)));
         assert!(unlikely(&all, &heard[..1]).is_none(), "the other wave is likely");
+        // If most of the other joints have such waves, that of the second stays.
+        let usual = [all[0].clone(), Named::example("cogging", &[0, 1], 0.8)];
+        let heard = ask(&usual, presence, errors).unwrap();
+        assert!(heard[1].held_out.rises < 1.0 && heard[1].presence == 0.8, "{heard:?}");
+        assert!(unlikely(&usual, &heard).is_none(), "{heard:?}");
     }
 
     /// Nothing is left of a clean torque but a hum of 45 Hz, and the fit sees nothing above 25 Hz.
