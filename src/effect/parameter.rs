@@ -200,6 +200,11 @@ impl ParameterSpec {
     pub fn admits(&self, value: f64) -> bool {
         (self.min..=self.max).contains(&value)
     }
+
+    /// The value within the bounds that is nearest.
+    pub fn bounded(&self, value: f64) -> f64 {
+        value.clamp(self.min, self.max)
+    }
 }
 
 fn any_motion(_way: Way) -> f64 {

@@ -114,7 +114,7 @@ impl Effect {
     /// # Errors
     /// [`NotApplicable`] if the motion lacks what the formula needs, or if it is a fault of the readings.
     pub fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, NotApplicable> {
-        let found = || shape.first().copied().unwrap_or(0.0).clamp(self.parameters[0].min, self.parameters[0].max);
+        let found = || self.parameters[0].bounded(shape.first().copied().unwrap_or(0.0));
         let columns = match self.stage {
             Stage::Body(body) => body.columns(motion, joint, shape),
             Stage::Drive(drive) => drive.column(motion, joint, found()).map(|column| vec![column]),

@@ -312,7 +312,7 @@ impl<'a> ShapeSearch<'a> {
                 (best, least) = (value, cost);
             }
         }
-        let [low, high] = starts.around(&values, best).map(|end| starts.place(end.clamp(parameter.min, parameter.max)));
+        let [low, high] = starts.around(&values, best).map(|end| starts.place(parameter.bounded(end)));
         let (refined, found) = minimum(low, high, FINE, |place| cost(starts.value(place)))?;
         self.shapes[term][number] = if found < least { starts.value(refined) } else { best };
         self.update_columns(term)
@@ -400,8 +400,7 @@ impl<'a> ShapeSearch<'a> {
             }
             Starts::Waves => starts.around(&starts.values(self.design.way(placed.joint)), value),
         };
-        let [low, high] = [low, high].map(|end| end.clamp(parameter.min, parameter.max));
-        Ok((value + moved).clamp(low, high))
+        Ok((value + moved).clamp(parameter.bounded(low), parameter.bounded(high)))
     }
 
     /// Computes the columns of all terms with shape parameters anew.

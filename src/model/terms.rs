@@ -102,7 +102,7 @@ impl Alteration {
         if !term.effect.changes_others() {
             return None;
         }
-        let bounded = |(parameter, value): (&ParameterSpec, &f64)| value.clamp(parameter.min, parameter.max);
+        let bounded = |(parameter, value): (&ParameterSpec, &f64)| parameter.bounded(*value);
         Some(Alteration { term: term.clone(), linear: term.effect.linear().zip(linear).map(bounded).collect() })
     }
 
