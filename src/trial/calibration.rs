@@ -280,7 +280,7 @@ fn examples(labelled: &[&Labelled]) -> Vec<Example> {
     let of_one = |(recording, one): (usize, &&Labelled)| {
         let example = |(sighting, label): &(Sighting, Option<bool>)| {
             let present = (*label)?;
-            sighting.physical.then_some(Example { family: sighting.family, clues: sighting.clues, present, recording })
+            sighting.possible.then_some(Example { family: sighting.family, clues: sighting.clues, present, recording })
         };
         one.sightings.iter().filter_map(example).collect::<Vec<_>>()
     };

@@ -129,6 +129,8 @@ fn friction_under_the_torque_of_the_motor_is_load_friction_alone() {
         report.effects.iter().map(|effect| (effect.effect.id, effect.joints.as_slice())).collect();
     assert_eq!(named, [("load-friction", [1].as_slice())], "{}", report.advice());
     assert!(report.unexplained_joints.is_empty(), "{}", report.advice());
+    let gain = report.presence.iter().find(|one| one.effect.id == "torque-gain" && one.joint == Some(1));
+    assert!(gain.is_none(), "{gain:?}");
 }
 
 #[test]

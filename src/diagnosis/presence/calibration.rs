@@ -74,9 +74,9 @@ impl Calibration {
         })
     }
 
-    /// Probability that the family of a sighting is there. None whose parameters make no physical sense is.
+    /// Probability that the family of a sighting is there. None that is not [possible](Sighting::possible) is.
     pub fn presence(&self, sighting: &Sighting) -> f64 {
-        if sighting.physical { self.probability(sighting.family, &sighting.clues) } else { 0.0 }
+        if sighting.possible { self.probability(sighting.family, &sighting.clues) } else { 0.0 }
     }
 
     /// The same from the clues alone.

@@ -67,8 +67,9 @@ pub struct Sighting {
     pub effect: &'static Effect,
     /// Whether the search found it.
     pub found: bool,
-    /// Whether the parameters of that form lie within their bounds, and a wave repeats along the way.
-    pub physical: bool,
+    /// Whether that form may be it: its parameters lie within their bounds, a wave repeats along the way, and no formula of what was found
+    /// leaves it.
+    pub possible: bool,
     /// RMS of its torque over that of the measured torque, on the joint where it is largest.
     pub share: f64,
     /// The same of what nothing else explains.
@@ -274,7 +275,9 @@ fn sighting(
         joint: place,
         effect: groups[main].effect,
         found,
-        physical: gates::is_physical(search, &with, main) && groups[main].repeats(),
+        possible: gates::is_physical(search, &with, main)
+            && groups[main].repeats()
+            && gates::leaves_it(search, &with, main).is_none(),
         share,
         unique,
         clues,
