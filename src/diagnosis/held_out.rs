@@ -4,56 +4,86 @@
 //! too, and what fits the training part by chance is not. Both parts are asked in the band in which models are fitted: above it an effect
 //! that is there may well raise the error, such as that of an acceleration that follows a gap's crossing late.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::heard::{BEYOND_DOUBT, Heard};
 use super::naming::Named;
 use super::presence::LIKELY;
 use super::report::HeldOut;
+use super::search::gates::BlockGains;
 use crate::effect::Family;
 use crate::model::design::Design;
 use crate::model::preparation::Preparation;
 use crate::model::{Evaluation, ModelError};
 use crate::recording::Recording;
-use crate::recording::split::Split;
+use crate::recording::split::{Segment, Split};
+
+/// Into about so many pieces the held-out part is cut, each for itself a witness.
+const PIECES: usize = 20;
 
 /// Squared error of each joint in the band of the fit \[(N m)²\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct InBand {
     train: Vec<f64>,
-    held_out: Vec<f64>,
+    /// Of each piece of the held-out part.
+    held_out: Vec<Vec<f64>>,
 }
 
 impl InBand {
     /// Of a model that was held against the recording.
     pub fn of(evaluation: &Evaluation, recording: &Recording, split: &Split, design: &Design) -> Self {
-        let none = vec![0.0; recording.joint_count()];
-        let mut sums = InBand { train: none.clone(), held_out: none };
+        let mut sums = InBand { train: vec![0.0; recording.joint_count()], held_out: Vec::new() };
+        let longest = split.held_out.iter().map(|segment| segment.samples.len()).sum::<usize>().div_ceil(PIECES).max(1);
         let highest = design.follows_up_to().unwrap_or(f64::INFINITY);
         for run in 0..recording.trajectories.len() {
             let preparation = Preparation::of(recording, run).within(highest);
             let residual = preparation.apply_all(&evaluation.residual(recording, run));
-            for (sums, part) in [(&mut sums.train, &split.train), (&mut sums.held_out, &split.held_out)] {
-                for segment in part.iter().filter(|segment| segment.trajectory == run) {
-                    let range = preparation.range(&segment.samples);
-                    for (joint, sum) in sums.iter_mut().enumerate() {
-                        *sum += residual[joint][range.clone()].iter().map(|left| left * left).sum::<f64>();
-                    }
-                }
+            let squared =
+                |joint: usize, range: Range<usize>| residual[joint][range].iter().map(|left| left * left).sum();
+            let of_run = |part: &'_ [Segment]| -> Vec<Range<usize>> {
+                part.iter().filter(|segment| segment.trajectory == run).map(|segment| segment.samples.clone()).collect()
+            };
+            for samples in of_run(&split.train) {
+                let range = preparation.range(&samples);
+                sums.train.iter_mut().enumerate().for_each(|(joint, sum)| *sum += squared(joint, range.clone()));
+            }
+            for samples in of_run(&split.held_out) {
+                let range = preparation.range(&samples);
+                let count = samples.len().div_ceil(longest).min(range.len());
+                let cut = |piece: usize| range.start + range.len() * piece / count;
+                let piece = |piece: usize| {
+                    (0..recording.joint_count()).map(|joint| squared(joint, cut(piece)..cut(piece + 1))).collect()
+                };
+                sums.held_out.extend((0..count).map(piece));
             }
         }
         sums
     }
 
+    /// Over the whole held-out part.
+    fn held_out(&self, joint: usize) -> f64 {
+        self.held_out.iter().map(|piece| piece[joint]).sum()
+    }
+
     /// How much an effect that was so likely `before` is missed on the joints that feel it, if these are the errors without it.
     fn against(&self, with: &InBand, before: f64, felt: &[usize]) -> HeldOut {
-        let times = |part: fn(&InBand) -> &Vec<f64>| -> f64 {
-            let times = felt.iter().map(|&joint| part(self)[joint] / part(with)[joint]);
-            times.product::<f64>().powf(1.0 / felt.len() as f64)
+        let times = |of: fn(&InBand, usize) -> f64| -> f64 {
+            let times = felt.iter().map(|&joint| of(self, joint) / of(with, joint));
+            let mean = times.product::<f64>().powf(1.0 / felt.len() as f64);
+            if mean > f64::MAX { f64::MAX } else { mean }
         };
-        let most = |times: f64| if times > f64::MAX { f64::MAX } else { times };
-        let (rises, rises_in_training) = (times(|errors| &errors.held_out), times(|errors| &errors.train));
-        HeldOut { before, joints: felt.len(), rises: most(rises), rises_in_training: most(rises_in_training) }
+        let of_pieces = |errors: &InBand| -> Vec<f64> {
+            let share = |piece: &[f64], joint: usize| piece[joint] / with.held_out(joint).max(f64::MIN_POSITIVE);
+            errors.held_out.iter().map(|piece| felt.iter().map(|&joint| share(piece, joint)).sum()).collect()
+        };
+        HeldOut {
+            before,
+            rises: times(InBand::held_out),
+            rises_in_training: times(|errors, joint| errors.train[joint]),
+            t: BlockGains::between(&of_pieces(self), &of_pieces(with)).t_of_shares(),
+        }
     }
 }
 
@@ -163,19 +193,26 @@ mod tests {
             assert_eq!(named[0].joints, [0, 1], "friction is not asked");
             let has = |joint: usize| named.iter().any(|one| one.effect.id == "cogging" && one.joints.contains(&joint));
             let times = |joint: usize, times: f64| if has(joint) { 1.0 } else { times };
-            Ok(InBand { train: vec![times(0, 1.5), times(1, 1.2)], held_out: vec![times(0, 2.0), times(1, 0.9)] })
+            let piece = |more: f64| vec![times(0, 2.0 + more), times(1, 0.9 - more)];
+            Ok(InBand { train: vec![times(0, 1.5), times(1, 1.2)], held_out: [-0.1, 0.0, 0.1].map(piece).to_vec() })
         };
         let heard = ask(&all, presence, errors).unwrap();
-        let held_out = |rises, rises_in_training| HeldOut { before: 0.8, joints: 1, rises, rises_in_training };
-        assert_eq!(heard.iter().map(|one| one.held_out).collect::<Vec<_>>(), [held_out(2.0, 1.5), held_out(0.9, 1.2)]);
+        let close = |one: &Heard, rises: f64, rises_in_training: f64| {
+            let told = one.held_out;
+            (told.rises - rises).abs() < 1e-9 && told.rises_in_training == rises_in_training && told.before == 0.8
+        };
+        assert!(close(&heard[0], 2.0, 1.5) && close(&heard[1], 0.9, 1.2), "{heard:?}");
+        assert!(heard[0].held_out.t > 10.0 && heard[1].held_out.t < -1.5, "{heard:?}");
         let (number, least) = unlikely(&all, &heard).unwrap();
         assert_eq!((number, least.joint), (1, Some(1)));
         assert!(unlikely(&all, &heard[..1]).is_none(), "the other wave is likely");
         // If most of the other joints have such waves, that of the second stays.
         let usual = [all[0].clone(), Named::example("cogging", &[0, 1], 0.8)];
         let heard = ask(&usual, presence, errors).unwrap();
-        assert!(heard[1].held_out.rises < 1.0 && heard[1].presence == 0.8, "{heard:?}");
-        assert!(unlikely(&usual, &heard).is_none(), "{heard:?}");
+        assert!(
+            heard[1].held_out.t < -1.5 && heard[1].presence == 0.8 && unlikely(&usual, &heard).is_none(),
+            "{heard:?}"
+        );
     }
 
     /// Nothing is left of a clean torque but a hum of 45 Hz, and the fit sees nothing above 25 Hz.
@@ -197,6 +234,7 @@ mod tests {
         let count = |part: &[crate::recording::split::Segment]| part.iter().map(|one| one.samples.len()).sum::<usize>();
         let raw = |mse: f64, part: &[crate::recording::split::Segment]| mse * count(part) as f64;
         assert!(in_band.train[0] < 0.01 * raw(evaluation.train[0].mse, &split.train), "{in_band:?}");
-        assert!(in_band.held_out[0] < 0.01 * raw(evaluation.held_out[0].mse, &split.held_out), "{in_band:?}");
+        assert!(in_band.held_out(0) < 0.01 * raw(evaluation.held_out[0].mse, &split.held_out), "{in_band:?}");
+        assert!((PIECES..2 * PIECES).contains(&in_band.held_out.len()), "{}", in_band.held_out.len());
     }
 }

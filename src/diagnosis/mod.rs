@@ -110,7 +110,9 @@ pub fn diagnose_among(
     let (judged, doubtful) = judge(&mut search)?;
     let stated = StatedBody::of(&search, &fitted.model);
     let comparison = stated_arm::compare(&search, stated.as_ref());
-    let named = naming::name_effects(&search, &comparison, stated.as_ref(), &judged);
+    // Without a held-out part nobody can be asked about what the search has not found.
+    let beside = if split.held_out.is_empty() { Vec::new() } else { naming::likely_beside(&search, &judged) };
+    let named = naming::name_effects(&mut search, &beside, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
     let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn, heard } =
         steps::measure(named, &judged, fitted, stated.as_ref(), &before, recording, split, &design, monitor)?;
@@ -121,6 +123,7 @@ pub fn diagnose_among(
     };
     effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
     effects.extend(steps::faults_of_readings(recording, &last));
+    let supported = ranking::supported(&search, &beside, &heard);
     let judged = judged.with(heard);
     let presence = judged.told();
     let completeness = conclusion::carried_over(judged.completeness(), &last);
@@ -145,7 +148,7 @@ pub fn diagnose_among(
     if excerpt.share < 1.0 {
         notes.push(Note::Excerpt { share: excerpt.share });
     }
-    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &withdrawn, &comparison);
+    let ranking = ranking::rank(&search, &drops, &refused, &doubtful, &supported, &withdrawn, &comparison);
     monitor.report(1.0, "diagnosed")?;
     Ok(Report {
         verdict,

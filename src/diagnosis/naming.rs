@@ -6,7 +6,7 @@ use super::presence::Judged;
 use super::report::Alternative;
 use super::search::{CLOSE, Rival, Search, odds_of_form};
 use super::stated_arm::{self, Comparison, StatedBody};
-use crate::effect::Effect;
+use crate::effect::{Effect, Family};
 
 /// A rival counts as an alternative too if it explains all but this share of what the effect explains.
 const NEARLY_AS_MUCH: f64 = 0.05;
@@ -53,16 +53,44 @@ struct Judgement {
     rival: Option<usize>,
 }
 
-/// The groups that were found, the same effect on several joints once, the largest gain first; those that need the stated
-/// arm last.
+/// What is as likely there as not though nothing of it was found, or stayed: of each family at each place the group that explains most beside
+/// what was found.
+pub fn likely_beside(search: &Search, judged: &Judged) -> Vec<usize> {
+    let groups = &search.library.groups;
+    let of_place = |(family, joint): (Family, Option<usize>)| {
+        let is_it = |group: &usize| groups[*group].effect.family == family && groups[*group].joint == joint;
+        let goes_with = |group: &usize| !search.active.iter().any(|&other| groups[*group].excludes(&groups[other]));
+        if search.active.iter().any(is_it) {
+            return None;
+        }
+        let all = (0..groups.len()).filter(|group| is_it(group) && !search.absorbed.contains(group));
+        search.best_beside(&search.active, all.filter(goes_with))
+    };
+    judged.likely().filter_map(of_place).collect()
+}
+
+/// The groups that were found, and each of those that are likely `beside` them, the same effect on several joints once, the largest gain
+/// first; those that need the stated arm last.
 pub fn name_effects(
-    search: &Search,
+    search: &mut Search,
+    beside: &[usize],
     comparison: &Comparison,
     stated: Option<&StatedBody>,
     judged: &Judged,
 ) -> Vec<Named> {
+    let of_group = |search: &Search, group: usize| (group, judge(search, judged, group), false);
+    let mut judgements: Vec<(usize, Judgement, bool)> =
+        search.active.iter().map(|&group| of_group(search, group)).collect();
+    for &group in beside {
+        search.active.push(group);
+        judgements.push(of_group(search, group));
+        search.active.pop();
+    }
+    if let (Comparison::Explained(found), Some(stated)) = (comparison, stated) {
+        judgements.extend(found.iter().map(|&group| (group, judge_absorbed(search, stated, found, group), true)));
+    }
     let mut by_effect: BTreeMap<&'static str, Named> = BTreeMap::new();
-    let mut add = |group: usize, judgement: Judgement, pins: bool| {
+    for (group, judgement, pins) in judgements {
         let place = &search.library.groups[group];
         let named = by_effect.entry(place.effect.id).or_insert(Named {
             effect: place.effect,
@@ -80,7 +108,8 @@ pub fn name_effects(
             Some(joint) => named.joints.push(joint),
             None => named.joints.extend(0..search.library.design.joint_count()),
         }
-        named.usual.extend(place.joint.filter(|_| search.is_usual(group)));
+        // What was not found is not named because the other joints have it.
+        named.usual.extend(place.joint.filter(|_| search.is_usual(group) && !beside.contains(&group)));
         named.gain += judgement.gain;
         named.presence = named.presence.min(judgement.presence);
         named.form = named.form.min(judgement.form);
@@ -88,14 +117,6 @@ pub fn name_effects(
             named.rival = named.rival.or(judgement.rival.map(|rival| (group, rival)));
         }
         named.alternatives.extend(judgement.alternatives);
-    };
-    for &group in &search.active {
-        add(group, judge(search, judged, group), false);
-    }
-    if let (Comparison::Explained(found), Some(stated)) = (comparison, stated) {
-        for &group in found {
-            add(group, judge_absorbed(search, stated, found, group), true);
-        }
     }
     let mut named: Vec<Named> = by_effect.into_values().collect();
     for effect in &mut named {
@@ -192,6 +213,39 @@ impl Named {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::presence::calibration::Calibration;
+    use crate::diagnosis::search::testing::{found, searched};
+    use crate::progress::Monitor;
+    use crate::simulation::{Scenario, simulate};
+
+    /// Friction that the search has not found is named beside what it has if it is as likely there as not, and may be asked about.
+    #[test]
+    fn what_is_likely_beside_what_was_found_is_named_with_its_presence() {
+        let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
+        let mut search = searched(&recording, &["coulomb-friction", "dahl-hysteresis", "joint-spring"]);
+        let (effect, joint) = found(&search)[0];
+        assert_eq!(effect, "coulomb-friction");
+        let group = search.active.remove(0);
+        let family = search.library.groups[group].effect.family;
+        let judged = |presence: f64| {
+            let judged = Judged::of(&search, Calibration::learned()).unwrap();
+            let rest = judged.likely().collect::<Vec<_>>();
+            rest.into_iter()
+                .fold(judged, |judged, (family, joint)| judged.believing(family, joint, 0.99))
+                .believing(family, joint, presence)
+        };
+        assert_eq!(
+            [0.49, 0.5, 0.99].map(|presence| likely_beside(&search, &judged(presence))),
+            [vec![], vec![group], vec![]]
+        );
+        let judged = judged(0.6);
+        let named = name_effects(&mut search, &[group], &Comparison::NotPossible, None, &judged);
+        let friction = named.iter().find(|one| one.effect.id == "coulomb-friction" && one.places().contains(&joint));
+        assert_eq!(friction.unwrap().presence, 0.6);
+        assert!(friction.unwrap().usual.iter().all(|&usual| Some(usual) != joint), "it was not found");
+        search.active.push(group);
+        assert!(likely_beside(&search, &judged).is_empty(), "it is found");
+    }
 
     /// Evidence is twice a logarithm of likelihoods.
     #[test]

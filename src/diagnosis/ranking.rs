@@ -6,7 +6,8 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::candidates::Group;
-use super::report::{Candidate, Ground, Refusal};
+use super::heard::Heard;
+use super::report::{Candidate, Ground, HeldOut, Refusal};
 use super::search::{FEWEST_BLOCKS, Search};
 use super::stated_arm::Comparison;
 use super::withdrawn::Withdrawn;
@@ -51,12 +52,22 @@ pub fn error_drops(search: &Search, monitor: &Monitor) -> Result<Vec<f64>, Model
     Ok(groups.iter().map(of_group).collect())
 }
 
+/// Groups beside what was found, each with what was `heard` of its family.
+pub fn supported(search: &Search, beside: &[usize], heard: &[Heard]) -> Vec<(usize, HeldOut)> {
+    let of_group = |&group: &usize| {
+        let Group { effect, joint, .. } = &search.library.groups[group];
+        Heard::find(heard, effect.family, *joint).map(|one| (group, one.held_out))
+    };
+    beside.iter().filter_map(of_group).collect()
+}
+
 /// All candidates, one line for each effect and joint: first those that are part of the answer, then by their error drop.
 pub fn rank(
     search: &Search,
     drops: &[f64],
     refused: &[(usize, Refusal)],
     doubtful: &[(usize, f64)],
+    supported: &[(usize, HeldOut)],
     withdrawn: &[Withdrawn],
     comparison: &Comparison,
 ) -> Vec<Candidate> {
@@ -73,6 +84,8 @@ pub fn rank(
         let is_withdrawn = |one: &&Withdrawn| one.effect == group.effect && one.joint == group.joint;
         let ground = if let Some(withdrawn) = withdrawn.iter().find(is_withdrawn) {
             withdrawn.ground
+        } else if let Some((_, held_out)) = supported.iter().find(|(other, _)| same(other)) {
+            Ground::Supported(*held_out)
         } else if search.active.iter().any(same) {
             if blocks < FEWEST_BLOCKS { Ground::NotConfirmable { blocks } } else { Ground::Confirmed }
         } else if explained.iter().any(same) {

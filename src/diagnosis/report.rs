@@ -75,18 +75,19 @@ pub struct MissingEffect {
     pub evidence: Vec<Evidence>,
 }
 
-/// What the held-out part says of a family that was found: how much it is missed there if it is left out and the rest is fitted anew, in the
-/// band in which models are fitted.
+/// What the held-out part says of a family that was found, or is as likely there as not: how much it is missed there if it is left out and
+/// the rest is fitted anew, in the band in which models are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
     /// How likely it was there before the held-out part was asked, 0 to 1.
     pub before: f64,
-    /// How many joints feel it.
-    pub joints: usize,
-    /// So many times as large is their squared error without it, where it is held out: the geometric mean over these joints.
+    /// So many times as large is the squared error of the joints that feel it without it, where it is held out: their geometric mean.
     pub rises: f64,
     /// The same in training.
     pub rises_in_training: f64,
+    /// How steady the rise is over pieces of the held-out part: t of its shares of their errors.
+    #[serde(default)]
+    pub t: f64,
 }
 
 /// How likely a family of effects is there.
@@ -231,7 +232,8 @@ impl Report {
 impl Candidate {
     /// Whether it is part of the answer.
     pub fn accepted(&self) -> bool {
-        matches!(self.ground, Ground::Confirmed | Ground::NotConfirmable { .. } | Ground::TellsFromStatedArm)
+        use Ground::{Confirmed, NotConfirmable, Supported, TellsFromStatedArm};
+        matches!(self.ground, Confirmed | NotConfirmable { .. } | Supported(_) | TellsFromStatedArm)
     }
 }
 
@@ -246,6 +248,8 @@ pub enum Ground {
         /// How many there are.
         blocks: usize,
     },
+    /// It is: the search had not found it, or it was in doubt, but it is likely with what the held-out part says.
+    Supported(HeldOut),
     /// It is: it explains how the identified arm differs from the stated one.
     TellsFromStatedArm,
     /// The base parameters take its place.
@@ -262,7 +266,7 @@ pub enum Ground {
         #[serde(default = "contradicted")]
         presence: f64,
     },
-    /// It was found, but with what the held-out part says it is not likely enough to name it.
+    /// It was found, or as likely there as not, but with what the held-out part says it is not likely enough to name it.
     NotSupported(HeldOut),
     /// It was found, but fitted with all that is named it may as well be zero, or is impossible.
     NotShown,
@@ -530,8 +534,8 @@ mod tests {
         let ground = |text: &str| serde_json::from_str::<Ground>(text).unwrap();
         let older = ground(r#"{"kind": "contradicted", "rises": 1.2, "falls": 1.1}"#);
         assert_eq!(older, Ground::Doubtful { presence: 0.25 });
-        let held_out = HeldOut { before: 0.7, joints: 1, rises: 0.9, rises_in_training: 1.1 };
-        for one in [Ground::Doubtful { presence: 0.4 }, Ground::NotSupported(held_out)] {
+        let held_out = HeldOut { before: 0.7, rises: 0.9, rises_in_training: 1.1, t: -0.5 };
+        for one in [Ground::Doubtful { presence: 0.4 }, Ground::NotSupported(held_out), Ground::Supported(held_out)] {
             assert_eq!(ground(&serde_json::to_string(&one).unwrap()), one);
         }
     }

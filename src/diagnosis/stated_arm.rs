@@ -175,7 +175,7 @@ mod tests {
     use crate::simulation::{Excitation, Scenario, simulate};
 
     /// What the comparison says of an arm of one link with a load of 0.5 kg, or none, among these candidates.
-    fn compared(mass: f64, candidates: &[&str], look: impl Fn(&Search, &StatedBody, Comparison)) {
+    fn compared(mass: f64, candidates: &[&str], look: impl Fn(&mut Search, &StatedBody, Comparison)) {
         let motion = Excitation::PaperPointToPoint { trajectories: 8, duration: 4.0, samples: 100, range: 2.0 };
         let load = HiddenEffect { effect: "tip-payload".to_owned(), joint: None, parameters: vec![mass] };
         let effects = if mass > 0.0 { vec![load] } else { Vec::new() };
@@ -186,10 +186,10 @@ mod tests {
         let body = model::fit(&model, &recording, &split, &Monitor::new()).unwrap();
         let effects: Vec<_> = candidates.iter().map(|id| registry::find(id).unwrap()).collect();
         let excerpt = Excerpt::of(&recording, &split);
-        let searched = Searched::new(&effects, &body, &excerpt, &Monitor::new()).unwrap();
+        let mut searched = Searched::new(&effects, &body, &excerpt, &Monitor::new()).unwrap();
         let stated = StatedBody::of(&searched.search, &model).unwrap();
         let comparison = compare(&searched.search, Some(&stated));
-        look(&searched.search, &stated, comparison);
+        look(&mut searched.search, &stated, comparison);
         assert_eq!(compare(&searched.search, None), Comparison::NotPossible);
         let pinned = stated.held(&model);
         assert!(pinned.is_pinned() && StatedBody::of(&searched.search, &pinned).is_none(), "it identifies no body");
@@ -206,7 +206,7 @@ mod tests {
             assert!(worse > 100.0, "{worse}");
             assert!((rival_cost(search, stated, &[load], load, load)).abs() < 1e-6);
             let judged = Judged::of(search, Calibration::learned()).unwrap();
-            let named = naming::name_effects(search, &comparison, Some(stated), &judged);
+            let named = naming::name_effects(search, &[], &comparison, Some(stated), &judged);
             let [named] = &named[..] else { panic!("one effect") };
             assert_eq!((named.effect.id, &*named.joints, named.pins), ("tip-payload", &[0][..], true));
             assert!(named.alternatives.is_empty() && named.presence > 0.97 && named.form > 0.97);

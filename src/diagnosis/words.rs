@@ -186,8 +186,9 @@ impl HeldOut {
     /// How much it is missed, in words, without a full stop.
     pub fn text(&self) -> String {
         format!(
-            "without it the squared error there is × {:.2} (in training × {:.2}); its presence was {:.0} % before",
+            "without it the squared error there is × {:.2}, t = {:.1} (in training × {:.2}); its presence was {:.0} % before",
             self.rises,
+            self.t,
             self.rises_in_training,
             100.0 * self.before
         )
@@ -237,6 +238,7 @@ impl Candidate {
                     100.0 * presence
                 )
             }
+            Ground::Supported(held_out) => format!("held-out data speak for it: {}", held_out.text()),
             Ground::NotSupported(held_out) => format!("held-out data do not speak for it: {}", held_out.text()),
             Ground::NotShown => "fitted with all that is named it may as well be zero, or is impossible".to_owned(),
             Ground::Superfluous => "beside what was found it explains hardly more than chance would".to_owned(),
@@ -492,12 +494,15 @@ mod tests {
 
     #[test]
     fn how_much_is_missed_where_it_is_held_out_stands_in_numbers() {
-        let held_out = HeldOut { before: 0.674, joints: 1, rises: 0.976, rises_in_training: 1.148 };
-        let told = "without it the squared error there is × 0.98 (in training × 1.15); its presence was 67 % before";
+        let held_out = HeldOut { before: 0.674, rises: 0.976, rises_in_training: 1.148, t: -0.3 };
+        let told =
+            "without it the squared error there is × 0.98, t = -0.3 (in training × 1.15); its presence was 67 % before";
         assert_eq!(held_out.text(), told);
-        let ground = Ground::NotSupported(held_out);
         let effect = registry::find("cogging").unwrap();
-        let candidate = Candidate { effect, joint: Some(0), error_drop: 0.1, ground };
-        assert_eq!(candidate.reason(), format!("held-out data do not speak for it: {told}"));
+        let candidate = |ground| Candidate { effect, joint: Some(0), error_drop: 0.1, ground };
+        let [no, yes] = [Ground::NotSupported(held_out), Ground::Supported(held_out)].map(candidate);
+        assert_eq!(no.reason(), format!("held-out data do not speak for it: {told}"));
+        assert_eq!(yes.reason(), format!("held-out data speak for it: {told}"));
+        assert!(yes.accepted() && !no.accepted());
     }
 }

@@ -1,8 +1,8 @@
 //! What the clues of one search amount to: how likely each family is there, and how complete the answer is.
 
 use super::calibration::Calibration;
-use super::{Rest, Sighting, look};
-use crate::diagnosis::heard::Heard;
+use super::{EVEN, Rest, Sighting, look};
+use crate::diagnosis::heard::{BEYOND_DOUBT, Heard};
 use crate::diagnosis::report::{Completeness, Presence};
 use crate::diagnosis::search::Search;
 use crate::effect::Family;
@@ -64,6 +64,13 @@ impl Judged {
         Judged { sightings, ..self }
     }
 
+    /// The families that are as likely there as not, and not beyond doubt, in a form that is possible, each at its place.
+    pub fn likely(&self) -> impl Iterator<Item = (Family, Option<usize>)> {
+        let may_be_asked = |presence: &f64| (EVEN..BEYOND_DOUBT).contains(presence);
+        let likely = self.sightings.iter().filter(move |(one, presence)| one.possible && may_be_asked(presence));
+        likely.map(|(one, _)| (one.family, one.joint))
+    }
+
     /// How likely something of a family is at a place.
     pub fn presence(&self, family: Family, joint: Option<usize>) -> f64 {
         let is_it = |(one, _): &&(Sighting, f64)| one.family == family && one.joint == joint;
@@ -122,5 +129,15 @@ impl Judged {
     /// The joints (from 0) whose answer is not complete.
     pub fn incomplete(&self) -> Vec<usize> {
         self.completeness.iter().filter(|one| !one.complete).map(|one| one.joint).collect()
+    }
+}
+
+#[cfg(test)]
+impl Judged {
+    /// With another probability of a family at a place.
+    pub fn believing(mut self, family: Family, joint: Option<usize>, presence: f64) -> Judged {
+        let own = self.sightings.iter_mut().find(|(one, _)| one.family == family && one.joint == joint);
+        own.expect("it was looked at").1 = presence;
+        self
     }
 }

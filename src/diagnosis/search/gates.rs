@@ -192,7 +192,7 @@ impl BlockGains {
     }
 
     /// From these errors of the blocks to those.
-    fn between(before: &[f64], after: &[f64]) -> Self {
+    pub fn between(before: &[f64], after: &[f64]) -> Self {
         let (gains, shares) = before
             .iter()
             .zip(after)
@@ -214,6 +214,11 @@ impl BlockGains {
     /// t of the paired gains, or of their shares if that is larger.
     fn t(&self) -> f64 {
         paired_t(&self.gains).max(paired_t(&self.shares))
+    }
+
+    /// t of their shares alone; 0 of too few, which have no spread.
+    pub fn t_of_shares(&self) -> f64 {
+        if self.count() < FEWEST_BLOCKS { 0.0 } else { paired_t(&self.shares) }
     }
 
     /// Whether they reach this t, or are [unopposed](is_unopposed) in units of `price`. Too few blocks can't speak against

@@ -16,7 +16,7 @@ mod shape;
 mod state;
 mod swap;
 #[cfg(test)]
-mod testing;
+pub(super) mod testing;
 
 pub use gates::FEWEST_BLOCKS;
 pub use odd::odds_of_form;
