@@ -124,7 +124,7 @@ pub fn diagnose_among(
     effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
     effects.extend(steps::faults_of_readings(recording, &last));
     let supported = ranking::supported(&search, &beside, &heard);
-    let judged = judged.with(heard);
+    let judged = judged.with(heard).without(|family, joint| withdrawn::is_gone(family, joint, &withdrawn, &effects));
     let presence = judged.told();
     let completeness = conclusion::carried_over(judged.completeness(), &last);
     let incomplete = completeness.iter().filter(|one| !one.complete);

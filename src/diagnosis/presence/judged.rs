@@ -96,6 +96,12 @@ impl Judged {
         Judged { heard, ..self }
     }
 
+    /// Without the families of which nothing is left at their places once all that is named is fitted together.
+    pub fn without(mut self, is_gone: impl Fn(Family, Option<usize>) -> bool) -> Judged {
+        self.sightings.retain(|(one, _)| !is_gone(one.family, one.joint));
+        self
+    }
+
     /// The families that are worth a thought, the likeliest first.
     pub fn told(&self) -> Vec<Presence> {
         let presence = |(one, before): &(Sighting, f64)| {
@@ -139,5 +145,25 @@ impl Judged {
         let own = self.sightings.iter_mut().find(|(one, _)| one.family == family && one.joint == joint);
         own.expect("it was looked at").1 = presence;
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::search::testing::searched;
+    use crate::progress::Monitor;
+    use crate::simulation::{Scenario, simulate};
+
+    /// Joints 1 and 2 have dry friction; that of joint 1 has left.
+    #[test]
+    fn what_has_left_is_not_told() {
+        let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
+        let search = searched(&recording, &["coulomb-friction"]);
+        let told = |judged: &Judged| judged.told().iter().map(|one| one.joint).collect::<Vec<_>>();
+        let judged = Judged::of(&search, Calibration::learned()).unwrap();
+        assert_eq!(told(&judged), [Some(0), Some(1)]);
+        let judged = judged.without(|family, joint| (family, joint) == (Family::DryFriction, Some(0)));
+        assert_eq!(told(&judged), [Some(1)]);
     }
 }
