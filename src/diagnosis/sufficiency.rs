@@ -22,8 +22,8 @@ pub struct Suspect {
 
 /// How clearly the data show these effects beside `fitted`: at least 1 where the evidence suffices.
 ///
-/// The true set, with its true shapes, is laid against each set that lacks one of its effects or has another one in its place.
-/// The smallest evidence for the truth (drop of the weighted squared error, less the price of the parameters) counts, in units
+/// The true set, with its true shapes, is laid against each set that lacks one of its effects or has another one in its place, and for
+/// an odd form two everyday effects with no more parameters (Coulomb and viscous friction for a power of the speed). The smallest evidence for the truth (drop of the weighted squared error, less the price of the parameters) counts, in units
 /// of the evidence that a name needs. Effects that the base parameters absorb count where the arm is stated.
 ///
 /// # Errors
@@ -59,7 +59,13 @@ pub fn sufficiency(
         let without: Vec<usize> = groups.iter().copied().filter(|&other| other != group).collect();
         let price = search.price_of(group);
         least = least.min((search.priced_cost(&without) - truth) / (MARGIN * price));
-        for rival in search.rivals(group) {
+        let rivals = search.rivals(group);
+        if !search.library.groups[group].effect.facts.everyday {
+            for set in search.simpler_than(group, &rivals) {
+                least = least.min((search.priced_cost(&set) - truth) / (MARGIN * search.price));
+            }
+        }
+        for rival in rivals {
             // What contains the effect explains as much for a higher price.
             if search.library.groups[rival.group].includes(&search.library.groups[group]) {
                 continue;

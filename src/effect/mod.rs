@@ -257,6 +257,11 @@ impl Effect {
         facts.everyday && self.scope == Scope::Joint && self.shapes().next().is_none() && !facts.absorbed_by_body
     }
 
+    /// Whether it is friction that nearly every joint has.
+    pub fn is_common_friction(&self) -> bool {
+        self.is_common() && !self.facts.is_offset
+    }
+
     /// Whether each of the two alone does nearly what the other does.
     pub fn looks_like(&self, other: &Effect) -> bool {
         self.facts.look_alikes.iter().any(|look_alike| look_alike.effects == [other.id])

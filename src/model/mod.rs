@@ -232,8 +232,7 @@ impl Model {
         if self.terms.iter().any(|term| matches!(term, Term::Resistance(_))) {
             return Vec::new();
         }
-        let common: Vec<&'static Effect> =
-            registry::addable().filter(|effect| effect.is_common() && !effect.facts.is_offset).collect();
+        let common: Vec<&'static Effect> = registry::addable().filter(|effect| effect.is_common_friction()).collect();
         let has = |joint: usize, effect: &Effect| {
             self.effects().any(|term| term.joint == Some(joint) && term.effect.family == effect.family)
         };

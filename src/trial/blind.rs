@@ -217,8 +217,8 @@ impl Trial {
         !self.report.unexplained_joints.is_empty() || self.report.verdict == Verdict::UnknownEffect
     }
 
-    /// Whether the true set, with its true shapes, beats each set that lacks one of its effects or has another one in its place by
-    /// what a name needs.
+    /// Whether the true set, with its true shapes, beats each set that lacks one of its effects or has another one, or two everyday
+    /// ones, in its place by what a name needs.
     pub fn suffices(&self) -> bool {
         self.sufficiency >= 1.0
     }
@@ -320,5 +320,18 @@ mod tests {
         assert!(clear.suffices() && clear.is_exact() && !clear.is_flagged(), "{}", clear.sufficiency);
         assert!(!trial("coulomb-friction", 0.003, 0.1).suffices());
         assert!(!trial("tip-payload", 0.08, 0.02).suffices());
+    }
+
+    /// A power of the speed alone is named where Coulomb and viscous friction together, which have as many parameters, explain clearly less;
+    /// where they explain the same, the evidence suffices for neither.
+    #[test]
+    fn two_everyday_effects_for_an_odd_one_are_laid_beside_it() {
+        let trial = |seed: u64| Drawing::default().case(seed).run(&Monitor::new()).unwrap();
+        let clear = trial(300_033);
+        assert_eq!(clear.expected(), Answer::from([("concave-friction".to_owned(), Some(0))]));
+        assert!(clear.suffices() && clear.is_exact(), "{} {:?}", clear.sufficiency, clear.given());
+        let close = trial(300_041);
+        assert_eq!(close.expected(), clear.expected());
+        assert!(close.sufficiency < 1.0, "{}", close.sufficiency);
     }
 }

@@ -100,6 +100,8 @@ pub struct Wanted {
     pub joint: Option<usize>,
     /// How it was named: right or as another form; `None` if it was missed.
     pub named: Option<Verdict>,
+    /// The presence of the surest name of it, 0 to 1; 0 if it was missed.
+    pub confidence: f64,
 }
 
 /// A parameter whose true value is known.
@@ -155,6 +157,10 @@ pub struct Summary {
     pub sure_right: Option<f64>,
     /// Share of these that is right, another form, or beside.
     pub sure_good: Option<f64>,
+    /// How many effects have to be named.
+    pub wanted: usize,
+    /// Share of these that is named at 90 % or more, as what it is or in another form.
+    pub wanted_sure: Option<f64>,
     /// How many intervals can be checked.
     pub intervals: usize,
     /// Share of these that holds the truth.
@@ -167,6 +173,8 @@ pub struct Summary {
     pub forms: Vec<Reliability>,
     /// How long a diagnosis took, mean.
     pub seconds_per_recording: f64,
+    /// How long the slowest took.
+    pub seconds_of_slowest: f64,
     /// Every recording.
     pub recordings: Vec<Answered>,
 }
@@ -261,9 +269,12 @@ impl Answered {
         let wanted: Vec<Wanted> = truth
             .wanted()
             .map(|planted| {
-                let best = names.iter().map(|name| planted.judge(&name.effect, name.joint)).max();
-                let named = best.filter(|verdict| *verdict >= Verdict::Form);
-                Wanted { effect: planted.effect.clone(), joint: planted.joint, named }
+                let judged = names.iter().map(|name| (planted.judge(&name.effect, name.joint), name.confidence));
+                let of_it = judged.filter(|(verdict, _)| *verdict >= Verdict::Form);
+                let (named, confidence) = of_it.fold((None, 0.0f64), |(best, surest), (verdict, confidence)| {
+                    (best.max(Some(verdict)), surest.max(confidence))
+                });
+                Wanted { effect: planted.effect.clone(), joint: planted.joint, named, confidence }
             })
             .collect();
         let is_clean = names.iter().all(|name| name.verdict.is_good());
@@ -291,7 +302,7 @@ fn asked(one: &Presence, truth: &Truth) -> Option<Asked> {
         return None;
     }
     let is_there = truth.judge(&effect, joint).is_good();
-    let is_common = |other: &&Effect| other.family == one.family && other.is_common() && !other.facts.is_offset;
+    let is_common = |other: &&Effect| other.family == one.family && other.is_common_friction();
     if !is_there && registry::sought().iter().any(is_common) && truth.planted.iter().any(|planted| planted.assumed) {
         return None;
     }
@@ -354,6 +365,8 @@ impl Summary {
         classes.push(Class::of("all", &recordings.iter().collect::<Vec<_>>()));
         let names: Vec<&Name> = recordings.iter().flat_map(|answered| &answered.names).collect();
         let sure: Vec<Verdict> = names.iter().filter(|name| name.confidence >= SURE).map(|name| name.verdict).collect();
+        let wanted: Vec<bool> =
+            recordings.iter().flat_map(|answered| &answered.wanted).map(|wanted| wanted.confidence >= SURE).collect();
         let intervals: Vec<bool> =
             recordings.iter().flat_map(|answered| &answered.intervals).map(|interval| interval.holds).collect();
         let confidences: Vec<(f64, bool)> =
@@ -370,12 +383,15 @@ impl Summary {
             sure_names: sure.len(),
             sure_right: share(sure.iter().map(|verdict| *verdict == Verdict::Right)),
             sure_good: share(sure.iter().map(|verdict| verdict.is_good())),
+            wanted: wanted.len(),
+            wanted_sure: share(wanted),
             intervals: intervals.len(),
             coverage: share(intervals),
             calibration_error: calibration_error(&reliability),
             reliability,
             seconds_per_recording: recordings.iter().map(|answered| answered.seconds).sum::<f64>()
                 / recordings.len().max(1) as f64,
+            seconds_of_slowest: recordings.iter().map(|answered| answered.seconds).fold(0.0, f64::max),
             recordings,
         }
     }
@@ -485,6 +501,11 @@ mod tests {
             form: 1.0,
             verdict,
         };
+        let wanted_as = |&named: &Option<Verdict>| {
+            let of_it = names.iter().filter(|(_, verdict)| Some(*verdict) == named);
+            let confidence = of_it.map(|(confidence, _)| *confidence).fold(0.0, f64::max);
+            Wanted { effect: String::new(), joint: None, named, confidence }
+        };
         let is_clean = names.iter().all(|(_, verdict)| verdict.is_good());
         Answered {
             name: String::new(),
@@ -492,7 +513,7 @@ mod tests {
             exact: is_clean && wanted.iter().all(|named| *named == Some(Verdict::Right)),
             in_family: is_clean && wanted.iter().all(Option::is_some),
             names: names.iter().map(name).collect(),
-            wanted: wanted.iter().map(|&named| Wanted { effect: String::new(), joint: None, named }).collect(),
+            wanted: wanted.iter().map(wanted_as).collect(),
             asked: Vec::new(),
             flagged: kind == "unknown",
             intervals: Vec::new(),
@@ -507,18 +528,20 @@ mod tests {
             answered("none", &[(0.45, Verdict::False)], &[]),
             answered("single", &[(0.95, Verdict::Form), (0.99, Verdict::Beside)], &[Some(Verdict::Form)]),
             answered("single", &[(0.99, Verdict::Right)], &[Some(Verdict::Right), None]),
+            answered("single", &[(0.89, Verdict::Right)], &[Some(Verdict::Right)]),
             answered("unknown", &[(0.9, Verdict::StandIn), (0.3, Verdict::StandIn)], &[]),
         ]);
         let kinds: Vec<&str> = summary.classes.iter().map(|class| class.kind.as_str()).collect();
         assert_eq!(kinds, ["none", "single", "unknown", "known", "all"]);
         let [none, single, unknown, known, all] = &summary.classes[..] else { panic!("{kinds:?}") };
         assert_eq!((none.exact, none.in_family, none.false_names), (Some(0.5), Some(0.5), 0.5));
-        assert_eq!((single.exact, single.in_family), (Some(0.0), Some(0.5)));
-        assert_eq!((single.right, single.form, single.missed), (1, 1, 1));
+        assert_eq!((single.exact, single.in_family), (Some(1.0 / 3.0), Some(2.0 / 3.0)));
+        assert_eq!((single.right, single.form, single.missed), (2, 1, 1));
         assert_eq!((unknown.stand_ins, unknown.flagged, unknown.exact), (2.0, Some(1.0), Some(0.0)));
-        assert_eq!((known.recordings, known.in_family, known.flagged), (4, Some(0.5), Some(0.0)));
-        assert_eq!((all.recordings, all.false_names), (5, 0.2));
-        assert_eq!((summary.names, summary.sure_names), (6, 4));
+        assert_eq!((known.recordings, known.in_family, known.flagged), (5, Some(0.6), Some(0.0)));
+        assert_eq!((all.recordings, all.false_names), (6, 1.0 / 6.0));
+        assert_eq!((summary.names, summary.sure_names), (7, 4));
+        assert_eq!((summary.wanted, summary.wanted_sure), (4, Some(0.5)), "one is missed, one at 89 %");
         assert_eq!((summary.sure_right, summary.sure_good), (Some(0.25), Some(0.75)));
         assert_eq!((summary.intervals, summary.coverage), (0, None));
     }

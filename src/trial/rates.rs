@@ -46,6 +46,8 @@ pub struct Rates {
     pub calibration_error: Option<f64>,
     /// How long a diagnosis took, mean.
     pub seconds_per_recording: f64,
+    /// How long the slowest took.
+    pub seconds_of_slowest: f64,
     /// How long a recording was, mean.
     pub samples_per_recording: f64,
     /// Every effect of the catalogue.
@@ -109,6 +111,7 @@ impl Rates {
             error_over_noise_floor: ratios.get(ratios.len() / 2).copied(),
             calibration_error: calibration_error(&reliability),
             seconds_per_recording: trials.iter().map(|trial| trial.seconds).sum::<f64>() / count,
+            seconds_of_slowest: trials.iter().map(|trial| trial.seconds).fold(0.0, f64::max),
             samples_per_recording: trials.iter().map(|trial| trial.samples as f64).sum::<f64>() / count,
             by_effect: by_effect(&known),
             reliability,

@@ -26,9 +26,9 @@ use crate::trial::{TrialError, answer_of};
 /// hides three, and in one the single hidden effect is left out of the candidates, so that it is unknown. All effects of the
 /// catalogue are hidden; one that no data tell from a sum of others is to be named as that sum.
 ///
-/// The evidence suffices if the true set, with its true shapes, beats each set that lacks one of its effects or has another
-/// one in its place by what a name needs: 1.5 ln(samples) for each parameter. Rates are about draws where it does; those about
-/// all draws are beside them.
+/// The evidence suffices if the true set, with its true shapes, beats each set that lacks one of its effects, has another one in its
+/// place, or two everyday ones with no more parameters, by what a name needs: 1.5 ln(samples) for each parameter. Rates are about draws
+/// where it does; those about all draws are beside them.
 ///
 /// With --recordings the truth was made by others: a folder of NAME.npz, each with a NAME.json that says what acts there. An
 /// answer is exact if every strong effect is named as what it is and nothing falsely; in family if another form of it will do.
@@ -204,6 +204,7 @@ fn print(rates: &Rates) {
         ("error / noise floor", plain(rates.error_over_noise_floor)),
         ("calibration error", plain(rates.calibration_error)),
         ("s each", number(rates.seconds_per_recording)),
+        ("s, the slowest", number(rates.seconds_of_slowest)),
         ("samples each", number(rates.samples_per_recording)),
     ];
     let cells: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();

@@ -64,10 +64,9 @@ impl Judged {
         Judged { sightings, ..self }
     }
 
-    /// The families that are as likely there as not, and not beyond doubt, in a form that is possible, each at its place.
+    /// The families that are as likely there as not, and not beyond doubt, each at its place.
     pub fn likely(&self) -> impl Iterator<Item = (Family, Option<usize>)> {
-        let may_be_asked = |presence: &f64| (EVEN..BEYOND_DOUBT).contains(presence);
-        let likely = self.sightings.iter().filter(move |(one, presence)| one.possible && may_be_asked(presence));
+        let likely = self.sightings.iter().filter(|(_, presence)| (EVEN..BEYOND_DOUBT).contains(presence));
         likely.map(|(one, _)| (one.family, one.joint))
     }
 

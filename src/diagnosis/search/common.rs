@@ -63,8 +63,7 @@ impl Search<'_> {
     /// The candidates of friction that nearly every joint has.
     pub(super) fn common(&self) -> impl Iterator<Item = usize> {
         let groups = &self.library.groups;
-        let is_common = |group: &usize| groups[*group].effect.is_common() && !groups[*group].effect.facts.is_offset;
-        (0..groups.len()).filter(is_common)
+        (0..groups.len()).filter(|&group| groups[group].effect.is_common_friction())
     }
 
     /// Their families.

@@ -36,7 +36,9 @@ impl Search<'_> {
     /// # Errors
     /// [`ModelError`] if a column can't be computed.
     pub fn prefer_common(&mut self, certainty: impl Fn(usize) -> f64) -> Result<bool, ModelError> {
-        self.take_otherwise(certainty, |search, other| !gates::is_confirmed_as_odd(search, &other.set, &search.active))
+        self.take_otherwise(certainty, |search, worse, other| {
+            !gates::is_confirmed_as_odd(search, &other.set, &search.active, worse)
+        })
     }
 
     /// The same after something has left the set without which blocks confirm little: they decide only where most of the other joints have
@@ -45,17 +47,19 @@ impl Search<'_> {
     /// # Errors
     /// As [`Search::prefer_common`].
     pub fn prefer_likelier(&mut self, certainty: impl Fn(usize) -> f64) -> Result<bool, ModelError> {
-        self.take_otherwise(certainty, |search, other| {
+        self.take_otherwise(certainty, |search, worse, other| {
             let mut new = other.set.iter().filter(|group| !search.active.contains(group));
-            new.all(|&group| search.is_usual(group)) && !gates::is_confirmed_as_odd(search, &other.set, &search.active)
+            new.all(|&group| search.is_usual(group))
+                && !gates::is_confirmed_as_odd(search, &other.set, &search.active, worse)
         })
     }
 
-    /// Takes of each joint the likeliest of the other sets that are likelier than what was found or, if no odd form stays, `as_good`.
+    /// Takes of each joint the likeliest of the other sets that are likelier than what was found or, if no odd form stays, `as_good` with
+    /// this evidence against it.
     fn take_otherwise(
         &mut self,
         certainty: impl Fn(usize) -> f64,
-        as_good: impl Fn(&Self, &Otherwise) -> bool,
+        as_good: impl Fn(&Self, f64, &Otherwise) -> bool,
     ) -> Result<bool, ModelError> {
         let before = self.active.clone();
         for joint in 0..self.weights.len() {
@@ -67,7 +71,7 @@ impl Search<'_> {
                 if other.keeps_odd {
                     is_likelier && gates::is_confirmed_as_everyday(self, &self.active, &other.set)
                 } else {
-                    is_likelier || as_good(self, other)
+                    is_likelier || as_good(self, *worse, other)
                 }
             };
             let others = self.otherwise_on(joint).into_iter().map(|other| (worse(&other), other));

@@ -41,36 +41,38 @@ impl Search<'_> {
     /// Puts everyday effects, or none, in the place of an odd one that has hardly more evidence, or that left-out blocks don't
     /// confirm against them; whether any changed.
     pub(super) fn simplify(&mut self) -> bool {
-        let groups = &self.library.groups;
+        let is_odd = |group: &usize| !self.library.groups[*group].effect.facts.everyday;
         let before = self.active.clone();
-        for odd in before.iter().copied().filter(|&group| !groups[group].effect.facts.everyday) {
-            let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != odd).collect();
-            let everyday: Vec<usize> = self
-                .rivals(odd)
-                .into_iter()
-                .map(|rival| rival.group)
-                .filter(|&rival| groups[rival].effect.facts.everyday && groups[rival].joint == groups[odd].joint)
-                .collect();
-            let alone = everyday.iter().map(|&first| vec![first]);
-            let pairs = everyday.iter().flat_map(|&first| {
-                let is_other = move |second: &&usize| groups[**second].effect.id > groups[first].effect.id;
-                everyday.iter().filter(is_other).map(move |&second| vec![first, second])
-            });
-            let size = |set: &[usize]| set.iter().map(|&group| groups[group].parameter_count()).sum::<usize>();
-            let simple =
-                alone.chain(pairs).chain([Vec::new()]).filter(|set| size(set) <= groups[odd].parameter_count());
-            let sets = simple.map(|set| others.iter().copied().chain(set).collect::<Vec<usize>>());
+        for odd in before.iter().copied().filter(is_odd).collect::<Vec<_>>() {
             let now = self.priced_cost(&self.active);
-            let is_as_good = |set: &Vec<usize>| {
-                gates::are_new_ones_physical(self, set)
-                    && (self.priced_cost(set) < now + CLOSE || !gates::is_confirmed(self, set, &self.active))
-            };
-            let best = sets.filter(is_as_good).min_by(|a, b| self.priced_cost(a).total_cmp(&self.priced_cost(b)));
+            let is_as_good =
+                |set: &Vec<usize>| self.priced_cost(set) < now + CLOSE || !gates::is_confirmed(self, set, &self.active);
+            let best = self.simpler_than(odd, &self.rivals(odd)).into_iter().filter(is_as_good);
+            let best = best.min_by(|a, b| self.priced_cost(a).total_cmp(&self.priced_cost(b)));
             if let Some(set) = best {
                 self.active = set;
             }
         }
         self.active != before
+    }
+
+    /// The sets in which one everyday effect of the same joint, two or none stand for `odd`, with no more parameters than it has. Those
+    /// with impossible parameters are left out.
+    pub fn simpler_than(&self, odd: usize, rivals: &[Rival]) -> Vec<Vec<usize>> {
+        let groups = &self.library.groups;
+        let others: Vec<usize> = self.active.iter().copied().filter(|&other| other != odd).collect();
+        let is_everyday =
+            |rival: &usize| groups[*rival].effect.facts.everyday && groups[*rival].joint == groups[odd].joint;
+        let everyday: Vec<usize> = rivals.iter().map(|rival| rival.group).filter(is_everyday).collect();
+        let alone = everyday.iter().map(|&first| vec![first]);
+        let pairs = everyday.iter().flat_map(|&first| {
+            let is_other = move |second: &&usize| groups[**second].effect.id > groups[first].effect.id;
+            everyday.iter().filter(is_other).map(move |&second| vec![first, second])
+        });
+        let size = |set: &[usize]| set.iter().map(|&group| groups[group].parameter_count()).sum::<usize>();
+        let simple = alone.chain(pairs).chain([Vec::new()]).filter(|set| size(set) <= groups[odd].parameter_count());
+        let sets = simple.map(|set| others.iter().copied().chain(set).collect::<Vec<usize>>());
+        sets.filter(|set| gates::are_new_ones_physical(self, set)).collect()
     }
 
     /// The sets in which another effect that meets `group` on a joint, or the same effect on another joint, stands for it.
