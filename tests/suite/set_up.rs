@@ -7,12 +7,12 @@ use serde_json::Value;
 use torquescope::arm::Posture;
 use torquescope::diagnosis::setup;
 use torquescope::progress::Monitor;
-use torquescope::recording::Recording;
 use torquescope::recording::catalogue;
 use torquescope::recording::check::check;
 use torquescope::recording::correction::Correction;
 use torquescope::recording::finding::{Finding, FindingKind};
 use torquescope::recording::read::{ReadOptions, read};
+use torquescope::recording::{Origin, Recording};
 
 use crate::outside::real_logs;
 
@@ -167,6 +167,17 @@ const IN_SPACE: [(&str, &str); 12] = [
     ("factor-velocity@1,2,3,4,5,6=0.1", "factor-velocity@1,2,3,4,5,6=10"),
 ];
 
+/// Whether it is that correction; a factor is searched for, and comes out within two per cent.
+fn is_nearly(found: &str, right: &str) -> bool {
+    let parts = |text: &str| text.split_once('=').map(|(what, value)| (what.to_owned(), value.parse::<f64>().ok()));
+    match (parts(found), parts(right)) {
+        (Some((what, Some(found))), Some((expected, Some(right)))) if what.starts_with("factor") => {
+            what == expected && (found / right - 1.0).abs() < 0.02
+        }
+        _ => found == right,
+    }
+}
+
 #[test]
 #[ignore = "measures: clean logs of real arms and of another engine, and mistakes in logs in space"]
 fn rates_on_logs_of_others() {
@@ -202,10 +213,22 @@ fn rates_on_logs_of_others() {
         let begin = std::time::Instant::now();
         println!("clean {name}: {:?}, {:.2} s", told(&import.recording), begin.elapsed().as_secs_f64());
         if import.recording.chain.is_some() && import.recording.joint_count() == 6 {
+            let provenance = &import.recording.provenance;
             for (mistake, right) in IN_SPACE {
+                // What is derived is wrong with that from which it is derived.
+                let derives = |origin: &Origin| mistake.starts_with("factor-velocity") && *origin != Origin::Measured;
+                if derives(&provenance.velocity) {
+                    continue;
+                }
+                let of_rates = |text: &str| text.replace("velocity", "rates");
+                let [mistake, right] = if derives(&provenance.acceleration) {
+                    [mistake, right].map(of_rates)
+                } else {
+                    [mistake, right].map(str::to_owned)
+                };
                 let begin = std::time::Instant::now();
-                let found = told(&with_mistake(&import.recording, mistake)).join(" ");
-                let verdict = if found == right { "ok" } else { "--" };
+                let found = told(&with_mistake(&import.recording, &mistake)).join(" ");
+                let verdict = if is_nearly(&found, &right) { "ok" } else { "--" };
                 println!("{name} {verdict} {mistake}: {found}, {:.2} s", begin.elapsed().as_secs_f64());
             }
         }
