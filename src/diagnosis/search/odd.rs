@@ -36,8 +36,8 @@ impl Search<'_> {
     /// # Errors
     /// [`ModelError`] if a column can't be computed.
     pub fn prefer_common(&mut self, certainty: impl Fn(usize) -> f64) -> Result<bool, ModelError> {
-        self.take_otherwise(certainty, |search, worse, other| {
-            !gates::is_confirmed_as_odd(search, &other.set, &search.active, worse)
+        self.take_otherwise(certainty, |search, other, (joint, evidence)| {
+            !gates::is_confirmed_as_odd(search, &other.set, &search.active, joint, evidence)
         })
     }
 
@@ -47,19 +47,19 @@ impl Search<'_> {
     /// # Errors
     /// As [`Search::prefer_common`].
     pub fn prefer_likelier(&mut self, certainty: impl Fn(usize) -> f64) -> Result<bool, ModelError> {
-        self.take_otherwise(certainty, |search, worse, other| {
+        self.take_otherwise(certainty, |search, other, (joint, evidence)| {
             let mut new = other.set.iter().filter(|group| !search.active.contains(group));
             new.all(|&group| search.is_usual(group))
-                && !gates::is_confirmed_as_odd(search, &other.set, &search.active, worse)
+                && !gates::is_confirmed_as_odd(search, &other.set, &search.active, joint, evidence)
         })
     }
 
-    /// Takes of each joint the likeliest of the other sets that are likelier than what was found or, if no odd form stays, `as_good` with
-    /// this evidence against it.
+    /// Takes of each joint the likeliest of the other sets that are likelier than what was found or, if no odd form stays, `as_good` on
+    /// that joint with this evidence against it.
     fn take_otherwise(
         &mut self,
         certainty: impl Fn(usize) -> f64,
-        as_good: impl Fn(&Self, f64, &Otherwise) -> bool,
+        as_good: impl Fn(&Self, &Otherwise, (usize, f64)) -> bool,
     ) -> Result<bool, ModelError> {
         let before = self.active.clone();
         for joint in 0..self.weights.len() {
@@ -71,7 +71,7 @@ impl Search<'_> {
                 if other.keeps_odd {
                     is_likelier && gates::is_confirmed_as_everyday(self, &self.active, &other.set)
                 } else {
-                    is_likelier || as_good(self, *worse, other)
+                    is_likelier || as_good(self, other, (joint, *worse))
                 }
             };
             let others = self.otherwise_on(joint).into_iter().map(|other| (worse(&other), other));

@@ -45,8 +45,10 @@ impl Search<'_> {
         let before = self.active.clone();
         for odd in before.iter().copied().filter(is_odd).collect::<Vec<_>>() {
             let now = self.priced_cost(&self.active);
-            let is_as_good =
-                |set: &Vec<usize>| self.priced_cost(set) < now + CLOSE || !gates::is_confirmed(self, set, &self.active);
+            let is_as_good = |set: &Vec<usize>| {
+                let evidence = self.priced_cost(set) - now;
+                evidence < CLOSE || !gates::is_confirmed_as_found(self, set, &self.active, odd, evidence)
+            };
             let best = self.simpler_than(odd, &self.rivals(odd)).into_iter().filter(is_as_good);
             let best = best.min_by(|a, b| self.priced_cost(a).total_cmp(&self.priced_cost(b)));
             if let Some(set) = best {
