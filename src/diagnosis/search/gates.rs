@@ -188,16 +188,14 @@ pub fn is_confirmed_as_found(search: &Search, before: &[usize], after: &[usize],
 
 /// The least t of left-out blocks for this much evidence (ln likelihood, doubled). In white noise evidence D² comes with t = D / 2 on
 /// average, so that blocks that reach less don't speak against it. Where more than noise is left, evidence is no more than it is there;
-/// and where other joints have common friction, it needs more than a difference in noise to call that of one joint odd.
+/// and where other joints have common friction, or there are none to ask, it needs more than a difference in noise to call that of one
+/// joint odd.
 fn with_evidence(search: &Search, set: &[usize], joint: usize, least_t: f64, evidence: f64) -> f64 {
     let structure = search.structure(joint, &search.factors(set));
     let expected = evidence.max(0.0).sqrt() / 2.0;
     let mut common = search.common().filter(|&group| search.library.groups[group].joint == Some(joint));
-    if structure < WHITE && !common.any(|group| search.is_usual(group)) {
-        least_t.min((expected - SHORT_OF_T).max(0.0))
-    } else {
-        least_t
-    }
+    let is_expected = search.weights.len() == 1 || common.any(|group| search.is_usual(group));
+    if structure < WHITE && !is_expected { least_t.min((expected - SHORT_OF_T).max(0.0)) } else { least_t }
 }
 
 /// The same where the set `after` has more that nearly every joint has.
