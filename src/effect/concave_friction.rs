@@ -18,7 +18,8 @@ pub static EFFECT: Effect = Effect {
     axis: Axis::Velocity,
     parameters: &[
         ParameterSpec::linear("film_coefficient", "c", Dimension::Torque).at_least(0.0),
-        ParameterSpec::shape("film_exponent", "α", Dimension::Ratio, &[0.3, 0.5, 0.7]).between(0.15, 0.9),
+        // Greases have 0.4 to 0.7 (Carvalho Bittencourt and Axelsson, 2014); what grows less than that is dry friction in other words.
+        ParameterSpec::shape("film_exponent", "α", Dimension::Ratio, &[0.3, 0.5, 0.7]).between(0.3, 0.9),
     ],
     facts: Facts::USUAL,
 };
@@ -27,13 +28,13 @@ struct ConcaveFriction;
 
 impl AddsTorque for ConcaveFriction {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Result<Vec<Column>, Lack> {
-        let qd = &motion.trajectory.qd[joint];
-        let torque = qd.iter().map(|&qd| qd.abs().powf(shape[0]) * motion.direction(joint, qd));
+        // It is 0 at standstill and does not jump: unlike dry friction it has no width in which it turns round.
+        let torque = motion.trajectory.qd[joint].iter().map(|&qd| qd.abs().powf(shape[0]) * sign(qd));
         Ok(vec![Column::on_joint(joint, torque)])
     }
 
     fn closed_form(&self) -> Option<ClosedForm> {
-        ClosedForm::on_joint(&["abs(qd)^alpha * direction"], &["alpha"])
+        ClosedForm::on_joint(&["abs(qd)^alpha * sign(qd)"], &["alpha"])
     }
 }
 

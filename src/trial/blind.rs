@@ -326,12 +326,12 @@ mod tests {
     /// where they explain the same, the evidence suffices for neither.
     #[test]
     fn two_everyday_effects_for_an_odd_one_are_laid_beside_it() {
-        let trial = |seed: u64| Drawing::default().case(seed).run(&Monitor::new()).unwrap();
-        let clear = trial(300_033);
-        assert_eq!(clear.expected(), Answer::from([("concave-friction".to_owned(), Some(0))]));
+        let drawing = Drawing { hidden: Some(1), only: vec!["concave-friction".to_owned()], ..Drawing::default() };
+        let trial = |seed: u64| drawing.case(seed).run(&Monitor::new()).unwrap();
+        let clear = trial(400_000);
         assert!(clear.suffices() && clear.is_exact(), "{} {:?}", clear.sufficiency, clear.given());
-        let close = trial(300_041);
-        assert_eq!(close.expected(), clear.expected());
-        assert!(close.sufficiency < 1.0, "{}", close.sufficiency);
+        // On one of two joints noise drowns the difference.
+        let close = trial(400_011);
+        assert!(close.sufficiency < 1.0 && !close.is_exact(), "{} {:?}", close.sufficiency, close.given());
     }
 }
