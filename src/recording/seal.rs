@@ -61,6 +61,10 @@ pub struct Cause {
     pub parameters: Vec<f64>,
     /// RMS of the torque that it really caused, over the RMS of the logged torque of the joints that felt it.
     pub share: f64,
+    /// Of something that the registry does not have: how much of that share is left when a rigid body, and what nearly every joint has, are
+    /// fitted to its torque along the motion. `None` where nobody looked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beside_everyday: Option<f64>,
 }
 
 /// The sealed block is damaged.

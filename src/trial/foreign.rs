@@ -57,6 +57,9 @@ pub struct Answered {
     pub asked: Vec<Asked>,
     /// Whether the diagnosis says that there is more than it names.
     pub flagged: bool,
+    /// Where something is outside the catalogue: the share of a joint's torque in which it does what nothing everyday can do, on the joint
+    /// where that is largest; `None` where nobody looked.
+    pub beside_everyday: Option<f64>,
     /// For each parameter of a right name that is known and has an interval: whether the interval holds it.
     pub intervals: Vec<Interval>,
     /// How long the diagnosis took \[s\].
@@ -161,6 +164,11 @@ pub struct Summary {
     pub wanted: usize,
     /// Share of these that is named at 90 % or more, as what it is or in another form.
     pub wanted_sure: Option<f64>,
+    /// How many recordings hold something outside the catalogue that shows: on some joint at least [`SHOWS`] of the torque is what nothing
+    /// everyday does, or nobody looked.
+    pub showing: usize,
+    /// Share of these that is said to have more than is named.
+    pub showing_flagged: Option<f64>,
     /// How many intervals can be checked.
     pub intervals: usize,
     /// Share of these that holds the truth.
@@ -287,6 +295,7 @@ impl Answered {
             wanted,
             asked: report.presence.iter().filter_map(|one| asked(one, truth)).collect(),
             flagged: !report.unexplained_joints.is_empty() || report.verdict == diagnosis::Verdict::UnknownEffect,
+            beside_everyday: truth.planted.iter().filter_map(|planted| planted.beside_everyday).reduce(f64::max),
             intervals: report.effects.iter().flat_map(|named| intervals_of(named, truth)).collect(),
             seconds,
         }
@@ -367,6 +376,10 @@ impl Summary {
         let sure: Vec<Verdict> = names.iter().filter(|name| name.confidence >= SURE).map(|name| name.verdict).collect();
         let wanted: Vec<bool> =
             recordings.iter().flat_map(|answered| &answered.wanted).map(|wanted| wanted.confidence >= SURE).collect();
+        let shows = |answered: &&Answered| {
+            answered.kind == UNKNOWN && answered.beside_everyday.is_none_or(|share| share >= SHOWS)
+        };
+        let showing: Vec<bool> = recordings.iter().filter(shows).map(|answered| answered.flagged).collect();
         let intervals: Vec<bool> =
             recordings.iter().flat_map(|answered| &answered.intervals).map(|interval| interval.holds).collect();
         let confidences: Vec<(f64, bool)> =
@@ -385,6 +398,8 @@ impl Summary {
             sure_good: share(sure.iter().map(|verdict| verdict.is_good())),
             wanted: wanted.len(),
             wanted_sure: share(wanted),
+            showing: showing.len(),
+            showing_flagged: share(showing),
             intervals: intervals.len(),
             coverage: share(intervals),
             calibration_error: calibration_error(&reliability),
@@ -396,6 +411,10 @@ impl Summary {
         }
     }
 }
+
+/// Something outside the catalogue shows from this share of a joint's torque (RMS) on, in which nothing everyday does the same: what an
+/// answer may leave of it without being called incomplete.
+pub const SHOWS: f64 = 0.01;
 
 /// The class of recordings with something outside the catalogue.
 const UNKNOWN: &str = "unknown";
@@ -516,9 +535,28 @@ mod tests {
             wanted: wanted.iter().map(wanted_as).collect(),
             asked: Vec::new(),
             flagged: kind == "unknown",
+            beside_everyday: None,
             intervals: Vec::new(),
             seconds: 1.0,
         }
+    }
+
+    #[test]
+    fn what_is_unknown_counts_as_showing_where_the_everyday_does_not_do_the_same() {
+        let unknown = |beside_everyday: Option<f64>, flagged: bool| Answered {
+            beside_everyday,
+            flagged,
+            ..answered("unknown", &[], &[])
+        };
+        let summary = Summary::of(vec![
+            unknown(Some(0.5 * SHOWS), false),
+            unknown(Some(2.0 * SHOWS), true),
+            unknown(Some(3.0 * SHOWS), false),
+            unknown(None, true),
+            unknown(None, true),
+            answered("single", &[], &[]),
+        ]);
+        assert_eq!((summary.showing, summary.showing_flagged), (4, Some(0.75)));
     }
 
     #[test]

@@ -37,6 +37,7 @@ impl Place<'_> {
             unknown: effect.is_none(),
             absorbed: false,
             assumed: false,
+            beside_everyday: None,
             parameters,
         }
     }

@@ -37,6 +37,10 @@ pub struct Planted {
     /// named again, and its name counts neither way.
     #[serde(default)]
     pub assumed: bool,
+    /// Of something outside the catalogue: the share of its joint's torque (RMS) in which it does what a rigid body and what nearly every
+    /// joint has can't do along that motion, if somebody looked.
+    #[serde(default)]
+    pub beside_everyday: Option<f64>,
     /// Its parameters by the catalogue's names, as far as they have them.
     pub parameters: BTreeMap<String, f64>,
 }

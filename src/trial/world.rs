@@ -68,7 +68,13 @@ pub fn truth_of(recording: &Recording, kind: &str, with_speed: bool) -> Result<T
     let mut causes = Vec::new();
     if let Some(truth) = opened {
         // What formulas hide they hide as strongly as it says.
-        let whole = |HiddenEffect { effect, joint, parameters }| Cause { effect, joint, parameters, share: 1.0 };
+        let whole = |HiddenEffect { effect, joint, parameters }| Cause {
+            effect,
+            joint,
+            parameters,
+            share: 1.0,
+            beside_everyday: None,
+        };
         causes = if truth.causes.is_empty() { truth.effects.into_iter().map(whole).collect() } else { truth.causes };
     }
     let planted = causes.iter().map(|cause| planted(cause, recording.joint_count())).collect();
@@ -79,7 +85,8 @@ pub fn truth_of(recording: &Recording, kind: &str, with_speed: bool) -> Result<T
 fn planted(cause: &Cause, joints: usize) -> Planted {
     let place = Place { effect: &cause.effect, joint: cause.joint.map(|joint| joint + 1), joints };
     let parameters = kin::parameters(&cause.effect, &cause.parameters);
-    Planted { absorbed: place.is_absorbed(), ..place.planted(cause.share, parameters) }
+    let planted = place.planted(cause.share, parameters);
+    Planted { absorbed: place.is_absorbed(), beside_everyday: cause.beside_everyday, ..planted }
 }
 
 #[cfg(test)]
@@ -110,8 +117,13 @@ mod tests {
 
     #[test]
     fn causes_are_put_in_the_words_of_the_judge() {
-        let cause =
-            |effect: &str, joint, share| Cause { effect: effect.to_owned(), joint, parameters: vec![1.0], share };
+        let cause = |effect: &str, joint, share| Cause {
+            effect: effect.to_owned(),
+            joint,
+            parameters: vec![1.0],
+            share,
+            beside_everyday: None,
+        };
         let friction = planted(&cause("coulomb-friction", Some(1), 0.1), 3);
         assert_eq!(friction.judge("dahl-hysteresis", Some(2)), Verdict::Form);
         assert_eq!(friction.judge("dahl-hysteresis", Some(1)), Verdict::WrongJoint);

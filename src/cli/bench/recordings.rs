@@ -149,6 +149,7 @@ fn print_summary(summary: &Summary) {
         (format!("names at 90 % or more ({}): right", summary.sure_names), percent(summary.sure_right)),
         ("the same: right, another form or beside".to_owned(), percent(summary.sure_good)),
         (format!("strong effects (of {}) present at 90 % or more", summary.wanted), percent(summary.wanted_sure)),
+        (format!("something unknown that shows (of {}): flagged", summary.showing), percent(summary.showing_flagged)),
         (format!("95 % interval holds truth (of {})", summary.intervals), percent(summary.coverage)),
         ("calibration error".to_owned(), summary.calibration_error.map_or("–".to_owned(), number)),
         ("s each".to_owned(), number(summary.seconds_per_recording)),

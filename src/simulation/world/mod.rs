@@ -11,7 +11,8 @@
 //!         encoders    log of torque         links ← floor, cables, payloads
 //! ```
 //!
-//! The sealed truth lists what was hidden, each with the share of its joint's torque that it really had.
+//! The sealed truth lists what was hidden, each with the share of its joint's torque that it really had; of what the catalogue does not
+//! have also the share that nothing everyday could have had along that motion (`shown`).
 //!
 //! # Steps
 //! The engine is of first order, so a world moves in steps of 0.1 ms unless the scenario says otherwise: accelerations are then
@@ -26,6 +27,7 @@ mod plan;
 mod run;
 mod sensors;
 mod servo;
+mod shown;
 mod transmission;
 
 use serde::{Deserialize, Serialize};
@@ -39,11 +41,13 @@ use super::{Draw, Excitation, SimulationError, demand, random, sensor};
 use crate::arm::Arm;
 use crate::effect::registry;
 use crate::progress::Monitor;
+use crate::recording::differentiate::{low_pass_joints, trusted_range};
 use crate::recording::seal::{Cause, HiddenEffect, Seal, Truth};
 use crate::recording::torque::TorqueFacts;
 use crate::recording::{Joint, Recording, Trajectory};
+use crate::signals::Signals;
 use plan::{Name, Plan};
-use run::{Clock, Tally};
+use run::{Clock, Done};
 
 /// Longest step of the engine where a scenario does not say \[s\].
 const LONGEST_STEP: f64 = 1e-4;
@@ -181,26 +185,37 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
     let clock = scenario.clock()?;
     let joints = scenario.arm.joint_count();
     let names = scenario.plan().hidden;
-    let mut tally = Tally::new(names.len(), joints);
     let [mut motion, mut model] = [Draw::Motion, Draw::Model].map(|draw| random(scenario.seed, draw));
     let count = scenario.motion.trajectory_count();
-    let mut runs = Vec::with_capacity(count);
+    let (mut runs, mut done) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for number in 0..count {
         let paths = scenario.motion.draw(joints, &mut motion);
         let share = number as f32 / count as f32..(number + 1) as f32 / count as f32;
-        let (mut run, done) = in_steps_that_hold(clock, &mut model, |clock, model| {
+        let (mut run, did) = in_steps_that_hold(clock, &mut model, |clock, model| {
             let Scenario { servo, sensors, .. } = scenario;
             run::run(scenario.plan(), &paths, clock, servo, sensors, model, monitor, share.clone())
         })?;
         run.name = format!("run {}", number + 1);
         runs.push(run);
-        tally.add(&done);
+        done.push(did);
     }
     let deviations = deviations(&scenario.sensors, &runs);
+    let logged = squares(&runs.iter().map(|run| &run.tau).collect::<Vec<_>>());
     let mut noise = random(scenario.seed, Draw::Noise);
     let cutoffs: Vec<f64> = runs.iter_mut().map(|run| scenario.sensors.read(run, &deviations, &mut noise)).collect();
     let [_, torque_noise] = deviations;
-    let causes = causes(&names, &tally);
+    let of_slot = |slot: usize| done.iter().map(|did: &Done| &did[slot]).collect::<Vec<&Signals>>();
+    let did: Vec<Vec<&Signals>> = (0..names.len()).map(of_slot).collect();
+    // Filtered and cut as the log was: what is faster is not in it, and need not be where masses take up a jerk.
+    let step = clock.sample_step;
+    let in_log = |torque: &&Signals, cutoff: &f64| {
+        let kept = trusted_range(torque.sample_count(), step, *cutoff);
+        low_pass_joints(torque, step, *cutoff).cut(kept)
+    };
+    let seen = |torque: &[&Signals]| -> Vec<Signals> {
+        torque.iter().zip(&cutoffs).map(|(torque, cutoff)| in_log(torque, cutoff)).collect()
+    };
+    let causes = causes(&names, &did, &logged, |torque| shown::left(&scenario.arm, &runs, &seen(torque)));
     Ok(Recording {
         name: scenario.name.clone(),
         joints: (1..=joints).map(Joint::numbered).collect(),
@@ -232,21 +247,33 @@ fn deviations(sensors: &Sensors, runs: &[Trajectory]) -> [Vec<f64>; 2] {
     [of(sensors.velocity_noise, |run, joint| &run.qd[joint]), of(sensors.torque_noise, |run, joint| &run.tau[joint])]
 }
 
-/// What was hidden and really did something. What acts on the whole arm and is not in the catalogue is told for each joint that
-/// feels it.
-fn causes(names: &[Name], tally: &Tally) -> Vec<Cause> {
+/// Σ signal² of each joint over all runs.
+fn squares(runs: &[&Signals]) -> Vec<f64> {
+    let joints = runs.first().map_or(0, |run| run.joint_count());
+    let of = |joint: usize| runs.iter().flat_map(|run| &run[joint]).map(|value| value * value).sum();
+    (0..joints).map(of).collect()
+}
+
+/// What was hidden and really `did` something, each by run. What acts on the whole arm and is not in the catalogue is told for each joint
+/// that feels it; `left` says how much (RMS by joint \[N m\]) the everyday leaves of it.
+fn causes(names: &[Name], did: &[Vec<&Signals>], logged: &[f64], left: impl Fn(&[&Signals]) -> Vec<f64>) -> Vec<Cause> {
     let mut causes = Vec::new();
-    for (name, done) in names.iter().zip(&tally.done) {
+    for (name, torque) in names.iter().zip(did) {
+        let done = squares(torque);
         let share = |joints: &[usize]| {
             let sum = |sums: &[f64]| joints.iter().map(|joint| sums[*joint]).sum::<f64>();
-            (sum(done) / sum(&tally.logged)).sqrt()
+            (sum(&done) / sum(logged)).sqrt()
         };
         let feeling: Vec<usize> = (0..done.len()).filter(|joint| share(&[*joint]) > LEAST_SHARE).collect();
         let is_known = registry::find(name.effect).is_ok();
+        let samples = torque.iter().map(|run| run.sample_count()).sum::<usize>() as f64;
+        let left = if is_known || feeling.is_empty() { None } else { Some(left(torque)) };
         let mut push = |joint: Option<usize>, share: f64| {
             if share > LEAST_SHARE {
-                let parameters = name.parameters.clone();
-                causes.push(Cause { effect: name.effect.to_owned(), joint, parameters, share });
+                let (effect, parameters) = (name.effect.to_owned(), name.parameters.clone());
+                let beside =
+                    joint.zip(left.as_ref()).map(|(joint, left)| left[joint] / (logged[joint] / samples).sqrt());
+                causes.push(Cause { effect, joint, parameters, share, beside_everyday: beside });
             }
         };
         match name.joint {

@@ -21,24 +21,8 @@ const SETTLING: f64 = 0.6;
 /// How many steps pass between looks at the monitor.
 const STEPS_A_LOOK: usize = 2000;
 
-/// What every hidden thing did: Σ torque² by slot and joint, and the same of the logged torque.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Tally {
-    pub(super) done: Vec<Vec<f64>>,
-    pub(super) logged: Vec<f64>,
-}
-
-impl Tally {
-    pub(super) fn new(slots: usize, joints: usize) -> Self {
-        Tally { done: vec![vec![0.0; joints]; slots], logged: vec![0.0; joints] }
-    }
-
-    pub(super) fn add(&mut self, other: &Tally) {
-        let pairs = self.done.iter_mut().zip(&other.done);
-        pairs.flat_map(|(own, other)| own.iter_mut().zip(other)).for_each(|(own, other)| *own += other);
-        self.logged.iter_mut().zip(&other.logged).for_each(|(own, other)| *own += other);
-    }
-}
+/// What every hidden thing did to the torque \[N m\], by slot, at the moments that are logged.
+pub(super) type Done = Vec<Signals>;
 
 /// Times of a run.
 #[derive(Debug, Clone, Copy)]
@@ -72,7 +56,6 @@ struct Run<'a> {
     forces: Vec<Forces>,
     /// In this step, by slot and joint.
     done: Vec<Vec<f64>>,
-    tally: Tally,
 }
 
 /// Lets the arm follow paths; gives what is to be logged, without noise of sensors, and what every part did. `share` is its part
@@ -86,7 +69,7 @@ pub(super) fn run(
     random: &mut impl Rng,
     monitor: &Monitor,
     share: Range<f32>,
-) -> Result<(Trajectory, Tally), SimulationError> {
+) -> Result<(Trajectory, Done), SimulationError> {
     let joints = paths.len();
     let start = target(paths, 0.0);
     let drives = plan.joints.iter().map(|joint| &joint.transmission);
@@ -96,7 +79,6 @@ pub(super) fn run(
         now: Moment::new(&plan.arm, plan.tilt, clock.step()),
         forces: vec![Forces::none(joints); plan.devices.len()],
         done: vec![vec![0.0; joints]; plan.hidden.len()],
-        tally: Tally::new(plan.hidden.len(), joints),
         plan,
         sensors,
         controller,
@@ -108,6 +90,7 @@ pub(super) fn run(
         run.step(-((settling - step) as f64) * clock.step(), &start);
     }
     let [mut q, mut qd, mut tau] = [(); 3].map(|()| Signals::zeros(joints, clock.samples));
+    let mut done = vec![Signals::zeros(joints, clock.samples); run.done.len()];
     for sample in 0..clock.samples {
         for part in 0..clock.steps_a_sample {
             let step = sample * clock.steps_a_sample + part;
@@ -123,7 +106,10 @@ pub(super) fn run(
                     (q[joint][sample], qd[joint][sample]) = (q_read[joint], qd_read[joint]);
                     tau[joint][sample] = logged[joint];
                 }
-                run.count(&logged);
+                run.count_twists();
+                for (trace, done) in done.iter_mut().zip(&run.done) {
+                    (0..joints).for_each(|joint| trace[joint][sample] = done[joint]);
+                }
             }
         }
     }
@@ -133,7 +119,7 @@ pub(super) fn run(
     }
     let time = (0..clock.samples).map(|sample| sample as f64 * clock.sample_step).collect();
     let qdd = Signals::zeros(joints, clock.samples);
-    Ok((Trajectory::new("", Channels { time, q, qd, qdd, tau })?, run.tally))
+    Ok((Trajectory::new("", Channels { time, q, qd, qdd, tau })?, done))
 }
 
 /// q, q̇ and q̈ that the paths ask for.
@@ -221,19 +207,11 @@ impl Run<'_> {
         logged
     }
 
-    /// Counts what was done in this step.
-    fn count(&mut self, logged: &[f64]) {
-        if self.sensors.side == Side::Motor {
-            self.count_twists();
-        }
-        for (sums, done) in self.tally.done.iter_mut().zip(&self.done) {
-            sums.iter_mut().zip(done).for_each(|(sum, done)| *sum += done * done);
-        }
-        self.tally.logged.iter_mut().zip(logged).for_each(|(sum, torque)| *sum += torque * torque);
-    }
-
-    /// What it does to the torque that the arm would need along what encoders on the motors see.
+    /// Counts what the twist of gears does to the torque that the arm would need along what encoders on the motors see.
     fn count_twists(&mut self) {
+        if self.sensors.side != Side::Motor {
+            return;
+        }
         let [q, qd] = self.at_motors();
         let mut qdd = self.now.qdd.clone();
         let mut gears = Vec::new();

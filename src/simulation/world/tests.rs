@@ -213,6 +213,12 @@ fn the_sealed_share_is_what_the_log_shows() {
             if cause.share < 0.01 || !tolerance.contains(&ratio) {
                 wrong.push(format!("{cause:?}: {found} in {part:?}"));
             }
+            // Of what the catalogue does not have it is told how much shows, which is hardly more than all.
+            let is_known = crate::effect::registry::find(&cause.effect).is_ok();
+            let is_part = cause.beside_everyday.is_some_and(|beside| (0.0..1.1 * cause.share).contains(&beside));
+            if is_known != cause.beside_everyday.is_none() || !(is_known || is_part) {
+                wrong.push(format!("{cause:?}: what shows of it"));
+            }
         }
         if truth.causes.is_empty() {
             wrong.push(format!("{part:?} did nothing"));
