@@ -4,9 +4,10 @@ use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::recording::differentiate::{
-    default_cutoff, default_cutoff_of_positions, derivative, description, trusted_range,
+    default_cutoff, default_cutoff_of_positions, derivative, description, low_pass_joints, trusted_range,
 };
 use crate::recording::{Origin, Provenance, Trajectory};
+use crate::signals::Signals;
 
 /// Adds Gaussian noise of this standard deviation \[N m\] to each joint's torque.
 pub(super) fn add_torque_noise(trajectory: &mut Trajectory, deviations: &[f64], random: &mut impl Rng) {
@@ -49,6 +50,13 @@ pub(super) fn derive(trajectory: &mut Trajectory, velocity_is_measured: bool) ->
     }
     *trajectory = trajectory.slice(trusted_range(trajectory.len(), trajectory.time_step(), cutoff));
     cutoff
+}
+
+/// What the log of a run whose derivatives were [derived](derive) can show of something else that was there at its samples: filtered as
+/// they are, without the ends that were left out.
+pub(super) fn as_derived(signals: &Signals, run: &Trajectory, cutoff: f64) -> Signals {
+    let left_out = (signals.sample_count() - run.len()) / 2;
+    low_pass_joints(signals, run.time_step(), cutoff).cut(left_out..left_out + run.len())
 }
 
 /// Where velocity and acceleration come from if acceleration is derived, from encoders with these steps \[rad\] or exact

@@ -328,10 +328,16 @@ mod tests {
     fn two_everyday_effects_for_an_odd_one_are_laid_beside_it() {
         let drawing = Drawing { hidden: Some(1), only: vec!["concave-friction".to_owned()], ..Drawing::default() };
         let trial = |seed: u64| drawing.case(seed).run(&Monitor::new()).unwrap();
+        let hides_it_only = |trial: &Trial| {
+            let hidden = trial.expected();
+            !hidden.is_empty() && hidden.iter().all(|(effect, _)| effect == "concave-friction")
+        };
         let clear = trial(400_000);
+        assert!(hides_it_only(&clear), "{:?}", clear.expected());
         assert!(clear.suffices() && clear.is_exact(), "{} {:?}", clear.sufficiency, clear.given());
         // On one of two joints noise drowns the difference.
         let close = trial(400_011);
+        assert!(hides_it_only(&close) && close.expected().len() == 2, "{:?}", close.expected());
         assert!(close.sufficiency < 1.0 && !close.is_exact(), "{} {:?}", close.sufficiency, close.given());
     }
 }

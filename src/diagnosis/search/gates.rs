@@ -193,11 +193,12 @@ pub fn is_confirmed_as_found(search: &Search, before: &[usize], after: &[usize],
 fn with_evidence(search: &Search, set: &[usize], joint: usize, least_t: f64, evidence: f64) -> f64 {
     let mut common = search.common().filter(|&group| search.library.groups[group].joint == Some(joint));
     let is_expected = search.weights.len() == 1 || common.any(|group| search.is_usual(group));
-    if is_expected || search.structure(joint, &search.factors(set)) >= WHITE {
-        return least_t;
+    if !is_expected && search.structure(joint, &search.factors(set)) < WHITE {
+        let expected = evidence.max(0.0).sqrt() / 2.0;
+        least_t.min((expected - SHORT_OF_T).max(0.0))
+    } else {
+        least_t
     }
-    let expected = evidence.max(0.0).sqrt() / 2.0;
-    least_t.min((expected - SHORT_OF_T).max(0.0))
 }
 
 /// The same where the set `after` has more that nearly every joint has.

@@ -41,7 +41,6 @@ use super::{Draw, Excitation, SimulationError, demand, random, sensor};
 use crate::arm::Arm;
 use crate::effect::registry;
 use crate::progress::Monitor;
-use crate::recording::differentiate::{low_pass_joints, trusted_range};
 use crate::recording::seal::{Cause, HiddenEffect, Seal, Truth};
 use crate::recording::torque::TorqueFacts;
 use crate::recording::{Joint, Recording, Trajectory};
@@ -206,14 +205,10 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
     let [_, torque_noise] = deviations;
     let of_slot = |slot: usize| done.iter().map(|did: &Done| &did[slot]).collect::<Vec<&Signals>>();
     let did: Vec<Vec<&Signals>> = (0..names.len()).map(of_slot).collect();
-    // Filtered and cut as the log was: what is faster is not in it, and need not be where masses take up a jerk.
-    let step = clock.sample_step;
-    let in_log = |torque: &&Signals, cutoff: &f64| {
-        let kept = trusted_range(torque.sample_count(), step, *cutoff);
-        low_pass_joints(torque, step, *cutoff).cut(kept)
-    };
+    // What is faster than the log is not in it, and need not be where masses take up a jerk.
     let seen = |torque: &[&Signals]| -> Vec<Signals> {
-        torque.iter().zip(&cutoffs).map(|(torque, cutoff)| in_log(torque, cutoff)).collect()
+        let logs = runs.iter().zip(&cutoffs);
+        torque.iter().zip(logs).map(|(torque, (run, &cutoff))| sensor::as_derived(torque, run, cutoff)).collect()
     };
     let causes = causes(&names, &did, &logged, |torque| shown::left(&scenario.arm, &runs, &seen(torque)));
     Ok(Recording {
@@ -240,11 +235,11 @@ pub fn simulate(scenario: &Scenario, monitor: &Monitor) -> Result<Recording, Sim
 /// Standard deviations of the noise of velocity \[rad/s\] and torque \[N m\] of each joint.
 fn deviations(sensors: &Sensors, runs: &[Trajectory]) -> [Vec<f64>; 2] {
     let samples: usize = runs.iter().map(Trajectory::len).sum();
-    let of = |share: f64, signal: fn(&Trajectory, usize) -> &[f64]| -> Vec<f64> {
-        let squares = |joint| runs.iter().flat_map(|run| signal(run, joint)).map(|value| value * value).sum::<f64>();
-        (0..runs[0].joint_count()).map(|joint| share * (squares(joint) / samples as f64).sqrt()).collect()
+    let of = |share: f64, signal: fn(&Trajectory) -> &Signals| -> Vec<f64> {
+        let squares = squares(&runs.iter().map(signal).collect::<Vec<_>>());
+        squares.into_iter().map(|sum| share * (sum / samples as f64).sqrt()).collect()
     };
-    [of(sensors.velocity_noise, |run, joint| &run.qd[joint]), of(sensors.torque_noise, |run, joint| &run.tau[joint])]
+    [of(sensors.velocity_noise, |run| &run.qd), of(sensors.torque_noise, |run| &run.tau)]
 }
 
 /// Σ signal² of each joint over all runs.

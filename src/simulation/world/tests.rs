@@ -215,8 +215,11 @@ fn the_sealed_share_is_what_the_log_shows() {
             }
             // Of what the catalogue does not have it is told how much shows, which is hardly more than all.
             let is_known = crate::effect::registry::find(&cause.effect).is_ok();
-            let is_part = cause.beside_everyday.is_some_and(|beside| (0.0..1.1 * cause.share).contains(&beside));
-            if is_known != cause.beside_everyday.is_none() || !(is_known || is_part) {
+            let is_told = match cause.beside_everyday {
+                None => is_known,
+                Some(beside) => !is_known && (0.0..1.1 * cause.share).contains(&beside),
+            };
+            if !is_told {
                 wrong.push(format!("{cause:?}: what shows of it"));
             }
         }
