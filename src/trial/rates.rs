@@ -42,7 +42,7 @@ pub struct Rates {
     pub coverage: Option<f64>,
     /// Median, of the exact answers.
     pub error_over_noise_floor: Option<f64>,
-    /// Mean distance between confidence and share of right names, over ten classes of confidence.
+    /// Mean distance between presence and share of names, at each of their places, that are there in some form, over ten classes of presence.
     pub calibration_error: Option<f64>,
     /// How long a diagnosis took, mean.
     pub seconds_per_recording: f64,
@@ -52,7 +52,7 @@ pub struct Rates {
     pub samples_per_recording: f64,
     /// Every effect of the catalogue.
     pub by_effect: BTreeMap<&'static str, EffectRates>,
-    /// Classes of confidence with the share of names that were right, where effects were unknown too.
+    /// Classes of presence with the share of names that were there in some form, where effects were unknown too.
     pub reliability: Vec<Reliability>,
     /// How often each hidden effect (outer) was named what (inner) on one of its joints.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
