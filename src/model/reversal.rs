@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::design::Design;
 use super::equations::{Equations, PreparedColumn};
+use super::least_squares::NormalEquations;
 use super::{ModelError, RigidBody};
 use crate::effect::{Column, sign};
 use crate::recording::differentiate::central_difference;
@@ -75,23 +76,37 @@ pub fn companions(design: &Design) -> Result<Vec<PreparedColumn>, ModelError> {
     })
 }
 
-/// For each joint its sign, then its smooth directions.
+/// For each joint the root of its speed, its sign, then its smooth directions.
 fn directions(design: &Design, tops: &[f64]) -> Result<Vec<PreparedColumn>, ModelError> {
     design.prepare(|trajectory, _| {
         let of_joint = |(joint, &top): (usize, &f64)| {
             let qd = &trajectory.qd[joint];
+            let root = Column::on_joint(joint, qd.iter().map(|&qd| sign(qd) * qd.abs().sqrt()));
             let jump = Column::on_joint(joint, qd.iter().map(|&qd| sign(qd)));
             let smooth = move |share: &f64| {
                 let width = share * top;
                 Column::on_joint(joint, qd.iter().map(move |qd| (qd / width).tanh()))
             };
-            std::iter::once(jump).chain(WIDTHS.iter().map(smooth)).collect::<Vec<_>>()
+            [root, jump].into_iter().chain(WIDTHS.iter().map(smooth)).collect::<Vec<_>>()
         };
         Ok(tops.par_iter().enumerate().flat_map_iter(of_joint).collect())
     })
 }
 
-/// The search for the best direction of each joint; 0 is the sign.
+/// How the dry friction of a joint is told while its width is searched.
+#[derive(Clone, Copy, Default)]
+struct Way {
+    /// Which direction; 0 is the sign.
+    direction: usize,
+    /// Whether a root of the speed stands beside it.
+    rooted: bool,
+}
+
+/// The search for the best direction of each joint.
+///
+/// Friction that grows as a power of the speed rises steeply where a reversal is rounded off: without a root of the speed beside
+/// it, a wide direction imitates it. But a falling root imitates the fall of Stribeck's friction, and asks for a wide direction
+/// itself: only one that rises is taken.
 struct Choice<'a> {
     base: usize,
     /// Of all columns.
@@ -101,37 +116,56 @@ struct Choice<'a> {
 }
 
 impl Choice<'_> {
-    fn chosen(&self, ways: &[usize]) -> Vec<usize> {
-        let direction = |(joint, way): (usize, &usize)| self.base + joint * (WIDTHS.len() + 1) + way;
-        (0..self.base).chain(ways.iter().enumerate().map(direction)).collect()
+    /// The column of a joint's root; its directions follow.
+    fn root(&self, joint: usize) -> usize {
+        self.base + joint * (WIDTHS.len() + 2)
+    }
+
+    fn chosen(&self, ways: &[Way]) -> Vec<usize> {
+        let of_joint = |(joint, way): (usize, &Way)| {
+            let root = self.root(joint);
+            way.rooted.then_some(root).into_iter().chain([root + 1 + way.direction])
+        };
+        (0..self.base).chain(ways.iter().enumerate().flat_map(of_joint)).collect()
     }
 
     fn best(&self) -> Vec<usize> {
         let joints = self.design.joint_count();
-        let mut ways = vec![0; joints];
+        let mut ways = vec![Way::default(); joints];
         let mut weights: Vec<f64> =
             (0..joints).map(|joint| super::design::inverse(self.design.energy(joint))).collect();
         for _ in 0..ROUNDS {
             weights = self.weights(&weights, &ways);
             let whole = self.equations.total(&weights, |_| true);
             for joint in 0..joints {
-                let cost = |way: usize| {
-                    let mut ways = ways.clone();
-                    ways[joint] = way;
-                    whole.select(&self.chosen(&ways)).solve().residual_energy
-                };
-                let costs: Vec<f64> = (0..=WIDTHS.len()).map(cost).collect();
-                let best = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
+                let tries: Vec<(f64, Way)> =
+                    (0..=WIDTHS.len()).map(|direction| self.cost(&whole, &ways, joint, direction)).collect();
+                let best = (0..tries.len()).min_by(|&a, &b| tries[a].0.total_cmp(&tries[b].0)).unwrap_or(0);
                 // A residual weighs 1 for each sample of its joint.
                 let needed = LEAST_GAIN * self.design.sample_count(joint) as f64;
-                ways[joint] = if costs[0] - costs[best] > needed { best } else { 0 };
+                ways[joint] = if tries[0].0 - tries[best].0 > needed { tries[best].1 } else { tries[0].1 };
             }
         }
-        ways
+        ways.iter().map(|way| way.direction).collect()
     }
 
-    /// Factors of all columns with these directions.
-    fn factors(&self, ways: &[usize], weights: &[f64]) -> DVector<f64> {
+    /// What is left with a direction of one joint, beside a root of its speed if that rises.
+    fn cost(&self, whole: &NormalEquations, ways: &[Way], joint: usize, direction: usize) -> (f64, Way) {
+        let with = |rooted: bool| {
+            let mut ways = ways.to_vec();
+            ways[joint] = Way { direction, rooted };
+            let chosen = self.chosen(&ways);
+            let solution = whole.select(&chosen).solve();
+            let mut factors = chosen.iter().zip(&solution.factors);
+            let rises = factors.any(|(&column, &factor)| column == self.root(joint) && factor > 0.0);
+            (rises, solution.residual_energy)
+        };
+        let (rooted, cost) = with(true);
+        (if rooted { cost } else { with(false).1 }, Way { direction, rooted })
+    }
+
+    /// Factors of all columns with these ways.
+    fn factors(&self, ways: &[Way], weights: &[f64]) -> DVector<f64> {
         let chosen = self.chosen(ways);
         let solution = self.equations.total(weights, |_| true).select(&chosen).solve();
         let mut factors = DVector::zeros(self.count);
@@ -141,8 +175,8 @@ impl Choice<'_> {
         factors
     }
 
-    /// 1 / error variance of each joint with these directions.
-    fn weights(&self, before: &[f64], ways: &[usize]) -> Vec<f64> {
+    /// 1 / error variance of each joint with these ways.
+    fn weights(&self, before: &[f64], ways: &[Way]) -> Vec<f64> {
         self.design.residual_weights(&self.equations, &self.factors(ways, before))
     }
 }
@@ -155,29 +189,45 @@ mod tests {
     use crate::recording::split::Split;
     use crate::simulation::{Excitation, Scenario, simulate};
 
-    /// A recording with dry friction on joint 2 that turns round within `width` \[rad/s\].
-    fn log(width: f64) -> Recording {
+    /// A recording with friction on joint 2 that depends on its speed.
+    fn log(friction: impl Fn(f64) -> f64) -> Recording {
         let mut scenario = Scenario { effects: Vec::new(), ..Scenario::embedded() };
         if let Excitation::MultiSine { trajectories, duration, .. } = &mut scenario.motion {
             (*trajectories, *duration) = (6, 6.0);
         }
         let mut recording = simulate(&scenario, &Monitor::new()).unwrap();
         for trajectory in &mut recording.trajectories {
-            let friction: Vec<f64> = trajectory.qd[1].iter().map(|qd| 2.0 * (qd / width).tanh()).collect();
+            let torque: Vec<f64> = trajectory.qd[1].iter().map(|&qd| friction(qd)).collect();
             let mut channels = trajectory.channels_mut();
-            channels.tau[1].iter_mut().zip(friction).for_each(|(tau, friction)| *tau += friction);
+            channels.tau[1].iter_mut().zip(torque).for_each(|(tau, torque)| *tau += torque);
         }
         recording
+    }
+
+    fn widths_of(recording: &Recording) -> Vec<f64> {
+        let design = Design::new(recording, &Split::automatic(recording)).unwrap();
+        design.setting().reversal_widths.clone()
     }
 
     #[test]
     fn the_width_of_a_reversal_is_found_and_a_jump_stays_a_jump() {
         for (width, low, high) in [(0.1, 0.06, 0.16), (1e-6, 0.0, 0.0)] {
-            let recording = log(width);
-            let design = Design::new(&recording, &Split::automatic(&recording)).unwrap();
-            let found = design.setting().reversal_widths[1];
-            assert!((low..=high).contains(&found), "{width}: {found}");
-            assert_eq!(design.setting().reversal_widths[0], 0.0, "nothing rubs on joint 1");
+            let found = widths_of(&log(|qd| 2.0 * (qd / width).tanh()));
+            assert!((low..=high).contains(&found[1]), "{width}: {found:?}");
+            assert_eq!(found[0], 0.0, "nothing rubs on joint 1");
+        }
+    }
+
+    /// Neither is rounded off: a power of the speed rises steeply, and Stribeck's friction falls.
+    #[test]
+    fn the_shape_of_a_friction_over_the_speed_is_not_taken_for_a_wide_reversal() {
+        let power = |qd: f64| 2.0 * sign(qd) * qd.abs().powf(0.45);
+        let falling = |qd: f64| sign(qd) * (1.0 + 1.5 * (-(qd / 0.5).powi(2)).exp());
+        let both = |qd: f64| power(qd) + 1.5 * sign(qd);
+        for (what, found) in
+            [("power", widths_of(&log(power))), ("fall", widths_of(&log(falling))), ("both", widths_of(&log(both)))]
+        {
+            assert_eq!(found[1], 0.0, "{what}");
         }
     }
 }
