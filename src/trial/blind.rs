@@ -7,11 +7,12 @@ use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::foreign::judged_names;
 use super::kin::{Place, TO_BE_NAMED};
-use super::verdict::Planted;
+use super::verdict::Truth;
 use super::{Answer, TrialError, answer_of};
 use crate::arm::{Arm, GRAVITY, Link, Posture};
-use crate::diagnosis::{MissingEffect, Report, Suspect, Verdict, diagnose_among, sufficiency};
+use crate::diagnosis::{Report, Suspect, Verdict, diagnose_among, sufficiency};
 use crate::effect::{Effect, registry};
 use crate::model::{self, Preset};
 use crate::progress::Monitor;
@@ -229,26 +230,20 @@ impl Trial {
     /// How sure each name is at each of its places, and whether what it says to be there is: a presence speaks of a family on a joint,
     /// so that another form of what is hidden there is right.
     pub fn confidences(&self) -> Vec<(f64, bool)> {
-        let planted = self.planted();
-        let of_name = |named: &MissingEffect| -> Vec<(f64, bool)> {
-            let at = |place: Option<usize>| {
-                let joint = place.map(|joint| joint + 1);
-                let is_good = planted.iter().any(|planted| planted.judge(named.effect.id, joint).is_good());
-                (self.report.presence_of(named, place), is_good)
-            };
-            named.places().into_iter().map(at).collect()
-        };
-        self.report.effects.iter().flat_map(of_name).collect()
+        let truth = self.as_judged();
+        let names = self.report.effects.iter().flat_map(|named| judged_names(named, &self.report, &truth));
+        names.map(|name| (name.confidence, name.verdict.is_good())).collect()
     }
 
     /// What is hidden, as a judge of single names takes it. What is no candidate has its kin too.
-    fn planted(&self) -> Vec<Planted> {
+    fn as_judged(&self) -> Truth {
         let joints = self.scenario.arm.joint_count();
         let planted = |(effect, joint): &(String, Option<usize>)| {
             let place = Place { effect, joint: joint.map(|joint| joint + 1), joints };
             place.planted(TO_BE_NAMED, BTreeMap::new())
         };
-        self.expected().iter().map(planted).collect()
+        let planted = self.expected().iter().map(planted).collect();
+        Truth { kind: String::new(), with_speed: false, planted }
     }
 }
 
@@ -324,34 +319,32 @@ mod tests {
         assert!(suspects(&hidden).iter().all(|suspect| suspect.shape.is_empty()));
     }
 
-    /// A presence speaks of a family on a joint: Coulomb friction says that dry friction is there, but it is not the answer.
-    #[test]
-    fn a_name_is_as_sure_as_the_presence_of_its_family() {
-        let mut scenario = Scenario { seed: 12, stated: false, effects: Vec::new(), ..Scenario::embedded() };
-        if let Excitation::MultiSine { trajectories, duration, .. } = &mut scenario.motion {
-            (*trajectories, *duration) = (10, 6.0);
-        }
-        scenario.effects = scenario.hide_by_strength("stribeck-friction", &[1], 0.1).unwrap();
-        let candidates = vec![registry::find("coulomb-friction").unwrap()];
-        let case = Case { seed: 0, scenario, candidates, hidden: 1, unknown: true };
-        let mut trial = case.run(&Monitor::new()).unwrap();
-        assert!(!trial.is_exact() && trial.confidences().iter().all(|(_, is_there)| *is_there), "{:?}", trial.given());
-        assert_eq!(trial.confidences().len(), 1);
-        // On another joint it would be false.
-        trial.truth[0].joint = Some(0);
-        assert!(!trial.confidences()[0].1);
-    }
-
     /// The embedded arm with one effect of this share of the torque on joint 2, and with noise of this share.
-    fn trial(id: &str, strength: f64, torque_noise: f64) -> Trial {
+    fn case(id: &str, strength: f64, torque_noise: f64) -> Case {
         let mut scenario =
             Scenario { seed: 11, torque_noise, stated: false, effects: Vec::new(), ..Scenario::embedded() };
         if let Excitation::MultiSine { trajectories, duration, .. } = &mut scenario.motion {
             (*trajectories, *duration) = (10, 6.0);
         }
         scenario.effects = scenario.hide_by_strength(id, &[1], strength).unwrap();
-        let case = Case { seed: 0, scenario, candidates: registry::sought(), hidden: 1, unknown: false };
-        case.run(&Monitor::new()).unwrap()
+        Case { seed: 0, scenario, candidates: registry::sought(), hidden: 1, unknown: false }
+    }
+
+    fn trial(id: &str, strength: f64, torque_noise: f64) -> Trial {
+        case(id, strength, torque_noise).run(&Monitor::new()).unwrap()
+    }
+
+    /// A presence speaks of a family on a joint: Coulomb friction says that dry friction is there, but it is not the answer.
+    #[test]
+    fn a_name_is_as_sure_as_the_presence_of_its_family() {
+        let mut case = case("stribeck-friction", 0.1, 0.02);
+        case.candidates = vec![registry::find("coulomb-friction").unwrap()];
+        let mut trial = case.run(&Monitor::new()).unwrap();
+        assert!(!trial.is_exact() && trial.confidences().iter().all(|(_, is_there)| *is_there), "{:?}", trial.given());
+        assert_eq!(trial.confidences().len(), 1);
+        // On another joint it would be false.
+        trial.truth[0].joint = Some(0);
+        assert!(!trial.confidences()[0].1);
     }
 
     /// A clear effect is enough evidence for its name; one that drowns in noise, or is absorbed by the body, is not.

@@ -273,7 +273,7 @@ pub(super) fn lacking(recording: &Recording, split: &Split, monitor: &Monitor) -
 impl Answered {
     /// Judges a report.
     pub(super) fn new(name: String, truth: &Truth, report: &Report, seconds: f64) -> Answered {
-        let names: Vec<Name> = report.effects.iter().flat_map(|named| names_of(named, report, truth)).collect();
+        let names: Vec<Name> = report.effects.iter().flat_map(|named| judged_names(named, report, truth)).collect();
         let wanted: Vec<Wanted> = truth
             .wanted()
             .map(|planted| {
@@ -319,7 +319,7 @@ fn asked(one: &Presence, truth: &Truth) -> Option<Asked> {
 }
 
 /// The names of an effect at each of its places.
-fn names_of(named: &MissingEffect, report: &Report, truth: &Truth) -> Vec<Name> {
+pub(super) fn judged_names(named: &MissingEffect, report: &Report, truth: &Truth) -> Vec<Name> {
     let is_half_step = truth.with_speed && is_short_delay(named);
     let judged = |(effect, place): (String, Option<usize>)| {
         let joint = place.map(|joint| joint + 1);
