@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let monitor = Monitor::new();
     // The arm hangs at q = 0; columns are found by their names, and what is not measured is derived.
     let options = ReadOptions { zero: Some(Posture::DOWN), ..ReadOptions::default() };
-    let opened = Command::open(files, options, Vec::new()).run(&Session::default(), &monitor)?;
+    let opened = Command::open(files, options, HoldOut::default()).run(&Session::default(), &monitor)?;
     let diagnosed = Command::Diagnose.run(&opened, &monitor)?;
     let report = diagnosed.report.ok_or("there is no report")?;
     println!("{:?}; held-out nMSE by joint {:?}", report.verdict, report.held_out_nmse);

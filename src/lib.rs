@@ -24,7 +24,7 @@
 //! use torquescope::prelude::*;
 //!
 //! let monitor = Monitor::new();
-//! // Or `Command::open(vec!["log.csv".into()], ReadOptions::default(), Vec::new())`.
+//! // Or `Command::open(vec!["log.csv".into()], ReadOptions::default(), HoldOut::default())`.
 //! let simulate = Command::Simulate(Box::new(Scenario::embedded()));
 //! let simulated = simulate.run(&Session::default(), &monitor)?;
 //! let diagnosed = Command::Diagnose.run(&simulated, &monitor)?;
@@ -62,6 +62,7 @@ pub mod prelude {
     pub use crate::diagnosis::{Report, Verdict};
     pub use crate::model::{Evaluation, Fitted, Model, Preset};
     pub use crate::progress::Monitor;
+    pub use crate::recording::hold_out::HoldOut;
     pub use crate::recording::read::ReadOptions;
     pub use crate::recording::split::Split;
     pub use crate::recording::{Recording, joints_text};

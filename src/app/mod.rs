@@ -52,6 +52,7 @@ pub use settings::Settings;
 use crate::figure::{Figure, Format};
 use crate::lesson::{self, Acted, LessonError};
 use crate::progress::{Epoch, Event, Monitor, Progress, Stopped};
+use crate::recording::hold_out::HoldOut;
 use crate::recording::mapping::MappingSpec;
 use crate::recording::read::{self, ReadOptions};
 use crate::session::file::{self, Opened};
@@ -538,7 +539,7 @@ impl TorquescopeApp {
             Order::OpenBy { logs, file } => self.open_by(logs, file, ctx),
             Order::Robot { file, logs } => {
                 if !logs.is_empty() {
-                    self.run(Command::open(logs, ReadOptions::default(), Vec::new()), ctx);
+                    self.run(Command::open(logs, ReadOptions::default(), HoldOut::default()), ctx);
                 }
                 self.overlays.ask_arm(file, ctx);
             }
@@ -860,7 +861,7 @@ impl TorquescopeApp {
         let again = || source.as_ref().and_then(|source| Command::read_again(source, by_it(&source.options)));
         let command = match logs.is_empty() {
             true => looked_into.or_else(again),
-            false => Some(Command::open(logs, by_it(&ReadOptions::default()), Vec::new())),
+            false => Some(Command::open(logs, by_it(&ReadOptions::default()), HoldOut::default())),
         };
         match command {
             Some(command) => self.run(command, ctx),

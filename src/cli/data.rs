@@ -25,6 +25,7 @@ use crate::network::Activation;
 use crate::progress::Monitor;
 use crate::recording::correction::Correction;
 use crate::recording::encoders::Side;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::mapping::{MappingError, MappingSpec};
 use crate::recording::read::{READABLE, ReadOptions, endings, parts};
 use crate::recording::torque::{TorqueFact, TorqueFacts};
@@ -53,6 +54,10 @@ pub struct Reading {
     /// What to hold out, files or names of trajectories: the error is measured there, nothing is learned from it.
     #[arg(long, value_name = "FILE|NAME", num_args = 1..)]
     held_out: Vec<PathBuf>,
+    /// Which fifth is held out where none is named, of the trajectories or, with fewer than four, of time blocks: 1 to 5. Another
+    /// than the first is for a log in which something acts in the held-out part alone.
+    #[arg(long, value_name = "NUMBER", conflicts_with = "held_out", value_parser = RangedU64ValueParser::<usize>::new().range(1..=5))]
+    held_out_fifth: Option<usize>,
     /// Which column is which channel, such as `q=pos_filt*,qd=vel_filt*,tau=tau_meas*,time=time` (`*` is the joint); or a
     /// mapping file, which can state factors, matrices and axes too; or one that comes with the program: emps, kuka-kr300,
     /// panda, sarcos, tx40, ur10.
@@ -115,6 +120,7 @@ impl Reading {
     fn is_empty(&self) -> bool {
         let Reading {
             held_out,
+            held_out_fifth,
             map,
             zero,
             arm,
@@ -129,7 +135,8 @@ impl Reading {
         } = self;
         let is_numberless = rate.is_none() && low_pass.is_none() && gaussian.is_none() && torque.is_empty();
         let is_shapeless = zero.is_none() && arm.is_none() && encoders.is_none() && set_right.is_empty();
-        held_out.is_empty() && map.is_none() && is_numberless && is_shapeless
+        let holds_out_none = held_out.is_empty() && held_out_fifth.is_none();
+        holds_out_none && map.is_none() && is_numberless && is_shapeless
     }
 }
 
@@ -735,6 +742,7 @@ fn open_command(files: &[PathBuf], reading: &Reading) -> anyhow::Result<Command>
             held_out.push(path.to_string_lossy().into_owned());
         }
     }
+    let held_out = reading.held_out_fifth.map_or_else(|| HoldOut::named(held_out), |number| HoldOut::Fifth(number - 1));
     Ok(Command::open(paths, options, held_out))
 }
 

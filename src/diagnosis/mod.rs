@@ -141,7 +141,8 @@ pub fn diagnose_among(
     let hiding = recording.torque.iter().filter(|fact| fact.hides().is_some());
     not_known.splice(0..0, hiding.map(|fact| NotKnown::NotInTorque { fact }));
     let mut notes = conclusion::notes(verdict, &effects, &judged.incomplete(), &comparison, blocks, recording.encoders);
-    notes.extend(conclusion::fails_on_held_out(&last));
+    // Before anything is added: what is missing may be found once models learn from it.
+    notes.splice(0..0, conclusion::fails_on_held_out(&last));
     let of_torque = last.noise_floor_nmse.as_deref();
     notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(&completeness, noise)));
     notes.extend(design.follows_up_to().map(|above_hz| Note::NotFollowed { above_hz }));

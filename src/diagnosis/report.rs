@@ -222,6 +222,11 @@ impl Report {
         self.presence.iter().any(|one| one.held_out.is_some())
     }
 
+    /// Whether the model with all that was named fits in training, but not where it was held out: another part is to be held out.
+    pub fn fails_on_held_out(&self) -> bool {
+        self.notes.iter().any(|note| matches!(note, Note::FailsOnHeldOut { .. }))
+    }
+
     /// How likely an effect that was named at a place (a joint, from 0, or the whole arm) is there.
     pub fn presence_of(&self, named: &MissingEffect, place: Option<usize>) -> f64 {
         let is_it = |one: &&Presence| one.family == named.effect.family && one.joint == place;

@@ -118,7 +118,8 @@ impl Note {
             ),
             Note::FailsOnHeldOut { joints } => format!(
                 "On held-out data the error of {} is far larger than in training: something acts there only (a contact, a load, a \
-                 collision), or its motion goes where the training data don't. Look there in the residual views, or hold other data out.",
+                 collision), or its motion goes where the training data don't. Hold another fifth out (`--held-out-fifth`, or Data), so that models learn from it, or look there in the residual \
+                 views.",
                 joints_text(joints)
             ),
             Note::NoiseOfMotion { joints } => format!(

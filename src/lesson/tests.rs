@@ -192,7 +192,7 @@ fn open_log() -> Command {
     let motion = Excitation::PaperPointToPoint { trajectories: 12, duration: 4.0, samples: 100, range: 2.0 };
     let recording = simulate(&Scenario { motion, ..Scenario::embedded() }, &Monitor::new()).unwrap();
     std::fs::write(&path, crate::recording::write::to_npz_bytes(&recording).unwrap()).unwrap();
-    Command::open(vec![path], Default::default(), Vec::new())
+    Command::open(vec![path], Default::default(), Default::default())
 }
 
 /// The journal by itself says nothing that it did not say before; whoever changes it is found out.

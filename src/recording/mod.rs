@@ -17,6 +17,7 @@ pub mod fault;
 pub mod finding;
 pub mod gallery;
 mod glitch;
+pub mod hold_out;
 mod layout;
 mod limits;
 pub mod mapping;

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::fault::{self, Fault};
 use super::finding::{Finding, FindingKind, Place, Severity};
+use super::hold_out::{HoldOut, PARTS, is_by_time_block, turns};
 use super::segment::filter_memory;
 use super::{Recording, Trajectory, glitch};
 
@@ -42,14 +43,20 @@ pub enum SplitError {
     /// Everything was held out.
     #[error("all {0} trajectories are held out, so nothing is left to train on: leave out at least one")]
     NothingToTrain(usize),
+    /// A part of a recording that has fewer.
+    #[error(
+        "each of the {turns} trajectories is held out in its turn, so there is no turn {asked}: choose one of 1 to {turns}"
+    )]
+    NoSuchTurn {
+        /// Counted from 1.
+        asked: usize,
+        /// How many there are.
+        turns: usize,
+    },
 }
 
-/// With fewer trajectories than this the split is by time block.
-const FEWEST_TRAJECTORIES: usize = 4;
 /// How many time blocks a recording of few trajectories is cut into, over all of them.
 const BLOCKS: usize = 20;
-/// Every how manieth trajectory or block is held out.
-const EVERY: usize = 5;
 /// One in so many training stretches tells when a training has learned enough; where there are fewer, one in so many blocks of
 /// each.
 pub const VALIDATION_SHARE: usize = 10;
@@ -81,7 +88,8 @@ impl Split {
         Split::in_turn(recording, 0)
     }
 
-    /// [`Split::automatic`] with other trajectories or time blocks held out: those that come so many later in each five.
+    /// [`Split::automatic`] with other trajectories or time blocks held out: those that come so many later in each five. After
+    /// the last of all [`turns`] comes the first.
     pub fn in_turn(recording: &Recording, turn: usize) -> Split {
         Split::of_all(recording, turn).clear_of(recording, &unusable(recording))
     }
@@ -89,9 +97,9 @@ impl Split {
     /// The same of all readings, whatever they are.
     fn of_all(recording: &Recording, turn: usize) -> Split {
         let trajectories = &recording.trajectories;
-        if trajectories.len() >= FEWEST_TRAJECTORIES {
-            let every = EVERY.min(trajectories.len());
-            let held_out = |index: usize| index % EVERY == (every - 1 + turn) % every;
+        let (turns, turn) = (turns(recording), turn % turns(recording));
+        if !is_by_time_block(recording) {
+            let held_out = |index: usize| index % PARTS == (turns - 1 + turn) % turns;
             return Split::by_trajectory(trajectories, held_out);
         }
         let mut split = Split::default();
@@ -103,7 +111,7 @@ impl Split {
                     continue;
                 }
                 let part =
-                    if block % EVERY == (EVERY / 2 + turn) % EVERY { &mut split.held_out } else { &mut split.train };
+                    if block % PARTS == (PARTS / 2 + turn) % PARTS { &mut split.held_out } else { &mut split.train };
                 match part.last_mut() {
                     Some(last) if last.trajectory == trajectory && last.samples.end == samples.start => {
                         last.samples.end = samples.end;
@@ -125,7 +133,7 @@ impl Split {
     /// What is to be said of [`Split::automatic`]: how much is left out beside its cuts, and why.
     pub fn findings(recording: &Recording) -> Vec<Finding> {
         let count = recording.trajectories.len();
-        let guards = (0..count).filter(|_| count < FEWEST_TRAJECTORIES).map(|trajectory| {
+        let guards = (0..count).filter(|_| is_by_time_block(recording)).map(|trajectory| {
             let guard = TimeBlocks::of(recording, trajectory).guard;
             (guard, guard as f64 * recording.trajectories[trajectory].time_step())
         });
@@ -176,15 +184,20 @@ impl Split {
         Split::by_trajectory(&recording.trajectories, |_| false).clear_of(recording, &unusable(recording))
     }
 
-    /// Holds out the trajectories with these names or, if there are none, as [`Split::automatic`]; `unusable` is what [`unusable`] gives
-    /// for the recording.
+    /// Holds out what was asked for; `unusable` is what [`unusable`] gives for the recording.
     ///
     /// # Errors
-    /// [`SplitError`] if a name is unknown or nothing is left to train on.
-    pub fn as_asked(recording: &Recording, names: &[String], unusable: &[Unusable]) -> Result<Split, SplitError> {
-        if names.is_empty() {
-            return Ok(Split::of_all(recording, 0).clear_of(recording, unusable));
-        }
+    /// [`SplitError`] if the recording has no such part or name, or nothing is left to train on.
+    pub fn as_asked(recording: &Recording, asked: &HoldOut, unusable: &[Unusable]) -> Result<Split, SplitError> {
+        let names = match asked {
+            HoldOut::Trajectories(names) => names,
+            HoldOut::Fifth(turn) if *turn < turns(recording) => {
+                return Ok(Split::of_all(recording, *turn).clear_of(recording, unusable));
+            }
+            HoldOut::Fifth(turn) => {
+                return Err(SplitError::NoSuchTurn { asked: turn + 1, turns: turns(recording) });
+            }
+        };
         let trajectories = &recording.trajectories;
         if let Some(name) = names.iter().find(|name| trajectories.iter().all(|t| &t.name != *name)) {
             let known = trajectories.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -284,7 +297,7 @@ impl TimeBlocks {
         let wanted = TimeBlocks::wanted_guard(recording, trajectory);
         // Fewer and longer blocks where the filter remembers long; in a log of a few seconds it is given less than it wants.
         let longest = samples / (LONGEST_GUARD * wanted).max(1);
-        let count = if wanted == 0 { most } else { longest.clamp(EVERY.min(most), most) };
+        let count = if wanted == 0 { most } else { longest.clamp(PARTS.min(most), most) };
         TimeBlocks { count, guard: wanted.min(samples / count / LONGEST_GUARD) }
     }
 
@@ -297,12 +310,12 @@ impl TimeBlocks {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::recording::{Channels, Origin, Provenance};
     use crate::signals::Signals;
 
-    fn recording(lengths: &[usize]) -> Recording {
+    pub fn recording(lengths: &[usize]) -> Recording {
         let trajectory = |(index, &length): (usize, &usize)| {
             let signal = || Signals::zeros(1, length);
             let time = (0..length).map(|sample| sample as f64).collect();
@@ -440,9 +453,11 @@ mod tests {
     fn turns_hold_out_everything_once() {
         for lengths in [&[1000][..], &[500, 300], &[100; 4], &[100; 11]] {
             let recording = recording(lengths);
-            let turns = if lengths.len() == 4 { 4 } else { 5 };
-            let splits: Vec<Split> = (0..turns).map(|turn| Split::in_turn(&recording, turn)).collect();
+            let splits: Vec<Split> = (0..turns(&recording)).map(|turn| Split::in_turn(&recording, turn)).collect();
             assert_eq!(splits[0], Split::automatic(&recording));
+            let asked = |turn| Split::as_asked(&recording, &HoldOut::Fifth(turn), &unusable(&recording));
+            assert!(splits.iter().enumerate().all(|(turn, split)| asked(turn).as_ref() == Ok(split)));
+            assert_eq!(Split::in_turn(&recording, splits.len()), splits[0]);
             let held_out: usize = splits.iter().map(|split| size(&split.held_out)).sum();
             assert_eq!(held_out, recording.sample_count(), "{lengths:?}");
         }
@@ -470,7 +485,7 @@ mod tests {
     #[test]
     fn names_decide_what_is_held_out() {
         let recording = recording(&[10, 20, 30]);
-        let split = Split::as_asked(&recording, &["run 1".into()], &[]).unwrap();
+        let split = Split::as_asked(&recording, &HoldOut::named(vec!["run 1".into()]), &[]).unwrap();
         assert_eq!(split.held_out, [Segment { trajectory: 1, samples: 0..20 }]);
         assert_eq!(size(&split.train), 40);
         assert!(uses(&recording, &split).iter().flatten().all(|count| *count == 1));
@@ -479,9 +494,12 @@ mod tests {
     #[test]
     fn unknown_names_and_nothing_to_train_on_are_errors() {
         let recording = recording(&[10, 20]);
-        let error = Split::as_asked(&recording, &["run 7".into()], &[]).unwrap_err();
+        let as_asked = |names: Vec<String>| Split::as_asked(&recording, &HoldOut::named(names), &[]);
+        let error = as_asked(vec!["run 7".into()]).unwrap_err();
         assert_eq!(error.to_string(), "no trajectory is named `run 7`; the recording has: run 0, run 1");
-        let all = ["run 0".into(), "run 1".into()];
-        assert_eq!(Split::as_asked(&recording, &all, &[]), Err(SplitError::NothingToTrain(2)));
+        assert_eq!(as_asked(vec!["run 0".into(), "run 1".into()]), Err(SplitError::NothingToTrain(2)));
+        let four = super::tests::recording(&[10; 4]);
+        let error = Split::as_asked(&four, &HoldOut::Fifth(4), &[]).unwrap_err();
+        assert!(error.to_string().contains("there is no turn 5: choose one of 1 to 4"), "{error}");
     }
 }

@@ -12,6 +12,7 @@ use crate::arm::{Arm, Posture};
 use crate::file;
 use crate::recording::Recording;
 use crate::recording::finding::{Finding, FindingKind, Severity};
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::ReadOptions;
 use crate::recording::write::to_csv_bytes;
 use crate::session::{Command, Session};
@@ -341,7 +342,7 @@ fn findings(bench: &Bench, log: &Log) -> Result<Vec<Finding>, SelftestError> {
     let path = bench.path("log.csv");
     file::write(&path, log.text().as_bytes())?;
     let options = ReadOptions { zero: log.posture, ..ReadOptions::default() };
-    let opened = Command::open(vec![path], options, Vec::new()).run(&Session::default(), bench.monitor);
+    let opened = Command::open(vec![path], options, HoldOut::default()).run(&Session::default(), bench.monitor);
     let session = opened.map_err(|error| SelftestError::making("a log")(&error))?;
     Ok(session.findings.to_vec())
 }

@@ -10,6 +10,7 @@ use crate::effect::place::Place;
 use crate::model::{Model, Preset};
 use crate::recording::Recording;
 use crate::recording::catalogue;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::mapping::MappingSpec;
 use crate::recording::read::ReadOptions;
 use crate::simulation::Scenario;
@@ -87,9 +88,13 @@ impl Lines {
             made => vec![self.simulated(made, session, recording)?],
         };
         words.extend(self.reading(&source.options));
-        if !source.held_out.is_empty() {
-            words.push("--held-out".to_owned());
-            words.extend(source.held_out.iter().cloned());
+        match &source.held_out {
+            held_out if *held_out == HoldOut::default() => (),
+            HoldOut::Fifth(turn) => words.extend(["--held-out-fifth".to_owned(), (turn + 1).to_string()]),
+            HoldOut::Trajectories(names) => {
+                words.push("--held-out".to_owned());
+                words.extend(names.iter().cloned());
+            }
         }
         Some(words)
     }

@@ -10,6 +10,7 @@ use super::name::unique;
 use super::{Session, Step};
 use crate::model::Evaluation;
 use crate::progress::Monitor;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::{self, ReadOptions};
 use crate::recording::split::{Segment, Split, unusable};
 use crate::recording::{Recording, Trajectory};
@@ -71,11 +72,11 @@ fn joined(own: &Recording, other: Recording, split: &Split) -> (Recording, Split
     (recording, split)
 }
 
-/// The names of the trajectories of which nothing trains.
-fn held_out(recording: &Recording, split: &Split) -> Vec<String> {
+/// The trajectories of which nothing trains.
+pub(super) fn held_out(recording: &Recording, split: &Split) -> HoldOut {
     let trains = |index: usize| split.train.iter().any(|segment| segment.trajectory == index);
     let held_out = (0..recording.trajectories.len()).filter(|index| !trains(*index));
-    held_out.map(|index| recording.trajectories[index].name.clone()).collect()
+    HoldOut::named(held_out.map(|index| recording.trajectories[index].name.clone()).collect())
 }
 
 #[cfg(test)]

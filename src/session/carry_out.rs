@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::error::SessionError;
 use super::step::{step, trained};
 use super::study::{self, SetUp};
-use super::{Bets, Command, Generation, Session, Step, beside, file, models, seeds, terms};
+use super::{Bets, Command, Generation, Session, Step, beside, file, hold_out, models, seeds, terms};
 use crate::diagnosis;
 use crate::diagnosis::proposal::propose;
 use crate::effect::registry;
@@ -16,6 +16,7 @@ use crate::recording::Recording;
 use crate::recording::check::{Checked, check};
 use crate::recording::correction::Correction;
 use crate::recording::finding::{Finding, FindingKind};
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::{self, ReadOptions};
 use crate::recording::split::{Split, Unusable};
 use crate::simulation::extrapolation;
@@ -42,6 +43,7 @@ impl Command {
             }
             Command::Beside { paths } => beside::add(session, paths, monitor),
             Command::SetRight(corrections) => set_right(session, corrections, monitor),
+            Command::HoldOut(asked) => hold_out::hold_out(session, asked, monitor),
             Command::Restore { path } => {
                 let document = file::open(path, monitor)?.document.knowing(&session.own_effects);
                 Ok(document.history.current().clone())
@@ -175,7 +177,7 @@ impl Command {
         &self,
         paths: &[PathBuf],
         options: &ReadOptions,
-        held_out: &[String],
+        held_out: &HoldOut,
         session: &Session,
         monitor: &Monitor,
     ) -> Result<Session, SessionError> {
@@ -251,16 +253,16 @@ fn set_up(session: &Session, wanted: &SetUp, monitor: &Monitor) -> Result<Sessio
     fitted_if_possible(Session { recording, split, study, plan, ..emptied(session) }, monitor)
 }
 
-/// Splits a recording, automatically if no trajectory is named. What there is to be said of that, and of how the recording is
+/// Splits a recording. What there is to be said of that, and of how the recording is
 /// set up, is added to its findings.
 fn split(
     recording: &Recording,
     unusable: &[Unusable],
-    held_out: &[String],
+    held_out: &HoldOut,
     findings: &mut Vec<Finding>,
     monitor: &Monitor,
 ) -> Result<Split, SessionError> {
-    if held_out.is_empty() {
+    if matches!(held_out, HoldOut::Fifth(_)) {
         findings.extend(Split::findings(recording));
     }
     let split = Split::as_asked(recording, held_out, unusable)?;
@@ -285,9 +287,8 @@ fn set_right(session: &Session, corrections: &[Correction], monitor: &Monitor) -
     findings.extend(read::set_right(&mut recording, corrections)?);
     let Checked { findings: odd, unusable } = check(&recording);
     findings.extend(odd);
-    let trains = |index: usize| session.split.train.iter().any(|segment| segment.trajectory == index);
-    let held_out = (0..recording.trajectories.len()).filter(|&index| !trains(index));
-    let held_out: Vec<String> = held_out.map(|index| recording.trajectories[index].name.clone()).collect();
+    let by_source = session.source.as_ref().map(|source| source.held_out.clone());
+    let held_out = by_source.unwrap_or_else(|| beside::held_out(&recording, &session.split));
     let split = split(&recording, &unusable, &held_out, &mut findings, monitor)?;
     let source = session.source.as_ref().map(|source| Arc::new(source.set_right(corrections, held_out)));
     let loaded = Session {

@@ -11,6 +11,7 @@ use crate::effect::registry;
 use crate::model::learned::LearnedPreset;
 use crate::model::{Model, Preset};
 use crate::recording::correction::Correction;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::ReadOptions;
 use crate::simulation::extrapolation::Stretch;
 use crate::simulation::{Level, Scenario, world};
@@ -26,8 +27,8 @@ pub enum Command {
         paths: Vec<PathBuf>,
         /// How to read them.
         options: ReadOptions,
-        /// Names of trajectories to hold out; with none, the split is automatic.
-        held_out: Vec<String>,
+        /// What to hold out.
+        held_out: HoldOut,
     },
     /// Reads files as further trajectories of the recording, all held out, and holds every model against them; none is fitted anew.
     Beside {
@@ -36,6 +37,8 @@ pub enum Command {
     },
     /// Sets right how the recording is set up, and fits the preset anew.
     SetRight(Vec<Correction>),
+    /// Holds out another part of the recording, and identifies or trains the ladder anew.
+    HoldOut(HoldOut),
     /// Opens a session that was saved.
     Restore {
         /// The file.
@@ -161,12 +164,12 @@ impl Command {
     /// ```
     /// use torquescope::prelude::*;
     ///
-    /// let log = Command::open(vec!["run-1.csv".into(), "run-2.csv".into()], ReadOptions::default(), Vec::new());
+    /// let log = Command::open(vec!["run-1.csv".into(), "run-2.csv".into()], ReadOptions::default(), HoldOut::default());
     /// assert_eq!(log.title(), "open run-1.csv and 1 more");
-    /// let session = Command::open(vec!["mine.torquescope".into()], ReadOptions::default(), Vec::new());
+    /// let session = Command::open(vec!["mine.torquescope".into()], ReadOptions::default(), HoldOut::default());
     /// assert!(matches!(session, Command::Restore { .. }));
     /// ```
-    pub fn open(mut paths: Vec<PathBuf>, options: ReadOptions, held_out: Vec<String>) -> Self {
+    pub fn open(mut paths: Vec<PathBuf>, options: ReadOptions, held_out: HoldOut) -> Self {
         if paths.len() == 1 && file::is_session(&paths[0]) {
             return Command::Restore { path: paths.remove(0) };
         }
@@ -175,7 +178,7 @@ impl Command {
 
     /// Where it takes its recording from; `None` if it brings none, or one of several.
     pub(super) fn source(&self) -> Option<Source> {
-        let made = |origin| Source { origin, options: ReadOptions::default(), held_out: Vec::new() };
+        let made = |origin| Source { origin, options: ReadOptions::default(), held_out: HoldOut::default() };
         match self {
             Command::Open { paths, options, held_out } => Some(Source {
                 origin: Origin::Files(paths.clone()),
@@ -202,7 +205,7 @@ impl Command {
             Lock::Diagnosis => matches!(self, Command::Diagnose | Command::Propose),
             Lock::Effects => matches!(self, Command::AddEffect { .. } | Command::Adopt { .. }),
             Lock::Recordings => {
-                let opens = matches!(self, Command::Open { .. } | Command::Beside { .. });
+                let opens = matches!(self, Command::Open { .. } | Command::Beside { .. } | Command::HoldOut(_));
                 let makes = matches!(self, Command::Simulate(_) | Command::SimulateWorld(_) | Command::BeginAnew);
                 opens || makes || matches!(self, Command::DrawMystery { .. })
             }
@@ -229,6 +232,8 @@ impl Command {
                 let texts: Vec<String> = corrections.iter().map(Correction::to_string).collect();
                 format!("set right {}", texts.join(" "))
             }
+            Command::HoldOut(HoldOut::Fifth(turn)) => format!("hold out fifth {}", turn + 1),
+            Command::HoldOut(HoldOut::Trajectories(names)) => format!("hold out {}", names.join(", ")),
             Command::Restore { path } => {
                 format!("open the session {}", path.file_name().unwrap_or_default().to_string_lossy())
             }
@@ -295,7 +300,7 @@ impl Command {
             }
             Command::Make { presets } => presets.iter().any(|preset| matches!(preset, Preset::Learned(_))),
             Command::UseModel { model } => model.is_learned(),
-            Command::AddEffect { .. } | Command::Adopt { .. } | Command::EditTerms(_) => {
+            Command::AddEffect { .. } | Command::Adopt { .. } | Command::EditTerms(_) | Command::HoldOut(_) => {
                 session.current().is_some_and(|step| step.fitted.model.is_learned())
             }
             _ => false,

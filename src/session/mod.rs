@@ -14,6 +14,7 @@ mod error;
 pub mod file;
 mod generation;
 mod history;
+mod hold_out;
 mod models;
 mod name;
 pub mod runs;

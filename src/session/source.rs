@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::recording::correction::Correction;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::ReadOptions;
 use crate::simulation::{Level, Scenario, world};
 
@@ -16,8 +17,8 @@ pub struct Source {
     pub origin: Origin,
     /// How it was read, and what was set right in it since.
     pub options: ReadOptions,
-    /// Names of trajectories that are held out; with none, the split is automatic.
-    pub held_out: Vec<String>,
+    /// What is held out of it.
+    pub held_out: HoldOut,
 }
 
 /// What a recording is made of.
@@ -49,13 +50,13 @@ impl Source {
     }
 
     /// The same with these files beside its own; `None` if it has none of its own.
-    pub(super) fn beside(&self, more: &[PathBuf], held_out: Vec<String>) -> Option<Self> {
+    pub(super) fn beside(&self, more: &[PathBuf], held_out: HoldOut) -> Option<Self> {
         let origin = Origin::Files([self.files()?, more].concat());
         Some(Source { origin, options: self.options.clone(), held_out })
     }
 
     /// The same, set right.
-    pub(super) fn set_right(&self, corrections: &[Correction], held_out: Vec<String>) -> Self {
+    pub(super) fn set_right(&self, corrections: &[Correction], held_out: HoldOut) -> Self {
         let mut options = self.options.clone();
         options.set_right.extend_from_slice(corrections);
         Source { origin: self.origin.clone(), options, held_out }

@@ -4,13 +4,12 @@
 //! one is there to disturb.
 
 use super::TrialError;
-use super::foreign::{Answered, lacking};
+use super::foreign::{Answered, lacking_as_advised};
 use super::kin::{self, Place};
 use super::verdict::{Planted, Truth};
 use crate::progress::Monitor;
 use crate::recording::Recording;
 use crate::recording::seal::{Cause, HiddenEffect};
-use crate::recording::split::Split;
 use crate::simulation::world::{self, Class, Scenario};
 
 /// A world and the class that it is drawn from.
@@ -38,7 +37,7 @@ impl WorldTrial {
     /// [`TrialError`] if it can't be simulated, fitted or diagnosed.
     pub fn run(&self, monitor: &Monitor) -> Result<Answered, TrialError> {
         let recording = world::simulate(&self.scenario, monitor)?;
-        let (report, seconds) = lacking(&recording, &Split::automatic(&recording), monitor)?;
+        let (report, seconds) = lacking_as_advised(&recording, monitor)?;
         // Only now, after the diagnosis has spoken, is the seal opened.
         let truth = self.truth(&recording)?;
         Ok(Answered::new(self.scenario.name.clone(), &truth, &report, seconds))

@@ -23,7 +23,7 @@ fn opened(folder: &Path, options: ReadOptions) -> Session {
     }
     let own = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/own_stribeck.toml");
     let load = run(Command::LoadEffect { path: own.into() }, &Session::default());
-    run(Command::open(paths, options, vec!["an arm's run 2".to_owned()]), &load)
+    run(Command::open(paths, options, HoldOut::named(vec!["an arm's run 2".to_owned()])), &load)
 }
 
 fn run(command: Command, session: &Session) -> Session {

@@ -825,7 +825,7 @@ fn a_saved_session_is_drawn() {
     let at = folder.path();
     hidden_friction(at);
     let run = |command: Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
-    let open = Command::open(vec![at.join("x.npz")], Default::default(), Vec::new());
+    let open = Command::open(vec![at.join("x.npz")], Default::default(), Default::default());
     let add = Command::AddEffect { effect: "coulomb-friction".into(), joints: vec![0] };
     let plain = run(open, &Session::default());
     let session = run(add, &plain);
@@ -996,7 +996,7 @@ fn a_saved_session_is_taken_where_a_model_is() {
     let hidden = ["--joints", "2", "--effect", "coulomb-friction@1", "--trajectories", "5"];
     succeeds(&[["simulate", "-o", "x.npz"].as_slice(), &hidden].concat(), at);
     let run = |command: Command, session: &Session| command.run(session, &Monitor::new()).unwrap();
-    let plain = run(Command::open(vec![at.join("x.npz")], Default::default(), Vec::new()), &Session::default());
+    let plain = run(Command::open(vec![at.join("x.npz")], Default::default(), Default::default()), &Session::default());
     let added = run(Command::AddEffect { effect: "coulomb-friction".into(), joints: vec![0] }, &plain);
     std::fs::write(at.join("mine.torquescope"), file::to_bytes(&added.into()).unwrap()).unwrap();
     let (body, friction) = ("rigid body", "rigid body + Coulomb 1");

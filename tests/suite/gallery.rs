@@ -6,6 +6,7 @@ use torquescope::diagnosis::{Note, Verdict};
 use torquescope::progress::Monitor;
 use torquescope::recording::finding::{FindingKind, Severity};
 use torquescope::recording::gallery::{self, Sample};
+use torquescope::recording::hold_out::HoldOut;
 use torquescope::recording::read::ReadOptions;
 use torquescope::session::{Command, Session};
 use torquescope::trial::{answer_of, world::truth_of};
@@ -21,7 +22,7 @@ fn run(command: Command, session: &Session) -> Session {
 }
 
 fn opened(sample: &Sample) -> Session {
-    run(Command::open(vec![sample.path()], ReadOptions::default(), Vec::new()), &Session::default())
+    run(Command::open(vec![sample.path()], ReadOptions::default(), HoldOut::default()), &Session::default())
 }
 
 /// Nothing unexpected is found when a sample is opened, a wrong set-up is told with what sets it right, and then the diagnosis

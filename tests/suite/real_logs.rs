@@ -9,6 +9,7 @@ use torquescope::effect::registry::find;
 use torquescope::model::{Preset, fit, fit_plain};
 use torquescope::progress::Monitor;
 use torquescope::recording::finding::{Finding, FindingKind};
+use torquescope::recording::hold_out::HoldOut;
 use torquescope::recording::mapping::MappingSpec;
 use torquescope::recording::read::{ReadOptions, read};
 use torquescope::session::{Command, Session};
@@ -26,7 +27,7 @@ fn on_the_double_pendulum_friction_of_both_joints_is_the_first_missing_effect() 
     let open = Command::Open {
         paths: paths.to_vec(),
         options: ReadOptions { zero: Some(Posture::DOWN), ..ReadOptions::default() },
-        held_out: vec!["a0-04".into(), "a0-11".into()],
+        held_out: HoldOut::named(vec!["a0-04".into(), "a0-11".into()]),
     };
     let session = run(Command::Diagnose, &run(open, &Session::default()));
     assert_eq!(session.preset, Preset::RigidBody);
@@ -56,7 +57,7 @@ fn mapping(name: &str) -> MappingSpec {
 
 fn open(paths: &[PathBuf], mapping: MappingSpec, held_out: &[&str]) -> Session {
     let options = ReadOptions { mapping: Some(mapping), ..ReadOptions::default() };
-    let held_out = held_out.iter().map(|name| (*name).to_owned()).collect();
+    let held_out = HoldOut::named(held_out.iter().map(|name| (*name).to_owned()).collect());
     run(Command::Open { paths: paths.to_vec(), options, held_out }, &Session::default())
 }
 

@@ -2,6 +2,7 @@
 
 use torquescope::app::desk::Drawing;
 use torquescope::figure::{Figure, Format, Size, Style};
+use torquescope::recording::hold_out::HoldOut;
 use torquescope::recording::read::ReadOptions;
 
 use super::*;
@@ -467,7 +468,7 @@ fn an_arm_in_space_is_drawn_and_turned() {
     let axes = "[arm]\nconvention = \"standard\"\naxes = [{ d = 0.3, alpha = 1.5707963267948966 }, { a = 0.5 }]";
     let mapping = Some(torquescope::recording::mapping::MappingSpec::from_toml(axes).unwrap());
     let options = ReadOptions { mapping, ..ReadOptions::default() };
-    let session = run(Command::open(vec![log], options, Vec::new()), &Session::default());
+    let session = run(Command::open(vec![log], options, HoldOut::default()), &Session::default());
     let mut window = window(session, &compare::ABOUT, Theme::Light);
     settle(&mut window);
     // Where the second link is seen to begin and end, in metres of the page.

@@ -6,6 +6,8 @@ mod begin;
 mod busy;
 mod care;
 mod charts;
+#[path = "../suite/contact.rs"]
+mod contact;
 mod importing;
 mod legends;
 mod lessons;
@@ -32,6 +34,9 @@ use torquescope::app::screens::{
     self, compare, data, diagnose, experiment, extrapolation, ladder, model, residuals, train,
 };
 use torquescope::app::{About, ExportPage, Locks, Order, Shown, theme};
+use torquescope::arm::Posture;
+use torquescope::recording::hold_out::HoldOut;
+use torquescope::recording::read::ReadOptions;
 use torquescope::session::{Command, Session};
 use torquescope::simulation::{Excitation, Level, Scenario};
 
@@ -133,6 +138,41 @@ fn a_wrong_set_up_is_the_next_step() {
     assert_eq!(error(&window), wrong);
     click(&mut window, "Set right");
     assert!(error(&window) < 0.1 * wrong, "the button beside the finding does the same");
+}
+
+/// What acts where nothing is learned has its next step, after which it is found; the Data screen says what is held out, and undo takes
+/// it back.
+#[test]
+fn a_contact_in_the_held_out_part_alone_is_found_by_the_next_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("bumper.csv");
+    std::fs::write(&log, contact::log()).unwrap();
+    let options = ReadOptions { zero: Some(Posture::DOWN), ..ReadOptions::default() };
+    let session = run(Command::open(vec![log], options, HoldOut::default()), &Session::default());
+    let mut window = window(session, &diagnose::ABOUT, Theme::Light);
+    for step in ["Diagnose", "Hold out another part", "Diagnose", "Add lower end stop"] {
+        click(&mut window, &format!("Next: {step}"));
+    }
+    let session = window.state().session();
+    assert_eq!((session.ladder.len(), &session.source.as_ref().unwrap().held_out), (2, &HoldOut::Fifth(1)));
+    assert!(session.current().unwrap().evaluation.all_held_out.nmse < 1e-4);
+    window.state_mut().order(Order::Show(&data::ABOUT));
+    settle(&mut window);
+    let fifth = |number: usize| format!("Hold out fifth {number}");
+    let is_on = |window: &Window, number: usize| {
+        let toggled = window.get_by_role_and_label(Role::RadioButton, &fifth(number)).accesskit_node().toggled();
+        format!("{toggled:?}").contains("True")
+    };
+    assert!(is_on(&window, 2) && !is_on(&window, 1));
+    window.get_by_role_and_label(Role::RadioButton, &fifth(4)).scroll_to_me();
+    settle(&mut window);
+    window.get_by_role_and_label(Role::RadioButton, &fifth(4)).click();
+    settle(&mut window);
+    assert_eq!(window.state().session().source.as_ref().unwrap().held_out, HoldOut::Fifth(3));
+    assert_eq!(window.state().session().ladder.len(), 2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert_eq!(window.state().session().source.as_ref().unwrap().held_out, HoldOut::Fifth(1));
 }
 
 /// A screen's plots, also those behind another tab, and one plot alone are written; the same twice gives the same bytes.

@@ -8,6 +8,7 @@ use torquescope::app::Order;
 use torquescope::app::screens::{diagnose, model};
 use torquescope::arm::Arm;
 use torquescope::progress::Monitor;
+use torquescope::recording::hold_out::HoldOut;
 use torquescope::recording::read::ReadOptions;
 use torquescope::recording::write::to_npz_bytes;
 use torquescope::session::{Command, Session};
@@ -27,7 +28,7 @@ fn with_unknown_law(folder: &Path) -> Session {
     }
     let path = folder.join("law.npz");
     std::fs::write(&path, to_npz_bytes(&recording).expect("it has a form")).expect("it is written");
-    run(Command::open(vec![path], ReadOptions::default(), Vec::new()), &Session::default())
+    run(Command::open(vec![path], ReadOptions::default(), HoldOut::default()), &Session::default())
 }
 
 #[test]

@@ -4,6 +4,7 @@ use torquescope::arm::Arm;
 use torquescope::lesson;
 use torquescope::model::Preset;
 use torquescope::model::learned::LearnedPreset;
+use torquescope::recording::hold_out::HoldOut;
 use torquescope::recording::read::ReadOptions;
 use torquescope::session::TermEdit;
 use torquescope::simulation::extrapolation::Stretch;
@@ -71,7 +72,7 @@ fn small_world() -> world::Scenario {
 fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let (csv, saved) = (folder.join("swing.csv"), folder.join("saved.torquescope"));
     std::fs::write(&csv, swing()).unwrap();
-    let swing = run(Command::open(vec![csv.clone()], ReadOptions::default(), Vec::new()), &Session::default());
+    let swing = run(Command::open(vec![csv.clone()], ReadOptions::default(), HoldOut::default()), &Session::default());
     let beside = Command::Beside { paths: vec![csv.clone()] };
     let mut writer = window(diagnosed(), &data::ABOUT, Theme::Dark);
     writer.state_mut().order(Order::Save(saved.clone()));
@@ -83,10 +84,14 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/own_stribeck.toml");
     let plan = || Box::new(short_plan(2));
     let all = vec![
-        (demonstration(), Command::Open { paths: vec![csv], options: ReadOptions::default(), held_out: Vec::new() }),
+        (
+            demonstration(),
+            Command::Open { paths: vec![csv], options: ReadOptions::default(), held_out: HoldOut::default() },
+        ),
         (swing, beside),
         (demonstration(), Command::Restore { path: saved }),
         (diagnosed(), Command::SetRight(vec!["sign-torque@1".parse().unwrap()])),
+        (support::repaired(), Command::HoldOut(HoldOut::Fifth(2))),
         (diagnosed(), Command::Simulate(Box::new(Scenario { seed: 5, ..Scenario::embedded() }))),
         (diagnosed(), Command::SimulateWorld(Box::new(small_world()))),
         (diagnosed(), Command::DrawMystery { level: Level::Hard, seed: 2 }),
@@ -123,6 +128,7 @@ fn commands(folder: &Path) -> Vec<(Session, Command)> {
             Command::TrainPreset { .. } | Command::Train { .. } | Command::TrainSeeds { .. } | Command::Resume(_) => (),
             Command::TakeUp { .. } | Command::Rename { .. } | Command::Delete { .. } | Command::Make { .. } => (),
             Command::SetRight(_)
+            | Command::HoldOut(_)
             | Command::Beside { .. }
             | Command::UseModel { .. }
             | Command::Diagnose

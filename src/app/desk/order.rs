@@ -16,6 +16,7 @@ use crate::export::part::Part;
 use crate::figure::{Figure, Format, Style};
 use crate::lesson::Act;
 use crate::model::Preset;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::ReadOptions;
 use crate::session::{Command, Step};
 
@@ -209,7 +210,7 @@ impl Order {
         let is_toml = |path: &PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
         match paths.iter().position(is_toml) {
             Some(place) => Order::OpenBy { file: paths.remove(place), logs: paths },
-            None => Order::run(Command::open(paths, ReadOptions::default(), Vec::new())),
+            None => Order::run(Command::open(paths, ReadOptions::default(), HoldOut::default())),
         }
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::file;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::ReadOptions;
 use crate::session::Command;
 
@@ -43,7 +44,7 @@ impl Recent {
 
     /// Opens it again as it was opened.
     pub fn open(&self) -> Command {
-        let (options, held_out) = serde_json::from_str::<(ReadOptions, Vec<String>)>(&self.reading).unwrap_or_default();
+        let (options, held_out) = serde_json::from_str::<(ReadOptions, HoldOut)>(&self.reading).unwrap_or_default();
         Command::open(self.paths.clone(), options, held_out)
     }
 
@@ -83,11 +84,12 @@ mod tests {
     #[test]
     fn what_was_opened_is_opened_again_in_the_same_way() {
         let options = ReadOptions { rate_hz: Some(250.0), ..ReadOptions::default() };
-        let opened = Command::open(vec!["a.csv".into(), "b.csv".into()], options.clone(), vec!["b".to_owned()]);
+        let opened =
+            Command::open(vec!["a.csv".into(), "b.csv".into()], options.clone(), HoldOut::named(vec!["b".to_owned()]));
         let recent = Recent::of(&opened).unwrap();
         assert_eq!((recent.name().as_str(), recent.open().title()), ("a.csv and 1 more", opened.title()));
         let Command::Open { options: again, held_out, .. } = recent.open() else { panic!("it is a recording") };
-        assert_eq!((again, held_out), (options, vec!["b".to_owned()]));
+        assert_eq!((again, held_out), (options, HoldOut::named(vec!["b".to_owned()])));
         let session = Recent::of(&Command::Restore { path: "mine.torquescope".into() }).unwrap();
         assert!(matches!(session.open(), Command::Restore { path } if path.is_absolute()));
         assert_eq!(Recent::of(&Command::Diagnose), None);

@@ -22,6 +22,7 @@ use crate::progress::Monitor;
 use crate::recording::catalogue;
 use crate::recording::drive::DriveError;
 use crate::recording::encoders::Side;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::mapping::{Channel, Draft, Mapping, MappingError, MappingSpec, Role};
 use crate::recording::read::{self, Preview, ReadOptions, preview};
 use crate::recording::torque::TorqueFacts;
@@ -178,7 +179,7 @@ impl Importing {
 
     /// What opens the logs by a mapping that says what the torque is, too.
     pub fn opening(&self, spec: MappingSpec) -> Command {
-        Command::open(self.opened(), self.options.clone().by(spec), Vec::new())
+        Command::open(self.opened(), self.options.clone().by(spec), HoldOut::default())
     }
 }
 

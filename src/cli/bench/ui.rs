@@ -8,6 +8,7 @@ use super::super::table::{number, table};
 use crate::app::pace::{FrameTimes, Opening, frame_times, opened_and_played};
 use crate::cli::{progress, write_file};
 use crate::model::learned::LearnedPreset;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::ReadOptions;
 use crate::recording::write;
 use crate::selftest::memory;
@@ -132,7 +133,7 @@ impl Ui {
 
 impl Opened {
     fn measured(path: &Path, seconds: f64) -> anyhow::Result<Self> {
-        let open = Command::open(vec![path.to_owned()], ReadOptions::default(), Vec::new());
+        let open = Command::open(vec![path.to_owned()], ReadOptions::default(), HoldOut::default());
         let Opening { seen_s, whole_s, pictures_per_s, played_share, window_share, numbers } =
             opened_and_played(open, seconds)?;
         Ok(Opened {

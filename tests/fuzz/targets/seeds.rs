@@ -9,6 +9,7 @@ use torquescope::experiment::catalogue as experiments;
 use torquescope::model::learned::{Layers, LearnedPreset};
 use torquescope::progress::Monitor;
 use torquescope::recording::catalogue as mappings;
+use torquescope::recording::hold_out::HoldOut;
 use torquescope::recording::read::ReadOptions;
 use torquescope::selftest::seeds::{self, arms};
 use torquescope::session::{self, Command, Session, SessionError};
@@ -58,7 +59,7 @@ fn logs(number: u64) {
 fn documents() -> Result<(), SessionError> {
     let monitor = Monitor::new();
     let log = torquescope_fuzz::folder().join("clean.npz");
-    let loaded = Command::open(vec![log], ReadOptions::default(), Vec::new()).run(&Session::default(), &monitor)?;
+    let loaded = Command::open(vec![log], ReadOptions::default(), HoldOut::default()).run(&Session::default(), &monitor)?;
     let add = Command::AddEffect { effect: Scenario::embedded().effects.swap_remove(0).effect, joints: vec![0] };
     let solved = add.run(&loaded, &monitor)?;
     let options = Options { epochs: 2, batch: 16, ..Options::ours() };

@@ -13,7 +13,7 @@ mod start;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{Button, ComboBox, DragValue, RichText, TextEdit, Ui};
+use egui::{Button, Checkbox, ComboBox, DragValue, RichText, TextEdit, Ui};
 
 use simulate::Simulator;
 
@@ -30,6 +30,7 @@ use crate::figure::Panel;
 use crate::model::Preset;
 use crate::recording::correction::Correction;
 use crate::recording::finding::Severity;
+use crate::recording::hold_out::{self, HoldOut};
 use crate::recording::read::{READABLE, ReadOptions};
 use crate::recording::torque::TorqueFact;
 use crate::recording::{JointKind, Origin, Recording};
@@ -284,6 +285,8 @@ fn signals(ui: &mut Ui, desk: &mut Desk, recording: &Arc<Recording>) {
 fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     let time_steps = desk.memo.later(ui.ctx(), desk.session, TimeSteps).and_then(Result::ok);
+    let study = desk.session.study.as_deref();
+    let is_free = study.is_none_or(|study| Command::HoldOut(HoldOut::default()).locked_by(study).is_none());
     widgets::card(ui, "Trajectories", |ui| {
         egui::Grid::new("trajectories").striped(true).spacing([GROUP, 5.0]).show(ui, |ui| {
             for title in ["name", "samples", "time step", "train / held out"] {
@@ -302,9 +305,9 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 ui.horizontal(|ui| {
                     let held_out = held_out_times(desk.session, index);
                     split_line(ui, time_extent(&run.time), &held_out);
-                    if let Some(source) = opening(desk.session) {
+                    if recording.trajectories.len() > 1 {
                         let mut out = is_held_out(desk.session, index);
-                        let check = ui.checkbox(&mut out, "");
+                        let check = ui.add_enabled(is_free, Checkbox::without_text(&mut out));
                         let spoken = format!("Hold out {}", run.name);
                         check.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, out, &spoken));
                         if check.on_hover_text(&spoken).changed() {
@@ -313,8 +316,7 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                             };
                             let names = (0..recording.trajectories.len()).filter(chosen);
                             let held_out = names.map(|other| recording.trajectories[other].name.clone()).collect();
-                            let source = Source { held_out, ..source.clone() };
-                            read_again(desk, &source, source.options.clone());
+                            desk.run(Command::HoldOut(HoldOut::named(held_out)));
                         }
                     }
                     let text = match held_out.len() {
@@ -327,6 +329,30 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
                 ui.end_row();
             }
         });
+        ui.add_space(GAP);
+        ui.add_enabled_ui(is_free, |ui| turns(ui, desk, recording));
+    });
+}
+
+/// Lets the user choose which fifth is held out.
+fn turns(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
+    let now = desk.session.source.as_ref().map(|source| &source.held_out);
+    let of = if hold_out::is_by_time_block(recording) { "about twenty time blocks" } else { "them" };
+    ui.horizontal(|ui| {
+        let hold_out = if recording.trajectories.len() > 1 { "Or hold out" } else { "Hold out" };
+        ui.label(format!("{hold_out} every fifth of {of}, beginning with"));
+        for turn in 0..hold_out::turns(recording) {
+            let this = HoldOut::Fifth(turn);
+            let is_now = now == Some(&this);
+            let choice = ui.selectable_label(is_now, (turn + 1).to_string());
+            let spoken = format!("Hold out fifth {}", turn + 1);
+            choice.widget_info(|| egui::WidgetInfo::selected(egui::Role::RadioButton, true, is_now, &spoken));
+            let what =
+                "Identifies the ladder anew; models that are not on it learned from what is held out then, and go";
+            if choice.on_hover_text(what).clicked() && !is_now {
+                desk.run(Command::HoldOut(this));
+            }
+        }
     });
 }
 

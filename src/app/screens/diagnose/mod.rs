@@ -100,6 +100,11 @@ impl Screen for Diagnose {
             let why = "Lay every known effect beside the model";
             return Next::Step(NextStep::run("Diagnose", why, Command::Diagnose));
         };
+        let held_out = session.source.as_ref().map(|source| &source.held_out).filter(|_| report.fails_on_held_out());
+        if let Some(other) = held_out.and_then(|now| now.next(session.recording.as_deref()?)) {
+            let why = "What acts in the held-out part alone is learned once that trains; the model is identified anew";
+            return Next::Step(NextStep::run("Hold out another part", why, Command::HoldOut(other)));
+        }
         let Some(effect) = report.effects.iter().find(|effect| effect.effect.check_addable().is_ok()) else {
             return Next::OnTheWay;
         };
@@ -448,8 +453,8 @@ fn without_effect(ui: &mut Ui, desk: &mut Desk, report: &Report, recording: &Rec
             .collect();
         widgets::table(ui, "beside the noise", &["", "held-out nMSE", "noise floor", "what is left is"], &rows);
     });
-    let fits_in_training = report.notes.iter().any(|note| matches!(note, Note::FailsOnHeldOut { .. }))
-        && !report.notes.iter().any(|note| matches!(note, Note::NoneExplains { .. }));
+    let fits_in_training =
+        report.fails_on_held_out() && !report.notes.iter().any(|note| matches!(note, Note::NoneExplains { .. }));
     let (text, screen) = if report.verdict == Verdict::NothingMissing {
         (
             "The model explains these measurements as well as their noise allows. That is no proof that it is complete: an \
