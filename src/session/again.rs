@@ -89,7 +89,7 @@ impl Lines {
         };
         words.extend(self.reading(&source.options));
         match &source.held_out {
-            held_out if *held_out == HoldOut::default() => (),
+            HoldOut::Fifth(0) => (),
             HoldOut::Fifth(turn) => words.extend(["--held-out-fifth".to_owned(), (turn + 1).to_string()]),
             HoldOut::Trajectories(names) => {
                 words.push("--held-out".to_owned());

@@ -253,8 +253,7 @@ fn set_up(session: &Session, wanted: &SetUp, monitor: &Monitor) -> Result<Sessio
     fitted_if_possible(Session { recording, split, study, plan, ..emptied(session) }, monitor)
 }
 
-/// Splits a recording. What there is to be said of that, and of how the recording is
-/// set up, is added to its findings.
+/// Splits a recording. What there is to be said of that, and of how the recording is set up, is added to its findings.
 fn split(
     recording: &Recording,
     unusable: &[Unusable],
