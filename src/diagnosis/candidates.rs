@@ -177,6 +177,11 @@ impl<'a> Library<'a> {
         Ok((Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque }, impossible))
     }
 
+    /// Whether the model's body is identified, so that it absorbs what it can.
+    pub fn is_body_free(&self) -> bool {
+        !self.fitted.model.is_pinned()
+    }
+
     /// What one squared unit of a joint's residual says: 1 / variance of what all candidates together can't explain of its
     /// torque. If that is not white, neighbouring samples say the same again and count as one.
     pub fn certainty(&self, joint: usize) -> f64 {

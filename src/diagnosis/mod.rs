@@ -111,7 +111,7 @@ pub fn diagnose_among(
     let stated = StatedBody::of(&search, &fitted.model);
     let comparison = stated_arm::compare(&search, stated.as_ref());
     // Without a held-out part nobody can be asked about what the search has not found.
-    let beside = if split.held_out.is_empty() { Vec::new() } else { naming::likely_beside(&search, &judged) };
+    let beside = if split.held_out.is_empty() { Vec::new() } else { naming::in_question_beside(&search, &judged) };
     let named = naming::name_effects(&mut search, &beside, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
     let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn, heard } =

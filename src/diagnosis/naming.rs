@@ -53,20 +53,23 @@ struct Judgement {
     rival: Option<usize>,
 }
 
-/// What is as likely there as not though nothing of it was found, or stayed: of each family at each place the group that explains most beside
-/// what was found.
-pub fn likely_beside(search: &Search, judged: &Judged) -> Vec<usize> {
+/// What may well be there though nothing of it was found, or stayed, and is worth asking the held-out part about: of each family at each place
+/// the group that explains most beside what was found.
+pub fn in_question_beside(search: &Search, judged: &Judged) -> Vec<usize> {
     let groups = &search.library.groups;
     let of_place = |(family, joint): (Family, Option<usize>)| {
         let is_it = |group: &usize| groups[*group].effect.family == family && groups[*group].joint == joint;
-        let goes_with = |group: &usize| !search.active.iter().any(|&other| groups[*group].excludes(&groups[other]));
+        let goes_with = |group: &usize| {
+            !search.active.iter().any(|&other| groups[*group].excludes(&groups[other]))
+                && !search.is_on_all_joints(&search.active, *group)
+        };
         if search.active.iter().any(is_it) {
             return None;
         }
         let all = (0..groups.len()).filter(|group| is_it(group) && !search.absorbed.contains(group));
         search.best_beside(&search.active, all.filter(goes_with))
     };
-    judged.likely().filter_map(of_place).collect()
+    judged.in_question().filter_map(of_place).collect()
 }
 
 /// The groups that were found, and each of those that are likely `beside` them, the same effect on several joints once, the largest gain
@@ -218,9 +221,9 @@ mod tests {
     use crate::progress::Monitor;
     use crate::simulation::{Scenario, simulate};
 
-    /// Friction that the search has not found is named beside what it has if it is as likely there as not, and may be asked about.
+    /// Friction that the search has not found is named beside what it has if it may well be there, and may be asked about.
     #[test]
-    fn what_is_likely_beside_what_was_found_is_named_with_its_presence() {
+    fn what_is_in_question_beside_what_was_found_is_named_with_its_presence() {
         let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
         let mut search = searched(&recording, &["coulomb-friction", "dahl-hysteresis", "joint-spring"]);
         let (effect, joint) = found(&search)[0];
@@ -229,13 +232,13 @@ mod tests {
         let family = search.library.groups[group].effect.family;
         let judged = |presence: f64| {
             let judged = Judged::of(&search, Calibration::learned()).unwrap();
-            let rest = judged.likely().collect::<Vec<_>>();
+            let rest = judged.in_question().collect::<Vec<_>>();
             rest.into_iter()
                 .fold(judged, |judged, (family, joint)| judged.believing(family, joint, 0.99))
                 .believing(family, joint, presence)
         };
         assert_eq!(
-            [0.49, 0.5, 0.99].map(|presence| likely_beside(&search, &judged(presence))),
+            [0.39, 0.4, 0.99].map(|presence| in_question_beside(&search, &judged(presence))),
             [vec![], vec![group], vec![]]
         );
         let judged = judged(0.6);
@@ -244,7 +247,7 @@ mod tests {
         assert_eq!(friction.unwrap().presence, 0.6);
         assert!(friction.unwrap().usual.iter().all(|&usual| Some(usual) != joint), "it was not found");
         search.active.push(group);
-        assert!(likely_beside(&search, &judged).is_empty(), "it is found");
+        assert!(in_question_beside(&search, &judged).is_empty(), "it is found");
     }
 
     /// Evidence is twice a logarithm of likelihoods.

@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::effect::{Axis, Effect, Family, Group, Lack};
 use crate::model::Parameter;
 use crate::model::fit::joint_number;
+use crate::recording::Recording;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::torque::TorqueFact;
 
 /// The answer to "what is missing?".
@@ -75,7 +77,7 @@ pub struct MissingEffect {
     pub evidence: Vec<Evidence>,
 }
 
-/// What the held-out part says of a family that was found, or is as likely there as not: how much it is missed there if it is left out and
+/// What the held-out part says of a family that was found, or may well be there: how much it is missed there if it is left out and
 /// the rest is fitted anew, in the band in which models are fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
@@ -227,6 +229,12 @@ impl Report {
         self.notes.iter().any(|note| matches!(note, Note::FailsOnHeldOut { .. }))
     }
 
+    /// What it advises to hold out instead of this: the part whose turn comes next where the model [fails](Report::fails_on_held_out) on it,
+    /// until each was held out once.
+    pub fn hold_out_next(&self, now: &HoldOut, recording: &Recording) -> Option<HoldOut> {
+        if self.fails_on_held_out() { now.next(recording) } else { None }
+    }
+
     /// How likely an effect that was named at a place (a joint, from 0, or the whole arm) is there.
     pub fn presence_of(&self, named: &MissingEffect, place: Option<usize>) -> f64 {
         let is_it = |one: &&Presence| one.family == named.effect.family && one.joint == place;
@@ -271,7 +279,7 @@ pub enum Ground {
         #[serde(default = "contradicted")]
         presence: f64,
     },
-    /// It was found, or as likely there as not, but with what the held-out part says it is not likely enough to name it.
+    /// It was found, or may well be there, but with what the held-out part says it is not likely enough to name it.
     NotSupported(HeldOut),
     /// It was found, but fitted with all that is named it may as well be zero, or is impossible.
     NotShown,
@@ -300,6 +308,8 @@ pub enum Refusal {
         /// RMS of its torque over that of the measured torque of its joint.
         share: f64,
     },
+    /// All other joints have it, and of all at once the body absorbs it.
+    OnAllJoints,
     /// Its best parameters lie outside their bounds.
     Unphysical,
     /// Its best wave does not repeat along the way of the joint: what fits it may be anything that bows.

@@ -253,6 +253,9 @@ impl Refusal {
         match self {
             Refusal::Chance { .. } => "it explains hardly more than chance would".to_owned(),
             Refusal::Small { share } => format!("it is only {:.2} % of what was measured", 100.0 * share),
+            Refusal::OnAllJoints => {
+                "all other joints have it, and on all at once the base parameters take its place".to_owned()
+            }
             Refusal::Unphysical => "its best parameters have the wrong sign".to_owned(),
             Refusal::NoWave => "its best wave does not repeat along the way of the joint".to_owned(),
             Refusal::LeftBy { effect } => format!("it is no more than what the formula of {} leaves", effect.name),

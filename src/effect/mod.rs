@@ -131,6 +131,9 @@ pub struct Facts {
     /// Whether base parameters that are identified beside it absorb it, wholly or on some joint, so that only a stated arm shows
     /// it.
     pub absorbed_by_body: bool,
+    /// Whether only what one joint has of it more than another shows: of all joints at once base parameters that are identified beside
+    /// it absorb it.
+    pub is_relative: bool,
     /// Whether the friction that a network learns stands for it, among others.
     pub learned_friction: bool,
     /// The side of the gear on which its formula takes the encoder to be, if that matters.
@@ -219,6 +222,7 @@ impl Facts {
         everyday: false,
         is_offset: false,
         absorbed_by_body: false,
+        is_relative: false,
         learned_friction: false,
         encoder: None,
         other_side: None,

@@ -18,7 +18,7 @@ pub static EFFECT: Effect = Effect {
     scope: Scope::Joint,
     axis: Axis::Position,
     parameters: &[ParameterSpec::linear("gain_error", "γ", Dimension::Ratio).between(-0.9, 10.0)],
-    facts: Facts { depends_on_load: true, left_by: Some(LEFT_BY_LOAD_FRICTION), ..Facts::USUAL },
+    facts: Facts { depends_on_load: true, is_relative: true, left_by: Some(LEFT_BY_LOAD_FRICTION), ..Facts::USUAL },
 };
 
 /// Teeth are pressed by what the motor sends, friction included: tau = tau_load + m |tau| sign(qd) has two slopes, 1 / (1 - m) where

@@ -19,7 +19,7 @@ pub(crate) mod line_search;
 pub mod preparation;
 pub(crate) mod property;
 mod reach;
-mod rest;
+pub mod rest;
 pub(crate) mod reversal;
 pub(crate) mod sweep;
 pub mod terms;

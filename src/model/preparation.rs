@@ -95,7 +95,7 @@ impl Preparation {
     }
 
     /// Decimates without filtering.
-    pub fn thin_out(&self, signal: &[f64]) -> Vec<f64> {
+    pub fn thin_out<T: Copy>(&self, signal: &[T]) -> Vec<T> {
         signal.iter().copied().step_by(self.every).collect()
     }
 

@@ -13,7 +13,7 @@ const FEWEST_TRAJECTORIES: usize = 4;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged, try_from = "Written")]
 pub enum HoldOut {
-    /// Every fifth trajectory or, with fewer than four trajectories, every fifth of about twenty time blocks; in which of their
+    /// Every fifth trajectory or, with fewer than four trajectories, one of each five of about twenty time blocks; in which of their
     /// [`turns`], counted from 0.
     Fifth(usize),
     /// The trajectories with these names.

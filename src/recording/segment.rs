@@ -35,7 +35,7 @@ pub struct Unusable {
 
 /// How many periods of its cut-off a filter for derivatives remembers: what is further away counts for less than 3 %
 /// (its slowest pole falls as exp(−2.4 t f)).
-const MEMORY: f64 = 1.5;
+pub const MEMORY: f64 = 1.5;
 
 /// How far a filter smeared what was measured \[s\], to either side, where velocity or acceleration was derived.
 pub(super) fn filter_memory(recording: &Recording, trajectory: usize) -> Option<f64> {

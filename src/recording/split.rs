@@ -12,7 +12,7 @@ use super::hold_out::{HoldOut, PARTS, is_by_time_block, turns};
 use super::segment::filter_memory;
 use super::{Recording, Trajectory, glitch};
 
-pub use super::segment::{Segment, Unusable};
+pub use super::segment::{MEMORY, Segment, Unusable};
 
 /// Which stretches train and which are held out. The two never overlap; torque readings at [`fault`] are in neither, nor is what
 /// a filter has carried over the cut between them. Parameters of a joint are estimated from [`Split::train_of`] it, networks learn
@@ -57,6 +57,9 @@ pub enum SplitError {
 
 /// How many time blocks a recording of few trajectories is cut into, over all of them.
 const BLOCKS: usize = 20;
+/// Of each five time blocks one is held out, and of the next five that which comes so many later among them: a motion that repeats itself
+/// would otherwise be held out in one phase of it alone, which then never trains (EMPS repeats itself after 6.2 s, five blocks of 1.24 s).
+const STAGGER: usize = 2;
 /// One in so many training stretches tells when a training has learned enough; where there are fewer, one in so many blocks of
 /// each.
 pub const VALIDATION_SHARE: usize = 10;
@@ -83,13 +86,13 @@ pub(super) fn unusable_by(faults: Vec<Fault>, glitches: Vec<Segment>) -> Vec<Unu
 
 impl Split {
     /// The split that is used when the user does not choose: every fifth trajectory is held out or, with fewer than four
-    /// trajectories, every fifth of about twenty time blocks.
+    /// trajectories, one of each five of about twenty time blocks, each time at another place among the five.
     pub fn automatic(recording: &Recording) -> Split {
         Split::in_turn(recording, 0)
     }
 
-    /// [`Split::automatic`] with other trajectories or time blocks held out: those that come so many later in each five. After
-    /// the last of all [`turns`] comes the first.
+    /// [`Split::automatic`] with other trajectories or time blocks held out: those that come so many later in each five (after the
+    /// fifth comes the first). After the last of all [`turns`] comes the first.
     pub fn in_turn(recording: &Recording, turn: usize) -> Split {
         Split::of_all(recording, turn).clear_of(recording, &unusable(recording))
     }
@@ -110,8 +113,8 @@ impl Split {
                 if samples.is_empty() {
                     continue;
                 }
-                let part =
-                    if block % PARTS == (PARTS / 2 + turn) % PARTS { &mut split.held_out } else { &mut split.train };
+                let of_five = (PARTS / 2 + turn + STAGGER * (trajectory + block / PARTS)) % PARTS;
+                let part = if block % PARTS == of_five { &mut split.held_out } else { &mut split.train };
                 match part.last_mut() {
                     Some(last) if last.trajectory == trajectory && last.samples.end == samples.start => {
                         last.samples.end = samples.end;
@@ -311,6 +314,8 @@ impl TimeBlocks {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::recording::{Channels, Origin, Provenance};
     use crate::signals::Signals;
@@ -429,7 +434,7 @@ pub(super) mod tests {
         // One and a half periods of 6 Hz are a quarter of a second, 25 samples.
         let recording = filtered(&[4000, 4000], 6.0);
         let split = Split::automatic(&recording);
-        assert_eq!(gaps(&split), [50; 8]);
+        assert!(gaps(&split).len() >= 6 && gaps(&split).iter().all(|gap| *gap == 50), "{:?}", gaps(&split));
         assert!((0.12..=0.3).contains(&(size(&split.held_out) as f64 / (size(&split.train) as f64))));
         let finding = &Split::findings(&recording)[0];
         assert!(finding.what.contains("0.250 s (25 samples)"), "{}", finding.what);
@@ -446,6 +451,26 @@ pub(super) mod tests {
             let split = Split::automatic(&filtered(&[samples], 2.0));
             assert!(size(&split.held_out) > 0 && size(&split.train) > 0, "{samples} samples: {split:?}");
         }
+    }
+
+    /// What comes again after five blocks is held out in one phase here and in another there.
+    #[test]
+    fn a_motion_that_repeats_itself_trains_in_all_its_phases() {
+        let recording = recording(&[1000]);
+        for turn in 0..PARTS {
+            let split = Split::in_turn(&recording, turn);
+            let phases = |part: &[Segment]| -> BTreeSet<usize> {
+                part.iter().flat_map(|segment| segment.samples.clone()).map(|sample| sample % 250 / 50).collect()
+            };
+            assert_eq!(phases(&split.train).len(), PARTS, "{split:?}");
+            assert!(phases(&split.held_out).len() >= 4, "{split:?}");
+        }
+        let alike = Split::automatic(&super::tests::recording(&[500, 500]));
+        let [first, second] = [0, 1].map(|run| {
+            let of_run = alike.held_out.iter().filter(move |segment| segment.trajectory == run);
+            of_run.map(|segment| segment.samples.clone()).collect::<Vec<_>>()
+        });
+        assert_ne!(first, second, "two runs of one motion");
     }
 
     /// Every stretch is held out in one turn of five.

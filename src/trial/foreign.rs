@@ -21,9 +21,9 @@ use crate::effect::{Dimension, Effect, ParameterSpec, Scope, registry};
 use crate::model::{self, Preset};
 use crate::progress::Monitor;
 use crate::recording::Recording;
-use crate::recording::hold_out::turns;
+use crate::recording::hold_out::HoldOut;
 use crate::recording::read::{ReadOptions, read};
-use crate::recording::split::Split;
+use crate::recording::split::{Split, unusable};
 
 /// A simulation that steps velocity before position reads them half a step apart: a delay below this \[s\] goes with it.
 const HALF_STEP: f64 = 6e-4;
@@ -273,14 +273,15 @@ pub(super) fn lacking(recording: &Recording, split: &Split, monitor: &Monitor) -
 
 /// The same of whoever follows its advice: while it says that the model fails on what is held out, the next part is held out instead.
 pub(super) fn lacking_as_advised(recording: &Recording, monitor: &Monitor) -> Result<(Report, f64), TrialError> {
-    let (last, mut turn, mut seconds) = (turns(recording) - 1, 0, 0.0);
+    let (unusable, mut held_out, mut seconds) = (unusable(recording), HoldOut::default(), 0.0);
     loop {
-        let (report, more) = lacking(recording, &Split::in_turn(recording, turn), monitor)?;
+        let split = Split::as_asked(recording, &held_out, &unusable)?;
+        let (report, more) = lacking(recording, &split, monitor)?;
         seconds += more;
-        if turn == last || !report.fails_on_held_out() {
-            return Ok((report, seconds));
+        match report.hold_out_next(&held_out, recording) {
+            Some(next) => held_out = next,
+            None => return Ok((report, seconds)),
         }
-        turn += 1;
     }
 }
 
@@ -317,7 +318,7 @@ impl Answered {
 }
 
 /// What the held-out part said of a family, and whether it is there, if it was asked and if that is known: of a real log, in which something
-/// is assumed, nobody knows that it lacks the friction that nearly every joint has.
+/// is assumed, nobody knows that it lacks what nearly every joint has: friction, a torque that is not zero at rest, the inertia of a motor.
 fn asked(one: &Presence, truth: &Truth) -> Option<Asked> {
     let (effect, joint) = (one.effect.id.to_owned(), one.joint.map(|joint| joint + 1));
     let is_assumed = |planted: &Planted| planted.assumed && planted.judge(&effect, joint).is_good();
@@ -325,8 +326,8 @@ fn asked(one: &Presence, truth: &Truth) -> Option<Asked> {
         return None;
     }
     let is_there = truth.judge(&effect, joint).is_good();
-    let is_common = |other: &&Effect| other.family == one.family && other.is_common_friction();
-    if !is_there && registry::sought().iter().any(is_common) && truth.planted.iter().any(|planted| planted.assumed) {
+    let is_everyday = |other: &&Effect| other.family == one.family && other.facts.everyday;
+    if !is_there && registry::sought().iter().any(is_everyday) && truth.planted.iter().any(|planted| planted.assumed) {
         return None;
     }
     one.held_out.map(|held_out| Asked { effect, joint, held_out, is_there })

@@ -30,6 +30,7 @@ use crate::model::ModelError;
 use crate::progress::Stopped;
 use crate::recording::read::ReadError;
 use crate::recording::seal::SealError;
+use crate::recording::split::SplitError;
 use crate::simulation::SimulationError;
 
 /// Effects with the places where they act: a joint from 0, or `None` for the whole arm.
@@ -57,6 +58,9 @@ pub enum TrialError {
     /// A recording can't be simulated.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// It can't be held out as the diagnosis advised.
+    #[error(transparent)]
+    Split(#[from] SplitError),
     /// The model does not fit, or the diagnosis fails.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -1,7 +1,7 @@
 //! What the clues of one search amount to: how likely each family is there, and how complete the answer is.
 
 use super::calibration::Calibration;
-use super::{EVEN, Rest, Sighting, look};
+use super::{Rest, Sighting, WORTH_ASKING, look};
 use crate::diagnosis::heard::{BEYOND_DOUBT, Heard};
 use crate::diagnosis::report::{Completeness, Presence};
 use crate::diagnosis::search::Search;
@@ -64,10 +64,10 @@ impl Judged {
         Judged { sightings, ..self }
     }
 
-    /// The families that are as likely there as not, and not beyond doubt, each at its place.
-    pub fn likely(&self) -> impl Iterator<Item = (Family, Option<usize>)> {
-        let likely = self.sightings.iter().filter(|(_, presence)| (EVEN..BEYOND_DOUBT).contains(presence));
-        likely.map(|(one, _)| (one.family, one.joint))
+    /// The families of which nobody can say yet whether they are there, each at its place.
+    pub fn in_question(&self) -> impl Iterator<Item = (Family, Option<usize>)> {
+        let asked = self.sightings.iter().filter(|(_, presence)| (WORTH_ASKING..BEYOND_DOUBT).contains(presence));
+        asked.map(|(one, _)| (one.family, one.joint))
     }
 
     /// How likely something of a family is at a place.

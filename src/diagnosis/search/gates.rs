@@ -64,6 +64,9 @@ pub fn check(search: &Search, now: &Now, group: usize) -> Result<(), Refusal> {
     if share < LEAST_SHARE {
         return Err(Refusal::Small { share });
     }
+    if search.is_on_all_joints(before, group) {
+        return Err(Refusal::OnAllJoints);
+    }
     if !is_physical(search, &after, group) {
         return Err(Refusal::Unphysical);
     }
@@ -296,7 +299,10 @@ fn extrapolates(search: &Search, before: &[usize], after: &[usize], gain: f64) -
 mod tests {
     use super::*;
 
+    use crate::diagnosis::search::testing::{self, searched};
     use crate::effect::registry;
+    use crate::progress::Monitor;
+    use crate::simulation::{Scenario, simulate};
 
     #[test]
     fn the_t_of_paired_gains_is_their_mean_over_its_standard_error() {
@@ -335,6 +341,19 @@ mod tests {
         gains[0] = 0.0;
         gains[19] = 0.0;
         assert!(!is_unopposed(&gains, 1.0), "one is missing");
+    }
+
+    /// One scale of all torques is that of the links.
+    #[test]
+    fn what_all_joints_have_is_the_body() {
+        let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
+        let search = searched(&recording, &["torque-gain", "coulomb-friction"]);
+        let on_all = |effect: &str| {
+            let [first, second, third] = [0, 1, 2].map(|joint| testing::group(&search, effect, joint));
+            [vec![first, second], vec![second], vec![second, third]].map(|set| search.is_on_all_joints(&set, third))
+        };
+        assert_eq!(on_all("torque-gain"), [true, false, false]);
+        assert_eq!(on_all("coulomb-friction"), [false; 3], "no link rubs");
     }
 
     #[test]

@@ -214,6 +214,17 @@ impl<'a> Search<'a> {
             })
     }
 
+    /// Whether the body absorbs a group beside this set, since all other joints have the same and only what one has more than another shows.
+    pub fn is_on_all_joints(&self, set: &[usize], group: usize) -> bool {
+        let groups = &self.library.groups;
+        let (effect, own) = (groups[group].effect, groups[group].joint);
+        let has = |joint: usize| {
+            set.iter().any(|&other| groups[other].effect == effect && groups[other].joint == Some(joint))
+        };
+        let is_on_all = || (0..self.weights.len()).all(|joint| own == Some(joint) || has(joint));
+        effect.facts.is_relative && self.library.is_body_free() && is_on_all()
+    }
+
     /// The set with this group more, and without those that it includes or excludes.
     pub fn with(&self, group: usize) -> Vec<usize> {
         let candidate = &self.library.groups[group];

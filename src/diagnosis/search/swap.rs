@@ -95,6 +95,7 @@ impl Search<'_> {
             let is_absorbed = self.absorbed.contains(&candidate);
             if !meets
                 || is_absorbed
+                || self.is_on_all_joints(&base.groups, candidate)
                 || !candidate_group.repeats()
                 || candidate_group.same_place_and_effect(&groups[group])
                 || base.groups.iter().any(excludes)

@@ -100,8 +100,8 @@ impl Screen for Diagnose {
             let why = "Lay every known effect beside the model";
             return Next::Step(NextStep::run("Diagnose", why, Command::Diagnose));
         };
-        let held_out = session.source.as_ref().map(|source| &source.held_out).filter(|_| report.fails_on_held_out());
-        if let Some(other) = held_out.and_then(|now| now.next(session.recording.as_deref()?)) {
+        let held_out = session.source.as_ref().map(|source| &source.held_out);
+        if let Some(other) = held_out.and_then(|now| report.hold_out_next(now, session.recording.as_deref()?)) {
             let why = "What acts in the held-out part alone is learned once that trains; the model is identified anew";
             return Next::Step(NextStep::run("Hold out another part", why, Command::HoldOut(other)));
         }
