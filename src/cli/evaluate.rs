@@ -173,9 +173,7 @@ fn evaluate_all(session: &Session, fitted: &Fitted) -> anyhow::Result<(Evaluatio
             recording.joint_count()
         );
     }
-    let everything = recording.trajectories.iter().enumerate();
-    let held_out = everything.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect();
-    let split = Split { held_out, ..Split::default() };
+    let split = Split { held_out: recording.runs().collect(), ..Split::default() };
     Ok((Evaluation::of(fitted, recording, &split)?, split.held_out))
 }
 

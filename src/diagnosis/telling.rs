@@ -13,7 +13,7 @@ use super::search::Search;
 use crate::effect::Scope;
 use crate::model::design::Design;
 use crate::model::{EffectTerm, Fitted, Model, Term};
-use crate::recording::split::{Segment, Split};
+use crate::recording::split::Split;
 use crate::recording::{ChannelsMut, Recording, Trajectory};
 use crate::statistics::ends;
 
@@ -74,8 +74,7 @@ fn evidence(
         fitted.model.terms.iter().cloned().zip(fitted.shapes().iter().cloned()).filter(|(term, _)| kept(term)).unzip();
     terms.push(Term::Effect(rival.clone()));
     shapes.push(shape.to_vec());
-    let segment = |(trajectory, data): (usize, &Trajectory)| Segment { trajectory, samples: 0..data.len() };
-    let split = Split { train: recording.trajectories.iter().enumerate().map(segment).collect(), ..Split::default() };
+    let split = Split { train: recording.runs().collect(), ..Split::default() };
     let design = Design::in_setting(recording, &split, fitted.setting()).ok()?;
     let model = Model { terms };
     let columns = design.columns(&model, &shapes).ok()?;

@@ -19,7 +19,7 @@ use crate::model::learned::LearnedTerm;
 use crate::model::{self, Fitted, Model, Preset, Term};
 use crate::progress::{Event, Monitor};
 use crate::recording::read::read;
-use crate::recording::split::{Segment, Split};
+use crate::recording::split::Split;
 use crate::recording::{Recording, Trajectory};
 use crate::simulation::simulate;
 use crate::training::{self, Ending};
@@ -317,7 +317,7 @@ fn train_members(
 ) -> Result<Vec<Fitted>, ExperimentError> {
     let begin = Instant::now();
     let recording = load(&cell.inputs.source, data, monitor)?;
-    let split = Split { train: everything(&recording), ..Split::default() };
+    let split = Split { train: recording.runs().collect(), ..Split::default() };
     let (model, named, verdict) = model_of(cell, &recording, &split, monitor)?;
     let mut members = Vec::new();
     for number in 0..cell.inputs.members {
@@ -389,11 +389,6 @@ fn model_of(
             Ok((model, named, Some(format!("{:?}", report.verdict))))
         }
     }
-}
-
-fn everything(recording: &Recording) -> Vec<Segment> {
-    let trajectories = recording.trajectories.iter().enumerate();
-    trajectories.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect()
 }
 
 /// The arm whose parts of the torque are known at the very states that were measured.

@@ -57,9 +57,8 @@ impl Part {
     /// # Errors
     /// [`EmptyPart`] if none are.
     pub fn stretches(self, recording: &Recording, split: &Split) -> Result<Vec<Segment>, EmptyPart> {
-        let run = |(trajectory, run): (usize, &Trajectory)| Segment { trajectory, samples: 0..run.len() };
         let stretches = match self {
-            Part::Whole => recording.trajectories.iter().enumerate().map(run).collect(),
+            Part::Whole => recording.runs().collect(),
             Part::Training => split.train.clone(),
             Part::HeldOut => split.held_out.clone(),
         };

@@ -180,6 +180,12 @@ impl Recording {
         Trajectory::way(&self.trajectories, joint)
     }
 
+    /// All of every run.
+    pub fn runs(&self) -> impl Iterator<Item = split::Segment> {
+        let runs = self.trajectories.iter().enumerate();
+        runs.map(|(trajectory, run)| split::Segment { trajectory, samples: 0..run.len() })
+    }
+
     /// The highest speed of a joint \[rad/s or m/s\], above zero.
     pub fn top_speed(&self, joint: usize) -> f64 {
         let speeds = self.trajectories.iter().flat_map(|trajectory| &trajectory.qd[joint]);

@@ -22,6 +22,14 @@ impl Segment {
         let samples = self.samples.start.div_ceil(every)..self.samples.end.div_ceil(every);
         Segment { trajectory: self.trajectory, samples }
     }
+
+    /// Cut evenly into pieces that are not longer than this.
+    pub fn pieces(&self, longest: usize) -> Vec<Segment> {
+        let count = self.samples.len().div_ceil(longest.max(1));
+        let cut = |piece: usize| self.samples.start + self.samples.len() * piece / count;
+        let piece = |piece: usize| Segment { trajectory: self.trajectory, samples: cut(piece)..cut(piece + 1) };
+        (0..count).map(piece).collect()
+    }
 }
 
 /// A stretch whose readings are none.
@@ -45,4 +53,22 @@ pub(super) fn filter_memory(recording: &Recording, trajectory: usize) -> Option<
     }
     let run = &recording.trajectories[trajectory];
     Some(MEMORY / provenance.low_pass_hz.unwrap_or_else(|| default_cutoff(&run.q, &run.qd, run.time_step())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_are_even_and_leave_nothing_out() {
+        let cut = |samples: Range<usize>, longest: usize| {
+            let pieces = Segment { trajectory: 3, samples }.pieces(longest);
+            assert!(pieces.iter().all(|piece| piece.trajectory == 3));
+            pieces.into_iter().map(|piece| (piece.samples.start, piece.samples.end)).collect::<Vec<_>>()
+        };
+        assert_eq!(cut(5..15, 4), [(5, 8), (8, 11), (11, 15)]);
+        assert_eq!(cut(5..15, 10), [(5, 15)]);
+        assert_eq!(cut(5..7, 0), [(5, 6), (6, 7)], "none is empty");
+        assert!(cut(5..5, 4).is_empty());
+    }
 }

@@ -10,10 +10,10 @@ use super::name::unique;
 use super::{Session, Step};
 use crate::model::Evaluation;
 use crate::progress::Monitor;
+use crate::recording::Recording;
 use crate::recording::hold_out::HoldOut;
 use crate::recording::read::{self, ReadOptions};
 use crate::recording::split::{Segment, Split, unusable};
-use crate::recording::{Recording, Trajectory};
 
 /// The session with these files as further trajectories, and every model held against them. No model is fitted anew.
 pub(super) fn add(session: &Session, paths: &[PathBuf], monitor: &Monitor) -> Result<Session, SessionError> {
@@ -59,9 +59,7 @@ fn options(session: &Session) -> ReadOptions {
 /// Both recordings as one, of which all of the other is held out as far as its readings are some.
 fn joined(own: &Recording, other: Recording, split: &Split) -> (Recording, Split) {
     let first = own.trajectories.len();
-    let whole = |(trajectory, run): (usize, &Trajectory)| Segment { trajectory, samples: 0..run.len() };
-    let all = other.trajectories.iter().enumerate().map(whole).collect();
-    let clear = Split { train: all, ..Split::default() }.clear_of(&other, &unusable(&other)).train;
+    let clear = Split { train: other.runs().collect(), ..Split::default() }.clear_of(&other, &unusable(&other)).train;
     let mut split = split.clone();
     split.held_out.extend(clear.into_iter().map(|part| Segment { trajectory: first + part.trajectory, ..part }));
     let mut recording = own.clone();

@@ -12,7 +12,7 @@ use crate::model::{self, Evaluation, Fitted, Preset};
 use crate::progress::Monitor;
 use crate::recording::Recording;
 use crate::recording::seal::HiddenEffect;
-use crate::recording::split::{Segment, Split};
+use crate::recording::split::Split;
 use crate::session::SessionError;
 use crate::simulation::{Excitation, Scenario, simulate};
 use crate::training::fit::{Plan, fit};
@@ -166,9 +166,7 @@ impl Case {
 
 /// nMSE of all joints together, and of the worst one.
 fn errors(fitted: &Fitted, test: &Recording) -> anyhow::Result<(f64, f64)> {
-    let runs = test.trajectories.iter().enumerate();
-    let held_out = runs.map(|(trajectory, data)| Segment { trajectory, samples: 0..data.len() }).collect();
-    let joints = Evaluation::of(fitted, test, &Split { held_out, ..Split::default() })?.held_out;
+    let joints = Evaluation::of(fitted, test, &Split { held_out: test.runs().collect(), ..Split::default() })?.held_out;
     let error: f64 = joints.iter().map(|joint| joint.mse).sum();
     let energy: f64 = joints.iter().map(|joint| joint.mse / joint.nmse).sum();
     Ok((error / energy, joints.iter().map(|joint| joint.nmse).fold(0.0, f64::max)))
