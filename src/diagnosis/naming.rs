@@ -66,8 +66,11 @@ pub fn in_question_beside(search: &Search, judged: &Judged) -> Vec<usize> {
         if search.active.iter().any(is_it) {
             return None;
         }
-        let all = (0..groups.len()).filter(|group| is_it(group) && !search.absorbed.contains(group));
-        search.best_beside(&search.active, all.filter(goes_with))
+        let all =
+            (0..groups.len()).filter(|group| is_it(group) && !search.absorbed.contains(group) && goes_with(group));
+        // What the other joints have it has in their form, if at all: an odd one explains more, be it there or not.
+        let mut usual = all.clone().filter(|&group| groups[group].effect.is_common() && search.is_usual(group));
+        usual.next().or_else(|| search.best_beside(&search.active, all))
     };
     judged.in_question().filter_map(of_place).collect()
 }
@@ -217,7 +220,7 @@ impl Named {
 mod tests {
     use super::*;
     use crate::diagnosis::presence::calibration::Calibration;
-    use crate::diagnosis::search::testing::{found, searched};
+    use crate::diagnosis::search::testing::{found, group, searched};
     use crate::progress::Monitor;
     use crate::simulation::{Scenario, simulate};
 
@@ -248,6 +251,27 @@ mod tests {
         assert!(friction.unwrap().usual.iter().all(|&usual| Some(usual) != joint), "it was not found");
         search.active.push(group);
         assert!(in_question_beside(&search, &judged).is_empty(), "it is found");
+    }
+
+    /// Joints 1 and 2 have Coulomb friction, joint 3 has another form of it.
+    #[test]
+    fn what_the_other_joints_have_is_asked_about_in_their_form() {
+        let mut scenario = Scenario::embedded();
+        scenario.effects.extend(scenario.hide_by_strength("dahl-hysteresis", &[2], 0.05).unwrap());
+        let recording = simulate(&scenario, &Monitor::new()).unwrap();
+        let mut search = searched(&recording, &["coulomb-friction", "dahl-hysteresis"]);
+        search.active.retain(|&group| search.library.groups[group].joint != Some(2));
+        let common = group(&search, "coulomb-friction", 2);
+        let groups = &search.library.groups;
+        let all = (0..groups.len()).filter(|&group| groups[group].joint == Some(2));
+        let best = search.best_beside(&search.active, all).unwrap();
+        assert_eq!(groups[best].effect.id, "dahl-hysteresis", "it explains more");
+        let judged = Judged::of(&search, Calibration::learned()).unwrap();
+        let judged = judged.believing(groups[common].effect.family, Some(2), 0.6);
+        assert_eq!(in_question_beside(&search, &judged), [common]);
+        search.active.clear();
+        let best = search.best_beside(&[], [best, common].into_iter());
+        assert!(in_question_beside(&search, &judged).contains(&best.unwrap()), "nothing is usual then");
     }
 
     /// Evidence is twice a logarithm of likelihoods.
