@@ -1,11 +1,14 @@
 //! The answer in a word, and what to do next or to doubt.
 
+use super::bursts::Burst;
 use super::presence::SURE;
 use super::report::{Completeness, MissingEffect, Note, Verdict};
 use super::search::FEWEST_BLOCKS;
 use super::stated_arm::Comparison;
 use crate::model::Evaluation;
+use crate::recording::Recording;
 use crate::recording::encoders::Side;
+use crate::recording::split::Segment;
 
 /// Below this probability a form is one of several of the catalogue.
 const SURE_FORM: f64 = 0.8;
@@ -103,13 +106,33 @@ fn on_held_out(model: &Evaluation, joint: usize) -> (f64, bool) {
 }
 
 /// How complete the answer is, held against what was held out, where `last` is the model with all that was named: one that fits in training
-/// alone is not the answer.
-pub fn carried_over(completeness: &[Completeness], last: &Evaluation) -> Vec<Completeness> {
+/// alone, or not in a stretch that stands out, is not the answer.
+pub fn carried_over(completeness: &[Completeness], last: &Evaluation, bursts: &[Burst]) -> Vec<Completeness> {
     let held_against = |one: &Completeness| {
         let (times, fails) = on_held_out(last, one.joint);
+        let fails = fails || bursts.iter().any(|burst| burst.joint == one.joint);
         Completeness { held_out: times.is_finite().then_some(times), complete: one.complete && !fails, ..*one }
     };
     completeness.iter().map(held_against).collect()
+}
+
+/// What stands out, each stretch once.
+pub fn in_bursts(bursts: &[Burst], recording: &Recording) -> Vec<Note> {
+    let mut stretches: Vec<&Segment> = bursts.iter().map(|burst| &burst.stretch).collect();
+    stretches.sort_unstable_by_key(|stretch| (stretch.trajectory, stretch.samples.start));
+    stretches.dedup();
+    let note = |stretch: &Segment| {
+        let here: Vec<&Burst> = bursts.iter().filter(|burst| burst.stretch == *stretch).collect();
+        let run = &recording.trajectories[stretch.trajectory];
+        let second = |sample: usize| run.time[sample.min(run.len() - 1)];
+        Note::Burst {
+            joints: here.iter().map(|burst| burst.joint).collect(),
+            trajectory: run.name.clone(),
+            seconds: [second(stretch.samples.start), second(stretch.samples.end)],
+            times: here.iter().map(|burst| burst.times).fold(0.0, f64::max),
+        }
+    };
+    stretches.into_iter().map(note).collect()
 }
 
 /// The joints on which the model with all that was named fails on held-out data.
@@ -154,6 +177,8 @@ mod tests {
     use super::*;
     use crate::diagnosis::report::Alternative;
     use crate::model::JointError;
+    use crate::progress::Monitor;
+    use crate::simulation::{Scenario, simulate};
 
     fn named(id: &str) -> MissingEffect {
         MissingEffect::example(id)
@@ -254,7 +279,7 @@ mod tests {
     fn what_fits_in_training_alone_is_not_complete() {
         let judged = |train, held_out, torque| {
             let last = evaluation(train, held_out, torque);
-            (carried_over(&[Completeness::example()], &last).remove(0), fails_on_held_out(&last))
+            (carried_over(&[Completeness::example()], &last, &[]).remove(0), fails_on_held_out(&last))
         };
         let (fails, note) = judged(0.01, 0.25, 1.0);
         assert_eq!((fails.held_out.map(f64::round), fails.complete), (Some(5.0), false));
@@ -268,6 +293,31 @@ mod tests {
         }
         let told = notes(Verdict::UnknownEffect, &[], &[], &Comparison::Agrees, 16, None);
         assert!(told.is_empty(), "nothing is left in training of which to say that no effect explains it");
+    }
+
+    /// Two joints stand out in one stretch of the second run, the third in another.
+    #[test]
+    fn a_joint_that_stands_out_in_a_stretch_is_not_complete_and_a_note_says_where() {
+        let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
+        let burst = |joint: usize, start: usize, times: f64| {
+            let stretch = Segment { trajectory: 1, samples: start..start + 20 };
+            Burst { joint, stretch, times }
+        };
+        let bursts = [burst(0, 40, 7.0), burst(1, 20, 6.0), burst(2, 40, 9.0)];
+        let run = &recording.trajectories[1];
+        let note = |joints: &[usize], start: usize, times: f64| Note::Burst {
+            joints: joints.to_vec(),
+            trajectory: run.name.clone(),
+            seconds: [run.time[start], run.time[start + 20]],
+            times,
+        };
+        assert_eq!(in_bursts(&bursts, &recording), [note(&[1], 20, 6.0), note(&[0, 2], 40, 9.0)]);
+        let beyond = [burst(0, run.len() - 20, 7.0)];
+        assert_eq!(in_bursts(&beyond, &recording).len(), 1, "its end is that of the run");
+        let complete = |bursts: &[Burst]| {
+            carried_over(&[Completeness::example()], &evaluation(0.01, 0.01, 1.0), bursts)[0].complete
+        };
+        assert_eq!([complete(&bursts), complete(&bursts[1..]), complete(&[])], [false, true, true]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! A recording goes through once, of a very long one an `excerpt`. `candidates` lays every effect beside the model, as columns of one design. `search` finds
 //! the set that explains the torque for the least price, [`presence`] says how likely each family is there and how complete
 //! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
-//! be, `telling` which motion would tell. `steps` adds what was named; `held_out` data are asked about what is in doubt, and `heard` is how likely it is with that (`withdrawn` keeps what leaves and why); `conclusion` draws the answer, a [`Report`]: data,
+//! be, `telling` which motion would tell. `steps` adds what was named; `held_out` data are asked about what is in doubt, and `heard` is how likely it is with that (`withdrawn` keeps what leaves and why); `bursts` are stretches that stand out from what is left; `conclusion` draws the answer, a [`Report`]: data,
 //! which `words` says in words.
 //! [`setup`] asks before all that whether the log is set up right. [`evidence`] holds its plots. [`proposal`] asks on what the
 //! remainder depends that no effect explains, and by which formula. [`sufficiency`] asks, once the truth is known, whether the
@@ -11,6 +11,7 @@
 //!
 //! A diagnosis sees measurements only. It never opens a seal; a test keeps it so.
 
+mod bursts;
 mod candidates;
 mod conclusion;
 pub mod evidence;
@@ -18,6 +19,7 @@ mod excerpt;
 mod flexible;
 mod heard;
 mod held_out;
+mod in_band;
 mod naming;
 pub mod presence;
 pub mod proposal;
@@ -36,6 +38,7 @@ use rayon::prelude::*;
 
 use candidates::Library;
 use excerpt::Excerpt;
+use in_band::InBand;
 use presence::Judged;
 use presence::calibration::Calibration;
 use search::Search;
@@ -114,8 +117,9 @@ pub fn diagnose_among(
     let beside = if split.held_out.is_empty() { Vec::new() } else { naming::in_question_beside(&search, &judged) };
     let named = naming::name_effects(&mut search, &beside, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
+    let in_band = InBand::of(recording, split, &design);
     let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn, heard } =
-        steps::measure(named, &judged, fitted, stated.as_ref(), &before, recording, split, &design, monitor)?;
+        steps::measure(named, &judged, fitted, stated.as_ref(), &before, &in_band, recording, split, &design, monitor)?;
     let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
         effect.telling_motion = rivals.and_then(motion);
@@ -126,7 +130,8 @@ pub fn diagnose_among(
     let supported = ranking::supported(&search, &beside, &heard);
     let judged = judged.with(heard).without(|family, joint| withdrawn::is_gone(family, joint, &withdrawn, &effects));
     let presence = judged.told();
-    let completeness = conclusion::carried_over(judged.completeness(), &last);
+    let bursts = bursts::find(&last_fitted, &in_band, recording)?;
+    let completeness = conclusion::carried_over(judged.completeness(), &last, &bursts);
     let incomplete = completeness.iter().filter(|one| !one.complete);
     let unexplained_joints: Vec<usize> = incomplete.map(|one| one.joint).collect();
     let verdict = conclusion::verdict(&effects, &unexplained_joints, &comparison);
@@ -142,7 +147,10 @@ pub fn diagnose_among(
     not_known.splice(0..0, hiding.map(|fact| NotKnown::NotInTorque { fact }));
     let mut notes = conclusion::notes(verdict, &effects, &judged.incomplete(), &comparison, blocks, recording.encoders);
     // Before anything is added: what is missing may be found once models learn from it.
-    notes.splice(0..0, conclusion::fails_on_held_out(&last));
+    notes.splice(
+        0..0,
+        conclusion::fails_on_held_out(&last).into_iter().chain(conclusion::in_bursts(&bursts, recording)),
+    );
     let of_torque = last.noise_floor_nmse.as_deref();
     notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(&completeness, noise)));
     notes.extend(design.follows_up_to().map(|above_hz| Note::NotFollowed { above_hz }));

@@ -394,6 +394,18 @@ pub enum Note {
         #[serde(with = "joint_numbers")]
         joints: Vec<usize>,
     },
+    /// In one stretch the model with all that was named errs many times as much as elsewhere.
+    Burst {
+        /// On these joints, counted from 0; written counted from 1.
+        #[serde(with = "joint_numbers")]
+        joints: Vec<usize>,
+        /// In this trajectory, by name.
+        trajectory: String,
+        /// From then to then \[s\].
+        seconds: [f64; 2],
+        /// So many times as much (RMS) on the joint where it is most.
+        times: f64,
+    },
     /// What is left is noise, but far more than that of the torque: it comes from the motion.
     NoiseOfMotion {
         /// On these joints, counted from 0; written counted from 1.

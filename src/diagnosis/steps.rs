@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::evidence;
 use super::heard::Heard;
-use super::held_out::{self, InBand};
+use super::held_out::{self, Errors};
+use super::in_band::InBand;
 use super::naming::Named;
 use super::presence::Judged;
 use super::report::{Ground, MissingEffect};
@@ -53,14 +54,14 @@ pub fn measure(
     fitted: &Fitted,
     stated: Option<&StatedBody>,
     start: &Evaluation,
+    in_band: &InBand,
     recording: &Recording,
     split: &Split,
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
     let mut withdrawn = Vec::new();
-    let (mut named, whole, heard) =
-        asked(named, judged, &mut withdrawn, fitted, stated, recording, split, design, monitor)?;
+    let (mut named, whole, heard) = asked(named, judged, &mut withdrawn, fitted, stated, in_band, design, monitor)?;
     let mut may_reorder = true;
     loop {
         let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
@@ -90,8 +91,7 @@ fn asked(
     withdrawn: &mut Vec<Withdrawn>,
     fitted: &Fitted,
     stated: Option<&StatedBody>,
-    recording: &Recording,
-    split: &Split,
+    in_band: &InBand,
     design: &Design,
     monitor: &Monitor,
 ) -> Result<(Vec<Named>, Fitted, Vec<Heard>), ModelError> {
@@ -100,8 +100,7 @@ fn asked(
     loop {
         let errors = |named: &[Named]| {
             let model = with_all(named, fitted, stated)?;
-            let evaluation = measured(model, &whole, recording, split, design, &monitor.quiet())?.evaluation;
-            Ok(InBand::of(&evaluation, recording, split, design))
+            Errors::of(&fitted_here(model, &whole, design, &monitor.quiet())?, in_band)
         };
         let heard = held_out::ask(&named, |family, joint| judged.presence(family, joint), errors)?;
         let Some((number, one)) = held_out::unlikely(&named, &heard) else {
@@ -249,7 +248,12 @@ struct Measured {
     evaluation: Evaluation,
 }
 
-/// Of a model that is fitted here, unless it is the `whole` one, which is fitted already.
+/// A model that is fitted here, unless it is the `whole` one, which is fitted already.
+fn fitted_here(model: Model, whole: &Fitted, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
+    if model == whole.model { Ok(whole.clone()) } else { fit::fit_design(&model, design, monitor) }
+}
+
+/// Such a model, held against the recording.
 fn measured(
     model: Model,
     whole: &Fitted,
@@ -258,7 +262,7 @@ fn measured(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Measured, ModelError> {
-    let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, monitor)? };
+    let fitted = fitted_here(model, whole, design, monitor)?;
     let evaluation = Evaluation::of(&fitted, recording, split)?;
     Ok(Measured { fitted, evaluation })
 }

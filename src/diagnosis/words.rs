@@ -122,6 +122,11 @@ impl Note {
                  views.",
                 joints_text(joints)
             ),
+            Note::Burst { joints, trajectory, seconds: [from, to], times } => format!(
+                "From {from:.2} to {to:.2} s of trajectory \u{201c}{trajectory}\u{201d} the error of {} is {times:.0} times that of most of the log: something acts \
+                 there only (a contact, a collision, a load, a faulty reading), or it moves there as nowhere else. Look there in the residual views.",
+                joints_text(joints)
+            ),
             Note::NoiseOfMotion { joints } => format!(
                 "What is left of {} looks like noise, but is more than {NOISIER} times that of the torque: it is that of the motion \
                  (derivatives, a coarse encoder, channels read at different moments). A lower cut-off or a better velocity \
@@ -494,6 +499,13 @@ mod tests {
             older.starts_with("joint 1: not complete;")
                 && older.ends_with("1.00 % of what was measured is left beside noise or in doubt")
         );
+    }
+
+    #[test]
+    fn a_stretch_that_stands_out_is_told_with_its_time() {
+        let note = Note::Burst { joints: vec![0, 2], trajectory: "b".into(), seconds: [1.0, 1.504], times: 7.4 };
+        let told = "From 1.00 to 1.50 s of trajectory \u{201c}b\u{201d} the error of joints 1, 3 is 7 times that of most of the log";
+        assert!(note.sentence().starts_with(told), "{}", note.sentence());
     }
 
     #[test]

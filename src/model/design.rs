@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use super::equations::{Block, Equations, PreparedColumn};
 use super::preparation::Preparation;
 use super::reach::reach;
-use super::rest::Counting;
+use super::rest::{Counting, blank};
 use super::reversal;
 use super::terms::{OperatingPoint, Setting};
 use super::working::Working;
@@ -121,16 +121,10 @@ impl<'a> Design<'a> {
     /// Torque, blocks and what counts, before anything is known of the body.
     fn prepared(setting: Setting, working: Working<'a>, counting: Counting) -> Result<Self, ModelError> {
         let Working { recording, split, preparations } = working;
-        let tops: Vec<f64> = (0..recording.joint_count()).map(|joint| recording.top_speed(joint)).collect();
-        let mut counts = Vec::new();
-        let mut torque = Vec::new();
-        for (trajectory, preparation) in recording.trajectories.iter().zip(&preparations) {
-            let of_joint = |(joint, top): (usize, &f64)| {
-                counting.of(trajectory, joint, *top).into_iter().step_by(preparation.every).collect()
-            };
-            counts.push(tops.iter().enumerate().map(of_joint).collect::<Vec<Vec<bool>>>());
-            torque.push(preparation.apply_all(&trajectory.tau));
-        }
+        let mut counts = counting.of_prepared(&recording, &preparations);
+        let each = recording.trajectories.iter().zip(&preparations);
+        let mut torque: Vec<Signals> =
+            each.map(|(trajectory, preparation)| preparation.apply_all(&trajectory.tau)).collect();
         for (trajectory, moving) in counts.iter_mut().enumerate() {
             for (joint, counts) in moving.iter_mut().enumerate() {
                 let stretches = split.train_of(joint).iter().filter(|segment| segment.trajectory == trajectory);
@@ -438,15 +432,6 @@ impl<'a> Design<'a> {
 /// 1 / value; 0 for what is not there.
 pub(super) fn inverse(value: f64) -> f64 {
     if value > 0.0 { 1.0 / value } else { 0.0 }
-}
-
-/// Zeros the samples that do not count, on both sides of the equations: there they say nothing.
-fn blank(values: &mut [f64], counts: &[bool]) {
-    for (value, counts) in values.iter_mut().zip(counts) {
-        if !counts {
-            *value = 0.0;
-        }
-    }
 }
 
 /// The training stretches; those of one trajectory that only faulty readings part are one. What lies between does not count.

@@ -24,7 +24,7 @@ pub(crate) mod reversal;
 pub(crate) mod sweep;
 pub mod terms;
 mod waves;
-mod working;
+pub mod working;
 
 use serde::{Deserialize, Serialize};
 

@@ -3,7 +3,8 @@
 //! Dry friction holds a joint that rests with any torque up to its own, most often that which it had on arriving. No column of the
 //! present motion can say which, and what none can say draws false effects.
 
-use crate::recording::Trajectory;
+use super::preparation::Preparation;
+use crate::recording::{Recording, Trajectory};
 
 /// Below this speed \[rad/s or m/s\] the sign of a measured velocity is noise.
 const STANDSTILL: f64 = 0.01;
@@ -32,6 +33,25 @@ impl Counting {
                 let rests = rests(&trajectory.q[joint], trajectory.time_step(), top_speed);
                 not_slower(STANDSTILL).zip(rests).map(|(moves, rests)| moves && !rests).collect()
             }
+        }
+    }
+
+    /// The same of prepared samples: by trajectory, joint and sample.
+    pub fn of_prepared(self, recording: &Recording, preparations: &[Preparation]) -> Vec<Vec<Vec<bool>>> {
+        let tops: Vec<f64> = (0..recording.joint_count()).map(|joint| recording.top_speed(joint)).collect();
+        let of_trajectory = |(trajectory, preparation): (&Trajectory, &Preparation)| {
+            let of_joint = |(joint, top): (usize, &f64)| preparation.thin_out(&self.of(trajectory, joint, *top));
+            tops.iter().enumerate().map(of_joint).collect()
+        };
+        recording.trajectories.iter().zip(preparations).map(of_trajectory).collect()
+    }
+}
+
+/// Zeros the samples that do not count: there they say nothing.
+pub fn blank(values: &mut [f64], counts: &[bool]) {
+    for (value, counts) in values.iter_mut().zip(counts) {
+        if !counts {
+            *value = 0.0;
         }
     }
 }

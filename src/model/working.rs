@@ -10,6 +10,7 @@
 //! makes what is not there look like noise. So the ends of derived signals count for nothing.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use super::preparation::Preparation;
 use crate::recording::differentiate::{derivative, low_pass_joints};
@@ -55,15 +56,13 @@ impl<'a> Working<'a> {
             })
             .collect();
         let every = |trajectory: usize| bands[trajectory].as_ref().map_or(1, |band| band.every);
-        let inside = |segment: &Segment| match &bands[segment.trajectory] {
-            Some(band) if matches!(recording.provenance.acceleration, Origin::Derived(_)) => {
-                band.inside(segment, &recording.trajectories[segment.trajectory])
-            }
-            _ => Some(segment.clone()),
+        let of_band = |segment: &Segment| match &bands[segment.trajectory] {
+            Some(band) => band.left_of(segment, recording.trajectories[segment.trajectory].len()),
+            None => Some(segment.clone()),
         };
         let of_trajectory = |(trajectory, preparation): (usize, &Preparation)| preparation.after(every(trajectory));
         Working {
-            split: split.changed(|segment| Some(inside(segment)?.thinned(every(segment.trajectory)))),
+            split: split.changed(of_band),
             recording: Cow::Owned(recording.with_trajectories(trajectories)),
             preparations: preparations.iter().enumerate().map(of_trajectory).collect(),
         }
@@ -79,12 +78,23 @@ impl<'a> Working<'a> {
     }
 }
 
+/// Which samples of each trajectory of a recording count, whose torque passes through these: all but its ends.
+pub fn inside(recording: &Recording, preparations: &[Preparation]) -> Vec<Range<usize>> {
+    let of_trajectory = |(trajectory, preparation): (&Trajectory, &Preparation)| {
+        let (band, count) = (Band::of(preparation, &recording.provenance), trajectory.len());
+        band.map_or(0..count, |band| band.inside(count))
+    };
+    recording.trajectories.iter().zip(preparations).map(of_trajectory).collect()
+}
+
 /// What is done to the signals of one trajectory.
 struct Band {
     /// The end of the wide band \[Hz\].
     cutoff: f64,
     /// Every how manieth sample is kept.
     every: usize,
+    /// So many samples at either end count for nothing: there the filter of a derivative sees one side only.
+    ends: usize,
 }
 
 impl Band {
@@ -95,17 +105,22 @@ impl Band {
         let cutoff = WIDER * narrow;
         let every = ((rate / (RATE * narrow)) as usize).max(1);
         let is_derived = matches!(provenance.acceleration, Origin::Derived(_));
-        (every > 1 || is_derived && cutoff < HIGHEST_SHARE * rate).then_some(Band { cutoff, every })
+        let ends = if is_derived { (MEMORY / (narrow * preparation.time_step)).ceil() as usize } else { 0 };
+        (every > 1 || is_derived && cutoff < HIGHEST_SHARE * rate).then_some(Band { cutoff, every, ends })
     }
 
-    /// What of a stretch is far enough from the ends of its trajectory: there the filter of a derivative sees one side only.
-    fn inside(&self, segment: &Segment, trajectory: &Trajectory) -> Option<Segment> {
-        let ends = (MEMORY * WIDER / (self.cutoff * trajectory.time_step())).ceil() as usize;
-        if trajectory.len() < SHORTEST * ends {
-            return Some(segment.clone());
-        }
-        let samples = segment.samples.start.max(ends)..segment.samples.end.min(trajectory.len() - ends);
-        (!samples.is_empty()).then_some(Segment { trajectory: segment.trajectory, samples })
+    /// What counts of a trajectory of so many samples.
+    fn inside(&self, count: usize) -> Range<usize> {
+        let ends = if count < SHORTEST * self.ends { 0 } else { self.ends };
+        ends..count - ends
+    }
+
+    /// What is left of a stretch of a trajectory of so many samples.
+    fn left_of(&self, segment: &Segment, count: usize) -> Option<Segment> {
+        let inside = self.inside(count);
+        let samples = segment.samples.start.max(inside.start)..segment.samples.end.min(inside.end);
+        let counts = Segment { trajectory: segment.trajectory, samples };
+        (!counts.samples.is_empty()).then(|| counts.thinned(self.every))
     }
 
     fn apply(&self, trajectory: &Trajectory, provenance: &Provenance) -> Trajectory {
@@ -130,8 +145,6 @@ impl Band {
 
 #[cfg(test)]
 mod tests {
-    use std::ops::Range;
-
     use super::*;
     use crate::progress::Monitor;
     use crate::simulation::{Excitation, Scenario, simulate};

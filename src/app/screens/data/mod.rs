@@ -337,10 +337,14 @@ fn trajectories(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
 /// Lets the user choose which fifth is held out.
 fn turns(ui: &mut Ui, desk: &mut Desk, recording: &Recording) {
     let now = desk.session.source.as_ref().map(|source| &source.held_out);
-    let of = if hold_out::is_by_time_block(recording) { "about twenty time blocks" } else { "them" };
+    let which = if hold_out::is_by_time_block(recording) {
+        "a fifth of about twenty time blocks, number"
+    } else {
+        "every fifth of them, beginning with"
+    };
     ui.horizontal(|ui| {
         let hold_out = if recording.trajectories.len() > 1 { "Or hold out" } else { "Hold out" };
-        ui.label(format!("{hold_out} every fifth of {of}, beginning with"));
+        ui.label(format!("{hold_out} {which}"));
         for turn in 0..hold_out::turns(recording) {
             let this = HoldOut::Fifth(turn);
             let is_now = now == Some(&this);

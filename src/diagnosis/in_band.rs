@@ -1,0 +1,79 @@
+//! What a model leaves of a recording where models are fitted: in the band of the fit, without the ends of runs, where derived signals go
+//! astray, and where a joint moves, since what dry friction holds a joint that rests with nobody can tell, and it drowns the rest.
+//!
+//! The motion is that of the reader, not the one in the wide band to which models are fitted: noise of an encoder that is doubly derived
+//! there is weighed down by whatever dampens fast motion (elasticity), in training and where it is held out alike.
+
+use std::ops::Range;
+
+use crate::model::design::Design;
+use crate::model::preparation::Preparation;
+use crate::model::rest::{Counting, blank};
+use crate::model::working::inside;
+use crate::model::{Fitted, ModelError};
+use crate::recording::Recording;
+use crate::recording::split::Split;
+use crate::signals::Signals;
+
+/// A recording where models are fitted.
+pub struct InBand<'a> {
+    recording: &'a Recording,
+    preparations: Vec<Preparation>,
+    /// Of each run which samples are not its ends.
+    inside: Vec<Range<usize>>,
+    /// Of each run and joint at which prepared samples it moves.
+    moves: Vec<Vec<Vec<bool>>>,
+    /// In prepared samples.
+    split: Split,
+}
+
+impl<'a> InBand<'a> {
+    /// Of a recording, of which a part or all are in this design.
+    pub fn of(recording: &'a Recording, split: &Split, design: &Design) -> Self {
+        let highest = design.follows_up_to().unwrap_or(f64::INFINITY);
+        let runs = 0..recording.trajectories.len();
+        let preparations: Vec<Preparation> = runs.map(|run| Preparation::of(recording, run).within(highest)).collect();
+        let moves = Counting::Moving.of_prepared(recording, &preparations);
+        let split = split.changed(|segment| Some(segment.thinned(preparations[segment.trajectory].every)));
+        InBand { recording, inside: inside(recording, &preparations), preparations, moves, split }
+    }
+
+    /// Its parts, in prepared samples.
+    pub fn split(&self) -> &Split {
+        &self.split
+    }
+
+    /// Every how manieth sample of a run is a prepared one.
+    pub fn every(&self, run: usize) -> usize {
+        self.preparations[run].every
+    }
+
+    /// At which prepared samples of a run each joint moves.
+    pub fn moves(&self, run: usize) -> &[Vec<bool>] {
+        &self.moves[run]
+    }
+
+    /// τ − τ̂ of each run, prepared; 0 where a sample does not count \[N m\].
+    ///
+    /// # Errors
+    /// [`ModelError`] if a term can't be computed for a trajectory.
+    pub fn residuals(&self, fitted: &Fitted) -> Result<Vec<Signals>, ModelError> {
+        let mut residuals = Vec::new();
+        for (run, trajectory) in self.recording.trajectories.iter().enumerate() {
+            let mut left = trajectory.tau.clone();
+            left.add(&fitted.predict(trajectory)?.total, -1.0);
+            // What goes astray at the ends would reach inside by the filter.
+            let Range { start, end } = self.inside[run];
+            for joint in 0..trajectory.joint_count() {
+                left[joint][..start].fill(0.0);
+                left[joint][end..].fill(0.0);
+            }
+            let mut left = self.preparations[run].apply_all(&left);
+            for (joint, moves) in self.moves[run].iter().enumerate() {
+                blank(&mut left[joint], moves);
+            }
+            residuals.push(left);
+        }
+        Ok(residuals)
+    }
+}
