@@ -36,7 +36,7 @@ pub struct Burst {
 /// # Errors
 /// [`ModelError`] if a term can't be computed for a trajectory.
 pub fn find(fitted: &Fitted, in_band: &InBand, recording: &Recording) -> Result<Vec<Burst>, ModelError> {
-    let residuals = in_band.residuals(fitted)?;
+    let residuals = in_band.left(fitted)?.in_band;
     let all = |unusable: &[Unusable]| -> Vec<Burst> {
         let of_joint = |joint| worst(&residuals, in_band, recording, joint, unusable);
         (0..recording.joint_count()).filter_map(of_joint).collect()
@@ -149,7 +149,7 @@ mod tests {
         let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &Monitor::new());
         let design = Design::new(&recording, &split).unwrap();
         let in_band = InBand::of(&recording, &split, &design);
-        let residuals = in_band.residuals(&body.unwrap()).unwrap();
+        let residuals = in_band.left(&body.unwrap()).unwrap().in_band;
         let worst = |torque_of: Option<usize>| {
             let stretch = Segment { trajectory: 0, samples: 815..905 };
             worst(&residuals, &in_band, &recording, 1, &[Unusable { stretch, torque_of }])

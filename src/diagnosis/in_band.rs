@@ -23,8 +23,17 @@ pub struct InBand<'a> {
     inside: Vec<Range<usize>>,
     /// Of each run and joint at which prepared samples it moves.
     moves: Vec<Vec<Vec<bool>>>,
-    /// In prepared samples.
     split: Split,
+    /// The same in prepared samples.
+    prepared: Split,
+}
+
+/// τ − τ̂ of each run, 0 at its ends \[N m\].
+pub struct Left {
+    /// As it was measured.
+    pub whole: Vec<Signals>,
+    /// Prepared; 0 where a joint rests.
+    pub in_band: Vec<Signals>,
 }
 
 impl<'a> InBand<'a> {
@@ -34,13 +43,19 @@ impl<'a> InBand<'a> {
         let runs = 0..recording.trajectories.len();
         let preparations: Vec<Preparation> = runs.map(|run| Preparation::of(recording, run).within(highest)).collect();
         let moves = Counting::Moving.of_prepared(recording, &preparations);
-        let split = split.changed(|segment| Some(segment.thinned(preparations[segment.trajectory].every)));
-        InBand { recording, inside: inside(recording, &preparations), preparations, moves, split }
+        let prepared = split.changed(|segment| Some(segment.thinned(preparations[segment.trajectory].every)));
+        let (inside, split) = (inside(recording, &preparations), split.clone());
+        InBand { recording, preparations, inside, moves, split, prepared }
+    }
+
+    /// Its parts.
+    pub fn split(&self) -> &Split {
+        &self.split
     }
 
     /// Its parts, in prepared samples.
-    pub fn split(&self) -> &Split {
-        &self.split
+    pub fn prepared(&self) -> &Split {
+        &self.prepared
     }
 
     /// Every how manieth sample of a run is a prepared one.
@@ -53,12 +68,12 @@ impl<'a> InBand<'a> {
         &self.moves[run]
     }
 
-    /// τ − τ̂ of each run, prepared; 0 where a sample does not count \[N m\].
+    /// What a model leaves of it.
     ///
     /// # Errors
     /// [`ModelError`] if a term can't be computed for a trajectory.
-    pub fn residuals(&self, fitted: &Fitted) -> Result<Vec<Signals>, ModelError> {
-        let mut residuals = Vec::new();
+    pub fn left(&self, fitted: &Fitted) -> Result<Left, ModelError> {
+        let mut all = Left { whole: Vec::new(), in_band: Vec::new() };
         for (run, trajectory) in self.recording.trajectories.iter().enumerate() {
             let mut left = trajectory.tau.clone();
             left.add(&fitted.predict(trajectory)?.total, -1.0);
@@ -68,12 +83,13 @@ impl<'a> InBand<'a> {
                 left[joint][..start].fill(0.0);
                 left[joint][end..].fill(0.0);
             }
-            let mut left = self.preparations[run].apply_all(&left);
+            let mut in_band = self.preparations[run].apply_all(&left);
             for (joint, moves) in self.moves[run].iter().enumerate() {
-                blank(&mut left[joint], moves);
+                blank(&mut in_band[joint], moves);
             }
-            residuals.push(left);
+            all.whole.push(left);
+            all.in_band.push(in_band);
         }
-        Ok(residuals)
+        Ok(all)
     }
 }
