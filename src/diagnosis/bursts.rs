@@ -2,7 +2,7 @@
 //! long log looks like noise, where it is held out, or between the two, where else nobody looks.
 
 use super::in_band::InBand;
-use crate::model::{Fitted, ModelError};
+use crate::model::Evaluation;
 use crate::recording::Recording;
 use crate::recording::split::{self, Segment, Unusable};
 use crate::signals::Signals;
@@ -31,19 +31,16 @@ pub struct Burst {
     pub times: f64,
 }
 
-/// The worst such stretch of each joint, if there is one.
-///
-/// # Errors
-/// [`ModelError`] if a term can't be computed for a trajectory.
-pub fn find(fitted: &Fitted, in_band: &InBand, recording: &Recording) -> Result<Vec<Burst>, ModelError> {
-    let residuals = in_band.left(fitted)?.in_band;
+/// The worst such stretch of each joint, if there is one, of a model that was held against the recording.
+pub fn find(evaluation: &Evaluation, in_band: &InBand, recording: &Recording) -> Vec<Burst> {
+    let residuals = in_band.left(evaluation).in_band;
     let all = |unusable: &[Unusable]| -> Vec<Burst> {
         let of_joint = |joint| worst(&residuals, in_band, recording, joint, unusable);
         (0..recording.joint_count()).filter_map(of_joint).collect()
     };
     // Readings that are none are told elsewhere; to look for them takes longer than to look for bursts.
     let bursts = all(&[]);
-    Ok(if bursts.is_empty() { bursts } else { all(&split::unusable(recording)) })
+    if bursts.is_empty() { bursts } else { all(&split::unusable(recording)) }
 }
 
 fn worst(
@@ -107,15 +104,28 @@ mod tests {
         simulate(&scenario, &Monitor::new()).unwrap()
     }
 
-    /// What stands out once joint 2 is pushed for a while.
-    fn pushed(mut recording: Recording, from: f64, to: f64, torque: f64) -> Vec<Burst> {
+    /// With a torque that pushes joint 2 for a while.
+    fn push(mut recording: Recording, from: f64, to: f64, torque: f64) -> Recording {
         let tau = &mut recording.trajectories[0].channels_mut().tau[1];
         tau[(from / STEP) as usize..(to / STEP) as usize].iter_mut().for_each(|tau| *tau += torque);
-        let split = Split::automatic(&recording);
-        let body = Preset::RigidBody.model(&recording).unwrap();
-        let body = model::fit(&body, &recording, &split, &Monitor::new()).unwrap();
-        let design = Design::new(&recording, &split).unwrap();
-        find(&body, &InBand::of(&recording, &split, &design), &recording).unwrap()
+        recording
+    }
+
+    /// A rigid body that is held against the recording.
+    fn held_against(recording: &Recording) -> (Evaluation, InBand<'_>) {
+        let split = Split::automatic(recording);
+        let body = Preset::RigidBody.model(recording).unwrap();
+        let body = model::fit(&body, recording, &split, &Monitor::new()).unwrap();
+        let evaluation = Evaluation::of(&body, recording, &split).unwrap();
+        let design = Design::new(recording, &split).unwrap();
+        (evaluation, InBand::of(recording, &split, &design))
+    }
+
+    /// What stands out once joint 2 is pushed.
+    fn pushed(recording: Recording, from: f64, to: f64, torque: f64) -> Vec<Burst> {
+        let recording = push(recording, from, to, torque);
+        let (evaluation, in_band) = held_against(&recording);
+        find(&evaluation, &in_band, &recording)
     }
 
     #[test]
@@ -143,13 +153,9 @@ mod tests {
 
     #[test]
     fn readings_that_are_none_do_not_stand_out() {
-        let mut recording = clean();
-        recording.trajectories[0].channels_mut().tau[1][820..900].iter_mut().for_each(|tau| *tau += 10.0);
-        let split = Split::automatic(&recording);
-        let body = model::fit(&Preset::RigidBody.model(&recording).unwrap(), &recording, &split, &Monitor::new());
-        let design = Design::new(&recording, &split).unwrap();
-        let in_band = InBand::of(&recording, &split, &design);
-        let residuals = in_band.left(&body.unwrap()).unwrap().in_band;
+        let recording = push(clean(), 4.1, 4.5, 10.0);
+        let (evaluation, in_band) = held_against(&recording);
+        let residuals = in_band.left(&evaluation).in_band;
         let worst = |torque_of: Option<usize>| {
             let stretch = Segment { trajectory: 0, samples: 815..905 };
             worst(&residuals, &in_band, &recording, 1, &[Unusable { stretch, torque_of }])

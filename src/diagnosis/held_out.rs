@@ -15,7 +15,7 @@ use super::presence::LIKELY;
 use super::report::HeldOut;
 use super::search::gates::BlockGains;
 use crate::effect::Family;
-use crate::model::{Fitted, ModelError};
+use crate::model::{Evaluation, ModelError};
 use crate::recording::split::{Segment, Split};
 use crate::signals::Signals;
 
@@ -45,13 +45,10 @@ struct Sums {
 }
 
 impl Errors {
-    /// Of a model.
-    ///
-    /// # Errors
-    /// [`ModelError`] if a term can't be computed for a trajectory.
-    pub fn of(fitted: &Fitted, recording: &InBand) -> Result<Self, ModelError> {
-        let Left { whole, in_band } = recording.left(fitted)?;
-        Ok(Errors { in_band: Sums::of(&in_band, recording.prepared()), whole: Sums::of(&whole, recording.split()) })
+    /// Of a model that was held against a recording.
+    pub fn of(evaluation: &Evaluation, recording: &InBand) -> Self {
+        let Left { whole, in_band } = recording.left(evaluation);
+        Errors { in_band: Sums::of(&in_band, recording.prepared()), whole: Sums::of(&whole, recording.split()) }
     }
 
     /// How much an effect that was so likely `before` is missed on the joints that feel it, if these are the errors without it.
@@ -176,7 +173,7 @@ mod tests {
     use super::*;
     use crate::model::design::Design;
     use crate::model::preparation::Preparation;
-    use crate::model::{self, Evaluation, Preset};
+    use crate::model::{self, Preset};
     use crate::progress::Monitor;
     use crate::recording::{ChannelsMut, Recording};
     use crate::simulation::{Scenario, simulate};
@@ -266,13 +263,14 @@ mod tests {
             let step = run.time_step();
             change(run.channels_mut(), step);
         }
-        let Evaluation { train, held_out, .. } = Evaluation::of(&body, &recording, &split).unwrap();
+        let evaluation = Evaluation::of(&body, &recording, &split).unwrap();
+        let design = Design::new(&recording, &split).unwrap();
+        let Errors { in_band, .. } = Errors::of(&evaluation, &InBand::of(&recording, &split, &design));
+        let Evaluation { train, held_out, .. } = evaluation;
         let raw = [(train, &split.train), (held_out, &split.held_out)].map(|(errors, part)| {
             let count = part.iter().map(|one| one.samples.len()).sum::<usize>() as f64;
             errors.iter().map(|error| error.mse * count).collect()
         });
-        let design = Design::new(&recording, &split).unwrap();
-        let Errors { in_band, .. } = Errors::of(&body, &InBand::of(&recording, &split, &design)).unwrap();
         (recording, split, raw, in_band)
     }
 

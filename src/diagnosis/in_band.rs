@@ -6,11 +6,11 @@
 
 use std::ops::Range;
 
+use crate::model::Evaluation;
 use crate::model::design::Design;
 use crate::model::preparation::Preparation;
 use crate::model::rest::{Counting, blank};
 use crate::model::working::inside;
-use crate::model::{Fitted, ModelError};
 use crate::recording::Recording;
 use crate::recording::split::Split;
 use crate::signals::Signals;
@@ -68,18 +68,14 @@ impl<'a> InBand<'a> {
         &self.moves[run]
     }
 
-    /// What a model leaves of it.
-    ///
-    /// # Errors
-    /// [`ModelError`] if a term can't be computed for a trajectory.
-    pub fn left(&self, fitted: &Fitted) -> Result<Left, ModelError> {
+    /// What a model leaves of it that was held against it.
+    pub fn left(&self, evaluation: &Evaluation) -> Left {
         let mut all = Left { whole: Vec::new(), in_band: Vec::new() };
-        for (run, trajectory) in self.recording.trajectories.iter().enumerate() {
-            let mut left = trajectory.tau.clone();
-            left.add(&fitted.predict(trajectory)?.total, -1.0);
+        for run in 0..self.recording.trajectories.len() {
+            let mut left = evaluation.residual(self.recording, run);
             // What goes astray at the ends would reach inside by the filter.
             let Range { start, end } = self.inside[run];
-            for joint in 0..trajectory.joint_count() {
+            for joint in 0..left.joint_count() {
                 left[joint][..start].fill(0.0);
                 left[joint][end..].fill(0.0);
             }
@@ -90,6 +86,6 @@ impl<'a> InBand<'a> {
             all.whole.push(left);
             all.in_band.push(in_band);
         }
-        Ok(all)
+        all
     }
 }

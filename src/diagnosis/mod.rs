@@ -130,7 +130,7 @@ pub fn diagnose_among(
     let supported = ranking::supported(&search, &beside, &heard);
     let judged = judged.with(heard).without(|family, joint| withdrawn::is_gone(family, joint, &withdrawn, &effects));
     let presence = judged.told();
-    let bursts = bursts::find(&last_fitted, &in_band, recording)?;
+    let bursts = bursts::find(&last, &in_band, recording);
     let completeness = conclusion::carried_over(judged.completeness(), &last, &bursts);
     let incomplete = completeness.iter().filter(|one| !one.complete);
     let unexplained_joints: Vec<usize> = incomplete.map(|one| one.joint).collect();

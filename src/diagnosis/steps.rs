@@ -61,7 +61,8 @@ pub fn measure(
     monitor: &Monitor,
 ) -> Result<Steps, ModelError> {
     let mut withdrawn = Vec::new();
-    let (mut named, whole, heard) = asked(named, judged, &mut withdrawn, fitted, stated, in_band, design, monitor)?;
+    let (mut named, whole, heard) =
+        asked(named, judged, &mut withdrawn, fitted, stated, in_band, recording, split, design, monitor)?;
     let mut may_reorder = true;
     loop {
         let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
@@ -92,6 +93,8 @@ fn asked(
     fitted: &Fitted,
     stated: Option<&StatedBody>,
     in_band: &InBand,
+    recording: &Recording,
+    split: &Split,
     design: &Design,
     monitor: &Monitor,
 ) -> Result<(Vec<Named>, Fitted, Vec<Heard>), ModelError> {
@@ -100,7 +103,8 @@ fn asked(
     loop {
         let errors = |named: &[Named]| {
             let model = with_all(named, fitted, stated)?;
-            Errors::of(&fitted_here(model, &whole, design, &monitor.quiet())?, in_band)
+            let evaluation = measured(model, &whole, recording, split, design, &monitor.quiet())?.evaluation;
+            Ok(Errors::of(&evaluation, in_band))
         };
         let heard = held_out::ask(&named, |family, joint| judged.presence(family, joint), errors)?;
         let Some((number, one)) = held_out::unlikely(&named, &heard) else {
@@ -248,12 +252,7 @@ struct Measured {
     evaluation: Evaluation,
 }
 
-/// A model that is fitted here, unless it is the `whole` one, which is fitted already.
-fn fitted_here(model: Model, whole: &Fitted, design: &Design, monitor: &Monitor) -> Result<Fitted, ModelError> {
-    if model == whole.model { Ok(whole.clone()) } else { fit::fit_design(&model, design, monitor) }
-}
-
-/// Such a model, held against the recording.
+/// Of a model that is fitted here, unless it is the `whole` one, which is fitted already.
 fn measured(
     model: Model,
     whole: &Fitted,
@@ -262,7 +261,7 @@ fn measured(
     design: &Design,
     monitor: &Monitor,
 ) -> Result<Measured, ModelError> {
-    let fitted = fitted_here(model, whole, design, monitor)?;
+    let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, monitor)? };
     let evaluation = Evaluation::of(&fitted, recording, split)?;
     Ok(Measured { fitted, evaluation })
 }
