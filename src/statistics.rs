@@ -4,6 +4,11 @@
 const MEDIAN_SIZE: f64 = 0.6745;
 /// Deviation of the third differences of white noise of deviation 1: √(1 + 9 + 9 + 1).
 const THIRD_DIFFERENCE: f64 = 4.472_135_954_999_579;
+/// The same of sixth differences: √(Σ binomial(6, k)²).
+const SIXTH_DIFFERENCE: f64 = 30.397_368_307_141_33;
+/// Noise is white if what is told at one step between samples is less than so many times that at half the step: a filter of first order
+/// makes it up to twice as much, interpolation and what is no noise 63 times.
+const OF_HALF_THE_STEP: f64 = 2.2;
 /// Fewest differences that tell a deviation.
 const FEWEST: usize = 50;
 
@@ -55,6 +60,29 @@ pub fn white_noise(runs: impl IntoIterator<Item = impl AsRef<[f64]>>) -> Option<
     median(sizes).map(|size| size / (MEDIAN_SIZE * THIRD_DIFFERENCE))
 }
 
+/// Deviation of the white noise in `runs` of a signal that is smooth beside it, by the median size of sixth differences of neighbours, of
+/// every second sample, every fourth and so on, not further apart than the `widest` step. `None` if these disagree: then what changes fast
+/// was filtered out, or is none, or the signal is not smooth; and if they are too few to tell.
+pub fn white_noise_of_smooth(runs: &[&[f64]], widest: usize) -> Option<f64> {
+    let steps: Vec<usize> = (0..usize::BITS).map(|octave| 1 << octave).take_while(|step| *step <= widest).collect();
+    let told = |step: &usize| {
+        let of_run = |run: &&[f64]| -> Vec<f64> {
+            let difference = |t: usize| {
+                let [a, b, c, d, e, f, g] = std::array::from_fn(|k| run[t + k * step]);
+                a - 6.0 * b + 15.0 * c - 20.0 * d + 15.0 * e - 6.0 * f + g
+            };
+            (0..run.len().saturating_sub(6 * step)).map(|t| difference(t).abs()).collect()
+        };
+        let sizes: Vec<f64> = runs.iter().flat_map(of_run).collect();
+        let enough = sizes.len() >= FEWEST;
+        median(sizes).filter(|_| enough).map(|size| size / (MEDIAN_SIZE * SIXTH_DIFFERENCE))
+    };
+    let told: Vec<f64> = steps.iter().map(told).collect::<Option<_>>()?;
+    let [least, most] = ends(told);
+    let octaves = i32::try_from(steps.len().checked_sub(2)?).ok()? + 1;
+    (least > 0.0 && most < OF_HALF_THE_STEP.powi(octaves) * least).then_some(most)
+}
+
 #[cfg(test)]
 mod tests {
     use rand::SeedableRng;
@@ -87,5 +115,24 @@ mod tests {
             .collect();
         let told = white_noise(signal.chunks(5_000)).unwrap();
         assert!((told / 0.3 - 1.0).abs() < 0.03, "{told}");
+    }
+
+    /// A slow wave with noise: as it is, rounded, behind a filter that keeps a tenth, and without any.
+    #[test]
+    fn white_noise_of_a_smooth_signal_is_told_unless_it_was_filtered() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut noise = || -> f64 { StandardNormal.sample(&mut random) };
+        let slow = |sample: usize| 2.0 * (0.01 * sample as f64).sin();
+        let noisy: Vec<f64> = (0..20_000).map(|sample| slow(sample) + 0.01 * noise()).collect();
+        let told = white_noise_of_smooth(&noisy.chunks(5_000).collect::<Vec<_>>(), 8).unwrap();
+        assert!((told / 0.01 - 1.0).abs() < 0.05, "{told}");
+        let rounded: Vec<f64> = noisy.iter().map(|value| (value / 0.02).round() * 0.02).collect();
+        let told = white_noise_of_smooth(&[&rounded], 8).unwrap();
+        assert!((0.7..2.0).contains(&(told / 0.01f64.hypot(0.02 / 12f64.sqrt()))), "{told}");
+        let filtered = crate::recording::differentiate::low_pass(&noisy, 0.001, 50.0);
+        let still: Vec<f64> = (0..20_000).map(slow).collect();
+        assert_eq!([&filtered, &still].map(|signal| white_noise_of_smooth(&[signal], 8)), [None, None]);
+        assert_eq!(white_noise_of_smooth(&[&noisy[..80]], 8), None, "eight samples apart there are few");
+        assert_eq!(white_noise_of_smooth(&[&noisy], 1), None, "nobody can say whether it is white");
     }
 }

@@ -39,9 +39,7 @@ pub struct Left {
 impl<'a> InBand<'a> {
     /// Of a recording, of which a part or all are in this design.
     pub fn of(recording: &'a Recording, split: &Split, design: &Design) -> Self {
-        let highest = design.follows_up_to().unwrap_or(f64::INFINITY);
-        let runs = 0..recording.trajectories.len();
-        let preparations: Vec<Preparation> = runs.map(|run| Preparation::of(recording, run).within(highest)).collect();
+        let preparations = Preparation::of_all(recording, design.follows_up_to());
         let moves = Counting::Moving.of_prepared(recording, &preparations);
         let prepared = split.changed(|segment| Some(segment.thinned(preparations[segment.trajectory].every)));
         let (inside, split) = (inside(recording, &preparations), split.clone());

@@ -3,7 +3,7 @@
 //! A recording goes through once, of a very long one an `excerpt`. `candidates` lays every effect beside the model, as columns of one design. `search` finds
 //! the set that explains the torque for the least price, [`presence`] says how likely each family is there and how complete
 //! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
-//! be, `telling` which motion would tell. `steps` adds what was named; `held_out` data are asked about what is in doubt, and `heard` is how likely it is with that (`withdrawn` keeps what leaves and why); `bursts` are stretches that stand out from what is left; `conclusion` draws the answer, a [`Report`]: data,
+//! be, `telling` which motion would tell. `steps` adds what was named; `held_out` data are asked about what is in doubt, and `heard` is how likely it is with that (`withdrawn` keeps what leaves and why); `noise` is what readings make of what is left, `bursts` are stretches that stand out from it; `conclusion` draws the answer, a [`Report`]: data,
 //! which `words` says in words.
 //! [`setup`] asks before all that whether the log is set up right. [`evidence`] holds its plots. [`proposal`] asks on what the
 //! remainder depends that no effect explains, and by which formula. [`sufficiency`] asks, once the truth is known, whether the
@@ -21,6 +21,7 @@ mod heard;
 mod held_out;
 mod in_band;
 mod naming;
+mod noise;
 pub mod presence;
 pub mod proposal;
 mod ranking;
@@ -43,7 +44,7 @@ use presence::Judged;
 use presence::calibration::Calibration;
 use search::Search;
 use stated_arm::{Comparison, StatedBody};
-use steps::Steps;
+use steps::{Base, Steps};
 
 pub use heard::weights as held_out_weights;
 pub use presence::{Rest, Sighting};
@@ -118,8 +119,18 @@ pub fn diagnose_among(
     let named = naming::name_effects(&mut search, &beside, &comparison, stated.as_ref(), &judged);
     monitor.report(0.8, "adding what was found, step by step")?;
     let in_band = InBand::of(recording, split, &design);
+    let base = Base {
+        fitted,
+        evaluation: &before,
+        stated: stated.as_ref(),
+        recording,
+        split,
+        in_band: &in_band,
+        design: &design,
+        monitor,
+    };
     let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn, heard } =
-        steps::measure(named, &judged, fitted, stated.as_ref(), &before, &in_band, recording, split, &design, monitor)?;
+        steps::measure(named, &judged, &base)?;
     let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
         effect.telling_motion = rivals.and_then(motion);
@@ -129,6 +140,7 @@ pub fn diagnose_among(
     effects.extend(steps::faults_of_readings(recording, &last));
     let supported = ranking::supported(&search, &beside, &heard);
     let judged = judged.with(heard).without(|family, joint| withdrawn::is_gone(family, joint, &withdrawn, &effects));
+    let judged = judged.beside(noise::of_readings(&last_fitted, &excerpt.recording, &design)?);
     let presence = judged.told();
     let bursts = bursts::find(&last, &in_band, recording);
     let completeness = conclusion::carried_over(judged.completeness(), &last, &bursts);

@@ -125,6 +125,10 @@ pub struct Completeness {
     /// older program.
     #[serde(default)]
     pub left: Option<f64>,
+    /// RMS of what noise of the readings makes of what is left, over that of the measured torque; `None` where they don't tell their noise,
+    /// and in reports of an older program.
+    #[serde(default)]
+    pub noise: Option<f64>,
     /// RMS of what is left beside noise, or rests on doubtful names, over that of the measured torque.
     pub remainder: f64,
     /// RMS error on held-out data over that in training, with all that was named; `None` where nothing is held out, and in reports of
@@ -406,7 +410,7 @@ pub enum Note {
         /// So many times as much (RMS) on the joint where it is most.
         times: f64,
     },
-    /// What is left is noise, but far more than that of the torque: it comes from the motion.
+    /// What is left is noise, but far more than that of the torque: it comes from the motion, most likely.
     NoiseOfMotion {
         /// On these joints, counted from 0; written counted from 1.
         #[serde(with = "joint_numbers")]
@@ -511,7 +515,15 @@ impl MissingEffect {
 impl Completeness {
     /// Of joint 1, on which half is explained and nothing is left.
     pub(super) fn example() -> Completeness {
-        Completeness { joint: 0, explained: 0.5, left: None, remainder: 0.0, held_out: None, complete: true }
+        Completeness {
+            joint: 0,
+            explained: 0.5,
+            left: None,
+            noise: None,
+            remainder: 0.0,
+            held_out: None,
+            complete: true,
+        }
     }
 }
 

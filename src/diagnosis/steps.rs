@@ -24,6 +24,26 @@ use crate::recording::split::Split;
 /// How sure a fault is that the readings themselves show.
 const SURE_OF_READINGS: f64 = 0.95;
 
+/// What effects are added to, and what they are held against.
+pub struct Base<'a> {
+    /// The model that was given.
+    pub fitted: &'a Fitted,
+    /// That model, held against the recording.
+    pub evaluation: &'a Evaluation,
+    /// The arm as it is stated, if it is.
+    pub stated: Option<&'a StatedBody>,
+    /// The whole recording.
+    pub recording: &'a Recording,
+    /// Its parts.
+    pub split: &'a Split,
+    /// Where held-out data are asked.
+    pub in_band: &'a InBand<'a>,
+    /// What models are fitted to.
+    pub design: &'a Design<'a>,
+    /// Tells how far it is, and when to stop.
+    pub monitor: &'a Monitor,
+}
+
 /// The named effects, measured.
 pub struct Steps {
     /// In the order in which they are to be added.
@@ -48,24 +68,12 @@ pub struct Steps {
 ///
 /// # Errors
 /// [`ModelError`] if a model can't be fitted, or the work was stopped.
-pub fn measure(
-    named: Vec<Named>,
-    judged: &Judged,
-    fitted: &Fitted,
-    stated: Option<&StatedBody>,
-    start: &Evaluation,
-    in_band: &InBand,
-    recording: &Recording,
-    split: &Split,
-    design: &Design,
-    monitor: &Monitor,
-) -> Result<Steps, ModelError> {
+pub fn measure(named: Vec<Named>, judged: &Judged, base: &Base) -> Result<Steps, ModelError> {
     let mut withdrawn = Vec::new();
-    let (mut named, whole, heard) =
-        asked(named, judged, &mut withdrawn, fitted, stated, in_band, recording, split, design, monitor)?;
+    let (mut named, whole, heard) = asked(named, judged, &mut withdrawn, base)?;
     let mut may_reorder = true;
     loop {
-        let ladder = climb(&named, fitted, stated, &whole, start, recording, split, design, monitor)?;
+        let ladder = climb(&named, &whole, base)?;
         let errors = ladder.errors();
         let rises = |(effect, [before, after]): (&Named, &[Vec<f64>; 2])| {
             effect.joints.iter().all(|&joint| after[joint] > before[joint])
@@ -80,7 +88,7 @@ pub fn measure(
                 continue;
             }
         }
-        return Ok(ladder.told(&named, withdrawn, heard, recording, split));
+        return Ok(ladder.told(&named, withdrawn, heard, base));
     }
 }
 
@@ -90,21 +98,14 @@ fn asked(
     named: Vec<Named>,
     judged: &Judged,
     withdrawn: &mut Vec<Withdrawn>,
-    fitted: &Fitted,
-    stated: Option<&StatedBody>,
-    in_band: &InBand,
-    recording: &Recording,
-    split: &Split,
-    design: &Design,
-    monitor: &Monitor,
+    base: &Base,
 ) -> Result<(Vec<Named>, Fitted, Vec<Heard>), ModelError> {
-    let (mut named, mut whole) = only_shown(named, withdrawn, fitted, stated, design, monitor)?;
+    let (mut named, mut whole) = only_shown(named, withdrawn, base)?;
     let mut gone: Vec<Heard> = Vec::new();
     loop {
         let errors = |named: &[Named]| {
-            let model = with_all(named, fitted, stated)?;
-            let evaluation = measured(model, &whole, recording, split, design, &monitor.quiet())?.evaluation;
-            Ok(Errors::of(&evaluation, in_band))
+            let evaluation = measured(with_all(named, base)?, &whole, base, &base.monitor.quiet())?.evaluation;
+            Ok(Errors::of(&evaluation, base.in_band))
         };
         let heard = held_out::ask(&named, |family, joint| judged.presence(family, joint), errors)?;
         let Some((number, one)) = held_out::unlikely(&named, &heard) else {
@@ -120,14 +121,15 @@ fn asked(
         withdrawn.push(Withdrawn { effect, joint: one.joint, ground });
         take_off(&mut named, number, one.joint.unwrap_or_default());
         gone.push(one);
-        (named, whole) = only_shown(named, withdrawn, fitted, stated, design, monitor)?;
+        (named, whole) = only_shown(named, withdrawn, base)?;
     }
 }
 
 /// The model with all these effects.
-fn with_all(named: &[Named], fitted: &Fitted, stated: Option<&StatedBody>) -> Result<Model, ModelError> {
+fn with_all(named: &[Named], base: &Base) -> Result<Model, ModelError> {
     let is_pinned = named.iter().any(|effect| effect.pins);
-    let body = stated.filter(|_| is_pinned).map_or_else(|| fitted.model.clone(), |stated| stated.held(&fitted.model));
+    let given = &base.fitted.model;
+    let body = base.stated.filter(|_| is_pinned).map_or_else(|| given.clone(), |stated| stated.held(given));
     named.iter().try_fold(body, |model, effect| model.with_effect(effect.effect, &effect.joints))
 }
 
@@ -142,14 +144,11 @@ fn presence(judged: &Judged, heard: &[Heard], family: Family, joint: Option<usiz
 fn only_shown(
     mut named: Vec<Named>,
     withdrawn: &mut Vec<Withdrawn>,
-    fitted: &Fitted,
-    stated: Option<&StatedBody>,
-    design: &Design,
-    monitor: &Monitor,
+    base: &Base,
 ) -> Result<(Vec<Named>, Fitted), ModelError> {
+    let design = base.design;
     loop {
-        let model = with_all(&named, fitted, stated)?;
-        let whole = fit::fit_design(&model, design, monitor)?;
+        let whole = fit::fit_design(&with_all(&named, base)?, design, base.monitor)?;
         let quantile = fit::interval_quantile(design.blocks().len());
         let places = named.iter().enumerate().flat_map(|(number, effect)| {
             let parameters = parameters_of(&whole, effect.effect);
@@ -228,10 +227,10 @@ struct Rung {
     with: Model,
 }
 
-fn rungs(named: &[Named], model: &Model, stated: Option<&StatedBody>) -> Result<Vec<Rung>, ModelError> {
-    let mut model = model.clone();
+fn rungs(named: &[Named], base: &Base) -> Result<Vec<Rung>, ModelError> {
+    let mut model = base.fitted.model.clone();
     let rung = |effect: &Named| {
-        let stated = stated.filter(|_| effect.pins && !model.is_pinned());
+        let stated = base.stated.filter(|_| effect.pins && !model.is_pinned());
         let pinned = stated.map(|stated| stated.held(&model));
         model = pinned.as_ref().unwrap_or(&model).with_effect(effect.effect, &effect.joints)?;
         Ok(Rung { pinned, with: model.clone() })
@@ -253,38 +252,21 @@ struct Measured {
 }
 
 /// Of a model that is fitted here, unless it is the `whole` one, which is fitted already.
-fn measured(
-    model: Model,
-    whole: &Fitted,
-    recording: &Recording,
-    split: &Split,
-    design: &Design,
-    monitor: &Monitor,
-) -> Result<Measured, ModelError> {
-    let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, design, monitor)? };
-    let evaluation = Evaluation::of(&fitted, recording, split)?;
+fn measured(model: Model, whole: &Fitted, base: &Base, monitor: &Monitor) -> Result<Measured, ModelError> {
+    let fitted = if model == whole.model { whole.clone() } else { fit::fit_design(&model, base.design, monitor)? };
+    let evaluation = Evaluation::of(&fitted, base.recording, base.split)?;
     Ok(Measured { fitted, evaluation })
 }
 
-fn climb(
-    named: &[Named],
-    fitted: &Fitted,
-    stated: Option<&StatedBody>,
-    whole: &Fitted,
-    start: &Evaluation,
-    recording: &Recording,
-    split: &Split,
-    design: &Design,
-    monitor: &Monitor,
-) -> Result<Ladder, ModelError> {
-    monitor.report(0.85, "adding what was found, step by step")?;
+fn climb(named: &[Named], whole: &Fitted, base: &Base) -> Result<Ladder, ModelError> {
+    base.monitor.report(0.85, "adding what was found, step by step")?;
     // Models of neighbouring steps are fitted side by side: none needs what another one found.
-    let quiet = monitor.quiet();
-    let measured = |model: Model| measured(model, whole, recording, split, design, &quiet).map(Arc::new);
-    let rungs: Vec<Rung> = rungs(named, &fitted.model, stated)?;
+    let quiet = base.monitor.quiet();
+    let measured = |model: Model| measured(model, whole, base, &quiet).map(Arc::new);
+    let rungs: Vec<Rung> = rungs(named, base)?;
     let climbed = |rung: Rung| Ok((rung.pinned.map(measured).transpose()?, measured(rung.with)?));
     let measured: Vec<_> = rungs.into_par_iter().map(climbed).collect::<Result<_, ModelError>>()?;
-    let mut last = Arc::new(Measured { fitted: fitted.clone(), evaluation: start.clone() });
+    let mut last = Arc::new(Measured { fitted: base.fitted.clone(), evaluation: base.evaluation.clone() });
     let step = |(pinned, with): (Option<Arc<Measured>>, Arc<Measured>)| {
         let before = pinned.unwrap_or_else(|| last.clone());
         last = with.clone();
@@ -300,14 +282,8 @@ impl Ladder {
         self.steps.iter().map(|step| step.each_ref().map(|one| one.evaluation.held_out_nmse())).collect()
     }
 
-    fn told(
-        self,
-        named: &[Named],
-        withdrawn: Vec<Withdrawn>,
-        heard: Vec<Heard>,
-        recording: &Recording,
-        split: &Split,
-    ) -> Steps {
+    fn told(self, named: &[Named], withdrawn: Vec<Withdrawn>, heard: Vec<Heard>, base: &Base) -> Steps {
+        let Base { recording, split, .. } = *base;
         let Measured { fitted, evaluation } = &*self.last;
         let told = |(effect, [nmse_before, nmse_after]): (&Named, [Vec<f64>; 2])| MissingEffect {
             effect: effect.effect,
@@ -383,7 +359,17 @@ mod tests {
         let named =
             ["coulomb-friction", "torque-offset"].map(|id| Named { usual: vec![], ..Named::example(id, &[1], 0.9) });
         let mut withdrawn = Vec::new();
-        let (stays, whole) = only_shown(named.into(), &mut withdrawn, &body, None, &design, &Monitor::new()).unwrap();
+        let base = Base {
+            fitted: &body,
+            evaluation: &Evaluation::of(&body, &recording, &split).unwrap(),
+            stated: None,
+            recording: &recording,
+            split: &split,
+            in_band: &InBand::of(&recording, &split, &design),
+            design: &design,
+            monitor: &Monitor::new(),
+        };
+        let (stays, whole) = only_shown(named.into(), &mut withdrawn, &base).unwrap();
         assert_eq!(told(&stays), [("coulomb-friction", [1].as_slice())]);
         let effect = registry::find("torque-offset").unwrap();
         assert_eq!(withdrawn, [Withdrawn { effect, joint: Some(1), ground: Ground::NotShown }]);

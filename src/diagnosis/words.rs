@@ -128,7 +128,7 @@ impl Note {
                 joints_text(joints)
             ),
             Note::NoiseOfMotion { joints } => format!(
-                "What is left of {} looks like noise, but is more than {NOISIER} times that of the torque: it is that of the motion \
+                "What is left of {} looks like noise, but is more than {NOISIER} times that of the torque: it is most likely that of the motion \
                  (derivatives, a coarse encoder, channels read at different moments). A lower cut-off or a better velocity \
                  helps there, no further effect does.",
                 joints_text(joints)
@@ -205,7 +205,9 @@ impl Completeness {
     /// How much of what was missing is explained, and how much is left, without its full stop.
     pub fn text(&self) -> String {
         let explained = format!("{:.1} % of the squared residual is explained", 100.0 * self.explained);
-        let all = self.left.map(|left| format!("{:.2} % of what was measured is left, ", 100.0 * left));
+        let noise = self.noise.map(|noise| format!(" ({:.2} % would be noise of the readings)", 100.0 * noise));
+        let noise = noise.unwrap_or_default();
+        let all = self.left.map(|left| format!("{:.2} % of what was measured is left{noise}, ", 100.0 * left));
         let beside_noise = match &all {
             Some(_) => format!("{:.2} % beside noise or in doubt", 100.0 * self.remainder),
             None => format!("{:.2} % of what was measured is left beside noise or in doubt", 100.0 * self.remainder),
@@ -492,6 +494,11 @@ mod tests {
         let told = "joint 1: complete; 98.0 % of the squared residual is explained, 3.00 % of what was measured is left, 1.00 % beside \
                     noise or in doubt";
         assert_eq!(complete.text(), told);
+        let noisy = Completeness { noise: Some(0.024), ..complete }.text();
+        assert!(
+            noisy.contains("3.00 % of what was measured is left (2.40 % would be noise of the readings), 1.00 %"),
+            "{noisy}"
+        );
         let fails = Completeness { held_out: Some(12.3), ..complete };
         assert_eq!(fails.text(), format!("{told}; on held-out data the error is 12 times that of training"));
         let older = Completeness { left: None, complete: false, ..complete }.text();

@@ -80,19 +80,19 @@ impl<'a> Design<'a> {
             .at_rough_body()
     }
 
-    /// In a band that does not reach beyond `highest` \[Hz\].
-    fn within(recording: &'a Recording, split: &Split, highest: f64) -> Result<Self, ModelError> {
+    /// In a band that does not reach beyond `highest` \[Hz\], if that is given.
+    fn within(recording: &'a Recording, split: &Split, highest: Option<f64>) -> Result<Self, ModelError> {
         Design::prepared(Setting::of(recording)?, Working::of(recording, split, highest), Counting::Moving)
     }
 
     /// In the band in which the torque follows the motion.
     fn followed(recording: &'a Recording, split: &Split) -> Result<Self, ModelError> {
-        let design = Design::within(recording, split, f64::INFINITY)?;
+        let design = Design::within(recording, split, None)?;
         let follows_up_to = match recording.provenance.acceleration {
             Origin::Measured => None,
             Origin::Derived(_) => reach(&design.preparations, &design.counts, &design.torque, &design.rough()?.left),
         };
-        let narrower = follows_up_to.map(|highest| Design::within(recording, split, highest)).transpose()?;
+        let narrower = follows_up_to.map(|_| Design::within(recording, split, follows_up_to)).transpose()?;
         Ok(Design { follows_up_to, ..narrower.unwrap_or(design) })
     }
 
@@ -108,7 +108,7 @@ impl<'a> Design<'a> {
     /// # Errors
     /// As [`Design::new`].
     pub fn in_setting(recording: &'a Recording, split: &Split, setting: &Setting) -> Result<Self, ModelError> {
-        let mut design = Design::within(recording, split, f64::INFINITY)?;
+        let mut design = Design::within(recording, split, None)?;
         design.setting.reversal_widths.clone_from(&setting.reversal_widths);
         let body = match &setting.body {
             Some(body) => body.clone(),
@@ -265,10 +265,27 @@ impl<'a> Design<'a> {
 
     /// Σ τ² of a joint over the training samples that count.
     pub fn energy(&self, joint: usize) -> f64 {
-        let block_energy = |block: &Block| {
-            self.torque[block.trajectory][joint][block.samples.clone()].iter().map(|tau| tau * tau).sum::<f64>()
+        self.squares(&self.torque, joint)
+    }
+
+    /// Of torques along the recording of the design, by trajectory, prepared as its own: RMS over that of its own, by joint, where training
+    /// samples count.
+    pub fn shares_of(&self, torques: &[Signals]) -> Vec<f64> {
+        let prepared = |(index, torque): (usize, &Signals)| {
+            let mut prepared = self.preparations[index].apply_all(torque);
+            prepared.iter_mut().zip(&self.counts[index]).for_each(|(values, counts)| blank(values, counts));
+            prepared
         };
-        self.blocks.iter().map(block_energy).sum()
+        let prepared: Vec<Signals> = torques.iter().enumerate().map(prepared).collect();
+        (0..self.joint_count()).map(|joint| (self.squares(&prepared, joint) / self.energy(joint)).sqrt()).collect()
+    }
+
+    /// Sum of squares of a prepared torque in the training blocks.
+    fn squares(&self, prepared: &[Signals], joint: usize) -> f64 {
+        let of_block = |block: &Block| {
+            prepared[block.trajectory][joint][block.samples.clone()].iter().map(|tau| tau * tau).sum::<f64>()
+        };
+        self.blocks.iter().map(of_block).sum()
     }
 
     /// How many training samples of a joint count.

@@ -43,6 +43,12 @@ impl Preparation {
         Preparation::at(cutoff, time_step)
     }
 
+    /// The preparations for all trajectories, whose torque does not follow the motion `up_to` any frequency, if that is given \[Hz\].
+    pub fn of_all(recording: &Recording, up_to: Option<f64>) -> Vec<Preparation> {
+        let of = |index: usize| Preparation::of(recording, index).within(up_to.unwrap_or(f64::INFINITY));
+        (0..recording.trajectories.len()).map(of).collect()
+    }
+
     /// The preparation for one trajectory whose derivatives are taken as they are, wherever they come from.
     pub fn plain(recording: &Recording, trajectory: usize) -> Preparation {
         Preparation::at(CUTOFF, recording.trajectories[trajectory].time_step())

@@ -39,22 +39,14 @@ pub struct Working<'a> {
 
 impl<'a> Working<'a> {
     /// Of a recording whose derivatives were measured at a moderate rate it is the recording itself. The band of the torque does
-    /// not reach beyond `highest` \[Hz\].
-    pub fn of(recording: &'a Recording, split: &Split, highest: f64) -> Self {
-        let count = recording.trajectories.len();
-        let preparation = |index: usize| Preparation::of(recording, index).within(highest);
-        let preparations: Vec<Preparation> = (0..count).map(preparation).collect();
-        let bands: Vec<Option<Band>> =
-            preparations.iter().map(|preparation| Band::of(preparation, &recording.provenance)).collect();
+    /// not reach beyond `highest` \[Hz\], if that is given.
+    pub fn of(recording: &'a Recording, split: &Split, highest: Option<f64>) -> Self {
+        let preparations = Preparation::of_all(recording, highest);
+        let bands = bands(recording, &preparations);
         if bands.iter().all(Option::is_none) {
             return Working { recording: Cow::Borrowed(recording), split: split.clone(), preparations };
         }
-        let each = recording.trajectories.iter().zip(&bands);
-        let trajectories = each
-            .map(|(trajectory, band)| {
-                band.as_ref().map_or_else(|| trajectory.clone(), |band| band.apply(trajectory, &recording.provenance))
-            })
-            .collect();
+        let trajectories = in_wide_band(recording, &preparations);
         let every = |trajectory: usize| bands[trajectory].as_ref().map_or(1, |band| band.every);
         let of_band = |segment: &Segment| match &bands[segment.trajectory] {
             Some(band) => band.left_of(segment, recording.trajectories[segment.trajectory].len()),
@@ -78,13 +70,31 @@ impl<'a> Working<'a> {
     }
 }
 
+/// The trajectories of a recording in the wide band and thinned out, where that gains anything, if its torque passes through these.
+pub fn in_wide_band(recording: &Recording, preparations: &[Preparation]) -> Vec<Trajectory> {
+    let apply = |(trajectory, band): (&Trajectory, &Option<Band>)| {
+        band.as_ref().map_or_else(|| trajectory.clone(), |band| band.apply(trajectory, &recording.provenance))
+    };
+    recording.trajectories.iter().zip(&bands(recording, preparations)).map(apply).collect()
+}
+
+/// Whether accelerations in the wide band come from what was measured, and not from derivatives that the reader made, if the torque passes
+/// through these.
+pub fn are_derivatives_made_anew(recording: &Recording, preparations: &[Preparation]) -> bool {
+    recording.provenance.acceleration == Origin::Measured || bands(recording, preparations).iter().all(Option::is_some)
+}
+
+fn bands(recording: &Recording, preparations: &[Preparation]) -> Vec<Option<Band>> {
+    preparations.iter().map(|preparation| Band::of(preparation, &recording.provenance)).collect()
+}
+
 /// Which samples of each trajectory of a recording count, whose torque passes through these: all but its ends.
 pub fn inside(recording: &Recording, preparations: &[Preparation]) -> Vec<Range<usize>> {
-    let of_trajectory = |(trajectory, preparation): (&Trajectory, &Preparation)| {
-        let (band, count) = (Band::of(preparation, &recording.provenance), trajectory.len());
+    let of_trajectory = |(trajectory, band): (&Trajectory, Option<Band>)| {
+        let count = trajectory.len();
         band.map_or(0..count, |band| band.inside(count))
     };
-    recording.trajectories.iter().zip(preparations).map(of_trajectory).collect()
+    recording.trajectories.iter().zip(bands(recording, preparations)).map(of_trajectory).collect()
 }
 
 /// What is done to the signals of one trajectory.
@@ -165,7 +175,7 @@ mod tests {
     fn a_slow_recording_with_measured_derivatives_is_itself() {
         let recording = log(100.0);
         let split = Split::automatic(&recording);
-        assert!(matches!(Working::of(&recording, &split, f64::INFINITY).recording, Cow::Borrowed(_)));
+        assert!(matches!(Working::of(&recording, &split, None).recording, Cow::Borrowed(_)));
     }
 
     /// With accelerations that are to be derived anew, all of it to learn from; and with those that were simulated.
@@ -179,7 +189,7 @@ mod tests {
     #[test]
     fn where_a_derivative_sees_one_side_only_nothing_is_learned() {
         let [derived, truth] = derived_anew(500.0, 4.0);
-        let working = Working::of(&derived, &Split::whole(&derived), f64::INFINITY);
+        let working = Working::of(&derived, &Split::whole(&derived), None);
         let (thin, full) = (&working.recording.trajectories[0], &truth.trajectories[0]);
         let every = full.len().div_ceil(thin.len());
         let worst = |samples: Range<usize>| {
@@ -190,14 +200,14 @@ mod tests {
         assert!(inside.start > 0 && inside.end < thin.len(), "{inside:?}");
         let [in_it, at_ends] = [worst(inside.clone()), worst(0..inside.start).max(worst(inside.end..thin.len()))];
         assert!(2.0 * in_it < at_ends, "{in_it} rad/s² inside, {at_ends} at the ends");
-        let measured = Working::of(&truth, &Split::whole(&truth), f64::INFINITY);
+        let measured = Working::of(&truth, &Split::whole(&truth), None);
         assert_eq!(measured.split.train[0].samples, 0..measured.recording.trajectories[0].len());
     }
 
     #[test]
     fn a_short_run_keeps_its_ends() {
         let [derived, _] = derived_anew(500.0, 0.5);
-        let working = Working::of(&derived, &Split::whole(&derived), f64::INFINITY);
+        let working = Working::of(&derived, &Split::whole(&derived), None);
         assert_eq!(working.split.train[0].samples, 0..working.recording.trajectories[0].len());
     }
 
@@ -211,7 +221,7 @@ mod tests {
         }
         let truth = log(1000.0);
         let split = Split::automatic(&recording);
-        let working = Working::of(&recording, &split, f64::INFINITY);
+        let working = Working::of(&recording, &split, None);
         let (thin, full) = (&working.recording.trajectories[0], &truth.trajectories[0]);
         let every = full.len().div_ceil(thin.len());
         assert!(every > 2, "{every}");

@@ -23,10 +23,6 @@ const OWN: f64 = 0.5;
 /// Newton steps at most, and the largest change of a weight in one.
 const STEPS: usize = 60;
 const LONGEST: f64 = 3.0;
-/// What is left has a law if a flexible basis predicts this share of it on left-out blocks, and that is this share of the torque (RMS).
-/// On the draws and worlds that the map was learned on, one complete answer of 184 is called incomplete by that alone.
-const MOSTLY: f64 = 0.5;
-const WORTH_A_THOUGHT: f64 = 0.01;
 /// No probability is nearer to 0 or 1: there is never so much to learn from.
 const NEAREST: f64 = 0.01;
 
@@ -93,18 +89,19 @@ impl Calibration {
     /// Source: √(U² + C²) of a comparison of six measures on 140 arms of another engine, where it told the incomplete from the
     /// complete best.
     pub fn remainder_on<'a>(&self, rest: &Rest, seen: impl IntoIterator<Item = &'a Sighting>, joint: usize) -> f64 {
-        let is_doubtful = |one: &&Sighting| one.acts_on(joint) && one.is_doubtful(self.presence(one));
-        let doubtful = seen.into_iter().filter(is_doubtful).map(|one| one.unique * one.unique);
         let coloured = rest.share[joint].powi(2) * (1.0 - rest.whiteness[joint]);
-        (coloured + doubtful.sum::<f64>()).sqrt()
+        coloured.sqrt().hypot(self.doubtful_on(seen, joint))
     }
 
-    /// Whether an answer is complete that leaves this remainder on a joint: it is small, and a flexible basis does not predict most of
-    /// what is left. Little is left then, but it has a law.
+    /// How much of it rests on such families.
+    pub fn doubtful_on<'a>(&self, seen: impl IntoIterator<Item = &'a Sighting>, joint: usize) -> f64 {
+        let is_doubtful = |one: &&Sighting| one.acts_on(joint) && one.is_doubtful(self.presence(one));
+        seen.into_iter().filter(is_doubtful).map(|one| one.unique * one.unique).sum::<f64>().sqrt()
+    }
+
+    /// Whether an answer is complete that leaves this remainder on a joint: it is small, and what is left has no law.
     pub fn is_complete(&self, rest: &Rest, remainder: f64, joint: usize) -> bool {
-        let predicted = rest.predicted[joint].max(0.0);
-        let has_law = predicted > MOSTLY && rest.share[joint] * predicted.sqrt() > WORTH_A_THOUGHT;
-        remainder <= self.remainder && !has_law
+        remainder <= self.remainder && !rest.has_law(joint)
     }
 
     /// Learns the weights from examples; the other fields are the caller's.
