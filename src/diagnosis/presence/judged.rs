@@ -185,32 +185,30 @@ mod tests {
     use crate::progress::Monitor;
     use crate::simulation::{Scenario, simulate};
 
-    /// Of each joint what was missing, what is left, what is predicted of that, what noise makes of it, what is doubtful, and the answer.
     #[test]
     fn what_is_left_beyond_noise_is_held_against_what_was_missing() {
+        /// What was missing of a joint, what is left, what is predicted of that, what noise makes of it, and what is doubtful.
+        struct Left(f64, f64, f64, f64, f64);
         let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
         let mut judged = Judged::of(&searched(&recording, &["coulomb-friction"]), Calibration::learned()).unwrap();
         let joints = [
-            (0.5, 0.02, 0.0, Some(0.015), 0.0, true, 0.00696),
-            (0.02, 0.02, 0.0, Some(0.01), 0.0, false, 0.0156),
-            (0.9, 0.06, 0.0, Some(0.02), 0.0, false, 0.0545),
-            (0.9, 0.06, 0.0, Some(0.049), 0.0, true, 0.0),
-            (0.5, 0.02, 0.9, Some(0.015), 0.0, false, 0.00696),
-            (0.5, 0.02, 0.0, Some(0.015), 0.05, false, 0.05048),
+            (Left(0.5, 0.02, 0.0, 0.015, 0.0), true, 0.00696),
+            (Left(0.02, 0.02, 0.0, 0.01, 0.0), false, 0.0156),
+            (Left(0.9, 0.06, 0.0, 0.02, 0.0), false, 0.0545),
+            (Left(0.9, 0.06, 0.0, 0.049, 0.0), true, 0.0),
+            (Left(0.5, 0.02, 0.9, 0.015, 0.0), false, 0.00696),
+            (Left(0.5, 0.02, 0.0, 0.015, 0.05), false, 0.05048),
         ];
-        let each = |of: fn(&(f64, f64, f64, Option<f64>, f64, bool, f64)) -> f64| joints.iter().map(of).collect();
-        judged.rest = Rest {
-            before: each(|one| one.0),
-            share: each(|one| one.1),
-            predicted: each(|one| one.2),
-            whiteness: vec![1.0; joints.len()],
-        };
+        let each = |of: fn(&Left) -> f64| -> Vec<f64> { joints.iter().map(|(left, ..)| of(left)).collect() };
+        let whiteness = vec![1.0; joints.len()];
+        judged.rest =
+            Rest { before: each(|one| one.0), share: each(|one| one.1), predicted: each(|one| one.2), whiteness };
         judged.doubtful = each(|one| one.4);
         judged.completeness = vec![Completeness::example(); joints.len()];
-        let told = judged.beside(joints.iter().map(|one| one.3).collect());
-        for (joint, (one, expected)) in told.completeness().iter().zip(joints).enumerate() {
-            assert_eq!((one.noise, one.complete), (expected.3, expected.5), "joint {}", joint + 1);
-            assert!((one.remainder - expected.6).abs() < 1e-4, "joint {}: {}", joint + 1, one.remainder);
+        let told = judged.beside(joints.iter().map(|(left, ..)| Some(left.3)).collect());
+        for (joint, (one, (left, complete, remainder))) in told.completeness().iter().zip(&joints).enumerate() {
+            assert_eq!((one.noise, one.complete), (Some(left.3), *complete), "joint {}", joint + 1);
+            assert!((one.remainder - remainder).abs() < 1e-4, "joint {}: {}", joint + 1, one.remainder);
         }
     }
 
