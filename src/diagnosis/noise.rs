@@ -24,7 +24,8 @@ const SMOOTH: f64 = 0.1;
 const SEED: u64 = 1;
 
 /// RMS of what noise of the readings makes of the residual of a model over that of the measured torque, by joint, where the model was
-/// fitted to the `design` of a `log`. `None` where the readings don't tell their noise: they were filtered, or interpolated.
+/// fitted to the `design` of a `log`. `None` where the readings don't tell their noise, since they were filtered or interpolated, and of a joint
+/// that never moves.
 ///
 /// # Errors
 /// [`ModelError`] if a term can't be computed for a trajectory.
@@ -46,7 +47,8 @@ pub fn of_readings(model: &Fitted, log: &Recording, design: &Design) -> Result<V
     };
     let changes = design.recording().trajectories.par_iter().zip(&noisy).map(change);
     let shares = design.shares_of(&changes.collect::<Result<Vec<Signals>, ModelError>>()?);
-    Ok(shares.into_iter().zip(noise.tau).map(|(share, told)| told.map(|_| share)).collect())
+    let told = |(share, tau): (f64, Option<f64>)| tau.map(|_| share).filter(|share| share.is_finite());
+    Ok(shares.into_iter().zip(noise.tau).map(told).collect())
 }
 
 /// Deviations of the white noise of each joint's readings, in their units.
@@ -155,6 +157,21 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Its encoder is noisy all the same.
+    #[test]
+    fn of_a_joint_that_rests_nothing_is_told() {
+        let mut resting = log(0.02, 3e-4);
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        for run in &mut resting.trajectories {
+            let mut channels = run.channels_mut();
+            channels.q[1].fill_with(|| 1e-6 * Distribution::<f64>::sample(&StandardNormal, &mut random));
+            channels.qd[1].fill(0.0);
+            channels.qdd[1].fill(0.0);
+        }
+        let told: Vec<bool> = left(&resting).iter().map(|(_, noise)| noise.is_some()).collect();
+        assert_eq!(told, [true, false, true]);
     }
 
     #[test]

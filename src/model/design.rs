@@ -269,7 +269,7 @@ impl<'a> Design<'a> {
     }
 
     /// Of torques along the recording of the design, by trajectory, prepared as its own: RMS over that of its own, by joint, where training
-    /// samples count.
+    /// samples count; NaN of a joint that never moves.
     pub fn shares_of(&self, torques: &[Signals]) -> Vec<f64> {
         let prepared = |(index, torque): (usize, &Signals)| {
             let mut prepared = self.preparations[index].apply_all(torque);
