@@ -31,9 +31,9 @@ const SEED: u64 = 1;
 /// [`ModelError`] if a term can't be computed for a trajectory.
 pub fn of_readings(model: &Fitted, log: &Recording, design: &Design) -> Result<Vec<Option<f64>>, ModelError> {
     let preparations = Preparation::of_all(log, design.follows_up_to());
-    let slowest =
+    let smooth_over =
         |preparation: &Preparation| preparation.cutoff.map_or(0.0, |cutoff| SMOOTH / (cutoff * preparation.time_step));
-    let widest = preparations.iter().map(slowest).fold(f64::INFINITY, f64::min) as usize;
+    let widest = preparations.iter().map(smooth_over).fold(f64::INFINITY, f64::min) as usize;
     let Some(noise) = Noise::of(log, widest).filter(|_| are_derivatives_made_anew(log, &preparations)) else {
         return Ok(vec![None; log.joint_count()]);
     };
