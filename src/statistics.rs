@@ -64,8 +64,8 @@ pub fn white_noise(runs: impl IntoIterator<Item = impl AsRef<[f64]>>) -> Option<
 /// every second sample, every fourth and so on, not further apart than the `widest` step. `None` if these disagree: then what changes fast
 /// was filtered out, or is none, or the signal is not smooth; and if they are too few to tell.
 pub fn white_noise_of_smooth(runs: &[&[f64]], widest: usize) -> Option<f64> {
-    let steps: Vec<usize> = (0..usize::BITS).map(|octave| 1 << octave).take_while(|step| *step <= widest).collect();
-    let told = |step: &usize| {
+    let steps = std::iter::successors(Some(1), |step| Some(2 * step)).take_while(|step| *step <= widest);
+    let told = |step: usize| {
         let of_run = |run: &&[f64]| -> Vec<f64> {
             let difference = |t: usize| {
                 let [a, b, c, d, e, f, g] = std::array::from_fn(|k| run[t + k * step]);
@@ -77,10 +77,13 @@ pub fn white_noise_of_smooth(runs: &[&[f64]], widest: usize) -> Option<f64> {
         let enough = sizes.len() >= FEWEST;
         median(sizes).filter(|_| enough).map(|size| size / (MEDIAN_SIZE * SIXTH_DIFFERENCE))
     };
-    let told: Vec<f64> = steps.iter().map(told).collect::<Option<_>>()?;
+    let told: Vec<f64> = steps.map(told).collect::<Option<_>>()?;
+    if told.len() < 2 {
+        return None;
+    }
+    let octaves = (told.len() - 1) as f64;
     let [least, most] = ends(told);
-    let octaves = i32::try_from(steps.len().checked_sub(2)?).ok()? + 1;
-    (least > 0.0 && most < OF_HALF_THE_STEP.powi(octaves) * least).then_some(most)
+    (least > 0.0 && most < OF_HALF_THE_STEP.powf(octaves) * least).then_some(most)
 }
 
 #[cfg(test)]

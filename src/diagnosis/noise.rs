@@ -34,9 +34,8 @@ pub fn of_readings(model: &Fitted, log: &Recording, design: &Design) -> Result<V
     let smooth_over =
         |preparation: &Preparation| preparation.cutoff.map_or(0.0, |cutoff| SMOOTH / (cutoff * preparation.time_step));
     let widest = preparations.iter().map(smooth_over).fold(f64::INFINITY, f64::min) as usize;
-    let Some(noise) = Noise::of(log, widest).filter(|_| are_derivatives_made_anew(log, &preparations)) else {
-        return Ok(vec![None; log.joint_count()]);
-    };
+    let noise = are_derivatives_made_anew(log, &preparations).then(|| Noise::of(log, widest)).flatten();
+    let Some(noise) = noise else { return Ok(vec![None; log.joint_count()]) };
     let noisy = in_wide_band(&noise.more_of_it(log), &preparations);
     let change = |(clean, noisy): (&Trajectory, &Trajectory)| {
         let mut change = noisy.tau.clone();

@@ -129,13 +129,15 @@ pub struct Completeness {
     /// and in reports of an older program.
     #[serde(default)]
     pub noise: Option<f64>,
-    /// RMS of what is left beside noise, or rests on doubtful names, over that of the measured torque.
+    /// RMS of what is left beyond noise (where that is not told: and does not look white), or rests on doubtful names, over that of the measured
+    /// torque.
     pub remainder: f64,
     /// RMS error on held-out data over that in training, with all that was named; `None` where nothing is held out, and in reports of
     /// an older program.
     #[serde(default)]
     pub held_out: Option<f64>,
-    /// Whether the remainder is no more than where the truth is known to be complete, and held-out data don't contradict it.
+    /// Whether the remainder is no more than where the truth is known to be complete and has no law, held-out data don't contradict it, and no
+    /// stretch stands out.
     pub complete: bool,
 }
 

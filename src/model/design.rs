@@ -92,7 +92,7 @@ impl<'a> Design<'a> {
             Origin::Measured => None,
             Origin::Derived(_) => reach(&design.preparations, &design.counts, &design.torque, &design.rough()?.left),
         };
-        let narrower = follows_up_to.map(|_| Design::within(recording, split, follows_up_to)).transpose()?;
+        let narrower = follows_up_to.map(|highest| Design::within(recording, split, Some(highest))).transpose()?;
         Ok(Design { follows_up_to, ..narrower.unwrap_or(design) })
     }
 

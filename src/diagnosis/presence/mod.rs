@@ -126,9 +126,7 @@ impl Rest {
             predicted: flexible::predicted(search, &explained)?,
         })
     }
-}
 
-impl Rest {
     /// Whether a flexible basis predicts most of what is left on a joint: little it may be, but it has a law.
     pub fn has_law(&self, joint: usize) -> bool {
         let predicted = self.predicted[joint].max(0.0);
