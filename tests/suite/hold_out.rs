@@ -102,6 +102,6 @@ fn a_fifth_that_there_is_not_is_an_error() {
         std::fs::copy(&log, folder.path().join(format!("{name}.csv"))).unwrap();
     }
     let four = ["inspect", "bumper.csv", "b.csv", "c.csv", "d.csv", "--held-out-fifth", "5"];
-    let message = fails(&four, folder.path(), 1);
+    let message = fails(&four, folder.path(), 2);
     assert!(message.contains("there is no turn 5: choose one of 1 to 4"), "{message}");
 }
