@@ -246,6 +246,9 @@ impl Candidate {
                     100.0 * presence
                 )
             }
+            Ground::Supported(held_out) if held_out.rises < 1.0 => {
+                format!("training speaks more for it than held-out data do against it: {}", held_out.text())
+            }
             Ground::Supported(held_out) => format!("held-out data speak for it: {}", held_out.text()),
             Ground::NotSupported(held_out) => format!("held-out data do not speak for it: {}", held_out.text()),
             Ground::NotShown => "fitted with all that is named it may as well be zero, or is impossible".to_owned(),
@@ -525,7 +528,11 @@ mod tests {
         let candidate = |ground| Candidate { effect, joint: Some(0), error_drop: 0.1, ground };
         let [no, yes] = [Ground::NotSupported(held_out), Ground::Supported(held_out)].map(candidate);
         assert_eq!(no.reason(), format!("held-out data do not speak for it: {told}"));
-        assert_eq!(yes.reason(), format!("held-out data speak for it: {told}"));
+        assert_eq!(yes.reason(), format!("training speaks more for it than held-out data do against it: {told}"));
         assert!(yes.accepted() && !no.accepted());
+        let missed = candidate(Ground::Supported(HeldOut { rises: 1.5, ..held_out }));
+        assert!(
+            missed.reason().starts_with("held-out data speak for it: without it the squared error there is × 1.50")
+        );
     }
 }
