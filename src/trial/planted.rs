@@ -9,8 +9,9 @@
 //!   of the log, moved in time and perhaps turned over, so that it has the colour of this robot's residual but belongs to no
 //!   effect. Into that, too, effects are planted.
 //!
-//! A strength is that within the band in which a diagnosis compares. An effect that a rigid body takes up, together with the friction
-//! and the offsets that nearly every joint has, is not planted: nobody could find it. A [`Summary`] says how cases fared.
+//! A strength is that within the band in which a diagnosis compares. An effect that a rigid body takes up in training, together with the
+//! friction and the offsets that nearly every joint has, or that hardly acts there, is not planted: nobody could find it. A [`Summary`]
+//! says how cases fared.
 
 mod score;
 mod shown;
@@ -512,6 +513,7 @@ impl Plan {
 pub(super) mod tests {
     use super::*;
     use crate::arm::Arm;
+    use crate::recording::hold_out::HoldOut;
     use crate::simulation::{Excitation, Scenario, simulate};
 
     /// So many runs of two joints, each so long \[s\] and sampled at this rate \[Hz\], with this share of Coulomb friction on the
@@ -610,6 +612,20 @@ pub(super) mod tests {
             let left = left(effect, Some(1), parameters);
             assert!(left > LEAST_LEFT, "{effect}: {left}");
         }
+        let (recording, _) = with_friction(6, 5.0, 60.0, 0.08);
+        let mut farthest: Vec<(f64, &Trajectory)> =
+            recording.trajectories.iter().map(|run| (run.q[0].iter().fold(f64::MIN, |a, &b| a.max(b)), run)).collect();
+        farthest.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let held_out = HoldOut::named(vec![farthest[0].1.name.clone()]);
+        let split = Split::as_asked(&recording, &held_out, &[]).unwrap();
+        let log = Log::new(recording.clone(), split, &Monitor::new()).unwrap();
+        let stop = |position: f64| {
+            let (effect, parameters) = (registry::find("upper-stop").unwrap(), vec![50.0, position]);
+            log.left_of(&Drawn { effect, place: Some(0), strength: 0.1, parameters }).unwrap()
+        };
+        let (reached, far) = (farthest[1].0, farthest[0].0);
+        assert!(stop(reached - 0.5) > LEAST_LEFT && far > reached, "{far} {reached}: {}", stop(reached - 0.5));
+        assert_eq!(stop(reached), 0.0, "it is touched in the held-out part alone");
         let (quickly_read, split) = with_friction(2, 4.0, 400.0, 0.08);
         let shown = Shown::of(&quickly_read, &split).unwrap();
         let samples = quickly_read.trajectories[0].len();

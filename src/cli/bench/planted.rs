@@ -15,8 +15,9 @@ use crate::trial::planted::{Before, Detection, Fared, Group, Plan, STRENGTHS, Su
 /// Each draw plants one effect of the catalogue, drawn by a seed with its joint and its parameters, into the measured torque and
 /// asks for a diagnosis beside a rigid body. What was named before may be named again; then its parameter has to grow by what was
 /// planted. Names that are new and were not planted are false; names that are gone are lost. A strength is that within the band in
-/// which models are compared. What a rigid body takes up, together with the friction and offsets that nearly every joint has, is not
-/// planted, nor is what the log can't have, such as late velocities where they are derived from the positions.
+/// which models are compared. What a rigid body takes up where models learn, together with the friction and offsets that nearly every
+/// joint has, is not planted, nor is what hardly acts there, or what the log can't have, such as late velocities where they are derived
+/// from the positions.
 ///
 /// A twin is the log made anew from its rigid body and the effects that were named, as they were fitted, with what they leave
 /// as noise, moved in time; up to three effects are planted there. In a twin all that is there is known, so every name is

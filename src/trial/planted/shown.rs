@@ -2,7 +2,7 @@
 //!
 //! Above that band accelerations are noise, and so is what a lag or an elastic joint would make of them, or the torque does not follow
 //! the motion: an effect is as strong as it is within the band. And what a rigid body takes up together with the friction and the
-//! offsets that nearly every joint has, nobody can find.
+//! offsets that nearly every joint has, where models learn, nobody can find; nor what acts where they don't.
 
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use crate::model::preparation::Preparation;
 use crate::model::{self, Model, Preset};
 use crate::progress::Monitor;
 use crate::recording::Recording;
-use crate::recording::split::Split;
+use crate::recording::split::{Segment, Split};
 use crate::signals::Signals;
 
 /// The band of a log, and what models of what every robot has leave of it.
@@ -60,8 +60,8 @@ impl Shown {
         self.bands[run].apply_all(signals)
     }
 
-    /// The share of an effect, which makes this change within the band (by run), that what every robot has leaves of it, identified
-    /// anew in the recording into which it was planted.
+    /// The share of an effect, which makes this change within the band (by run), that what every robot has leaves of it in training,
+    /// identified anew in the recording into which it was planted: RMS there over RMS of the change everywhere.
     ///
     /// # Errors
     /// [`TrialError`] if nothing fits the recording any more.
@@ -75,13 +75,15 @@ impl Shown {
         let is_it = |beside: &&Beside| beside.without == Some(effect.family);
         let all = self.beside.iter().find(|beside| beside.without.is_none());
         let Some(beside) = self.beside.iter().find(is_it).or(all) else { return Ok(0.0) };
-        let left = left_by(&beside.model, planted, split, &self.bands)?;
-        let mut of_effect = 0.0;
-        for (mut now, before) in left.into_iter().zip(&beside.left) {
-            now.add(before, -1.0);
-            of_effect += squares(&now);
-        }
-        Ok((of_effect / change.iter().map(squares).sum::<f64>()).sqrt())
+        let mut left = left_by(&beside.model, planted, split, &self.bands)?;
+        left.iter_mut().zip(&beside.left).for_each(|(now, before)| now.add(before, -1.0));
+        let everywhere: Vec<Segment> = planted
+            .trajectories
+            .iter()
+            .enumerate()
+            .map(|(trajectory, run)| Segment { trajectory, samples: 0..run.len() })
+            .collect();
+        Ok((mean_square(&left, &split.train) / mean_square(change, &everywhere)).sqrt())
     }
 }
 
@@ -102,6 +104,13 @@ fn left_by(
     recording.trajectories.iter().zip(bands).map(of_run).collect()
 }
 
-fn squares(signals: &Signals) -> f64 {
-    signals.values().iter().map(|value| value * value).sum()
+/// Mean square of these signals (by run) on a part of the recording, all joints together.
+fn mean_square(signals: &[Signals], part: &[Segment]) -> f64 {
+    let samples: usize = part.iter().map(|segment| segment.samples.len()).sum();
+    let of_segment = |segment: &Segment| -> f64 {
+        let joints = 0..signals[segment.trajectory].joint_count();
+        let values = joints.flat_map(|joint| &signals[segment.trajectory][joint][segment.samples.clone()]);
+        values.map(|value| value * value).sum()
+    };
+    part.iter().map(of_segment).sum::<f64>() / samples.max(1) as f64
 }
