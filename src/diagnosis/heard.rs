@@ -11,11 +11,15 @@ pub const BEYOND_DOUBT: f64 = 0.98;
 /// How many clues there are.
 const COUNT: usize = 4;
 /// What a presence is once the held-out part was asked, in log-odds: a constant, what those of before count, and what t over the held-out
-/// pieces and the e-folds of the error in training do: see RESULTS.md, "The ends of runs" and, how they are learned, "What is held out is
-/// asked".
+/// pieces and the e-folds of the error in training do: see RESULTS.md, "The ends of runs", "How steadily something is missed" and, how they
+/// are learned, "What is held out is asked".
 const WEIGHTS: [f64; COUNT] = [-2.08, 0.91, 1.14, 7.6];
-/// Beyond this t, to either side, it says nothing more.
+/// Beyond this t, to either side, it says little more,
 const TELLING_T: f64 = 1.0;
+/// this share of what it says below, up to
+const LESS_TELLING: f64 = 0.13;
+/// this t.
+const MOST_TELLING_T: f64 = 3.0;
 /// Beyond so many e-folds in training it says nothing more.
 const TELLING_RISE: f64 = 0.3;
 /// Price of large weights: hardly any, for few are learned from hundreds of examples.
@@ -57,7 +61,8 @@ impl Heard {
 /// what training hardly shows.
 fn clues(held_out: &HeldOut) -> [f64; COUNT] {
     let before = held_out.before.min(BEYOND_DOUBT);
-    let steady = held_out.t.clamp(-TELLING_T, TELLING_T);
+    let beyond = held_out.t.clamp(TELLING_T, MOST_TELLING_T) - TELLING_T;
+    let steady = held_out.t.clamp(-TELLING_T, TELLING_T) + LESS_TELLING * beyond;
     let in_training = held_out.rises_in_training.ln().clamp(0.0, TELLING_RISE);
     [1.0, (before / (1.0 - before)).ln(), steady, in_training]
 }
@@ -94,7 +99,9 @@ mod tests {
         assert!(presence(2.0, 2.0) > 0.9 && presence(1.0, 0.0) < 0.7);
         assert!(presence(1.0, -1.0) < presence(1.0, 0.0) && presence(1.0, 0.0) < presence(1.0, 1.0));
         assert!(presence(1.0, 1.0) < presence(1.5, 1.0));
-        assert_eq!(presence(3.0, 2.0), presence(f64::MAX, 9.0), "more says nothing more");
+        let [little, more] = [1.0, 3.0].map(|t| presence(1.0, t) - presence(1.0, t - 1.0));
+        assert!(0.0 < more && more < little, "{little} {more}");
+        assert_eq!(presence(3.0, 3.0), presence(f64::MAX, 9.0), "more says nothing more");
         assert!(heard(held_out(0.979, 9.0, 9.0)).unwrap().presence <= BEYOND_DOUBT);
     }
 
