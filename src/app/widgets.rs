@@ -66,6 +66,14 @@ pub fn sentence_case(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// Several things in a sentence: `a, b and c`.
+pub fn in_a_sentence(things: &[String]) -> String {
+    match things {
+        [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => things.concat(),
+    }
+}
+
 /// A word in a coloured frame; the word tells the same as the colour.
 pub fn chip(ui: &mut Ui, text: &str, color: Color32) -> Response {
     let frame = Frame::new()
@@ -184,4 +192,18 @@ pub fn thousands(number: usize) -> String {
         text.push(digit);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn things_are_listed_as_in_a_sentence() {
+        let told = |things: &[&str]| in_a_sentence(&things.iter().map(ToString::to_string).collect::<Vec<_>>());
+        assert_eq!(
+            [told(&[]), told(&["a"]), told(&["a", "b"]), told(&["a", "b", "c"])],
+            ["", "a", "a and b", "a, b and c"]
+        );
+    }
 }

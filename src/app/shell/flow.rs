@@ -5,6 +5,7 @@
 use crate::app::desk::{Focus, Order};
 use crate::app::screen::{Next, NextStep};
 use crate::app::screens::Screens;
+use crate::app::widgets;
 use crate::model::Preset;
 use crate::recording::correction::Correction;
 use crate::session::{Command, Session};
@@ -31,7 +32,7 @@ fn on_the_way(session: &Session, focus: &Focus, screens: &Screens, exported: boo
     if let Some(corrections) = session.findings.iter().map(|finding| &finding.set_right).find(|them| !them.is_empty()) {
         let faults: Vec<String> = corrections.iter().map(Correction::fault).collect();
         let why = "The log contradicts how it is set up; this sets it right, and undo takes it back";
-        let label = format!("Set right: {}", faults.join(" and "));
+        let label = format!("Set right: {}", widgets::in_a_sentence(&faults));
         return Some(NextStep::run(label, why, Command::SetRight(corrections.clone())));
     }
     if session.current().is_none() {

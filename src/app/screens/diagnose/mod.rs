@@ -289,11 +289,10 @@ fn doubts(ui: &mut Ui, session: &Session) {
 fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
     let palette = Palette::in_ui(ui);
     let named: Vec<String> = report.effects.iter().map(|effect| effect_text(effect, recording)).collect();
+    let named = widgets::in_a_sentence(&named);
     let (word, color, text) = match report.verdict {
-        Verdict::Missing => ("missing", palette.accent, format!("The model lacks {}.", named.join(" and "))),
-        Verdict::Ambiguous => {
-            ("ambiguous", palette.warning, format!("The model lacks {}, or something like it.", named.join(" and ")))
-        }
+        Verdict::Missing => ("missing", palette.accent, format!("The model lacks {named}.")),
+        Verdict::Ambiguous => ("ambiguous", palette.warning, format!("The model lacks {named}, or something like it.")),
         Verdict::NothingMissing if report.is_of_a_part() => {
             ("nothing missing", palette.good, report.headline().to_owned())
         }
@@ -301,8 +300,7 @@ fn headline(ui: &mut Ui, report: &Report, recording: &Recording) {
             ("nothing missing", palette.good, "Nothing is missing that these data could show.".to_owned())
         }
         Verdict::UnknownEffect => {
-            let also =
-                if named.is_empty() { String::new() } else { format!("; it also lacks {}", named.join(" and ")) };
+            let also = if named.is_empty() { String::new() } else { format!("; it also lacks {named}") };
             (
                 "unknown effect",
                 palette.warning,
