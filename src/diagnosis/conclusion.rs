@@ -8,7 +8,7 @@ use super::stated_arm::Comparison;
 use crate::model::Evaluation;
 use crate::recording::Recording;
 use crate::recording::encoders::Side;
-use crate::recording::split::Segment;
+use crate::recording::split::{Segment, Split};
 
 /// Below this probability a form is one of several of the catalogue.
 const SURE_FORM: f64 = 0.8;
@@ -117,7 +117,7 @@ pub fn carried_over(completeness: &[Completeness], last: &Evaluation, bursts: &[
 }
 
 /// What stands out, each stretch once.
-pub fn in_bursts(bursts: &[Burst], recording: &Recording) -> Vec<Note> {
+pub fn in_bursts(bursts: &[Burst], recording: &Recording, split: &Split) -> Vec<Note> {
     let mut stretches: Vec<&Segment> = bursts.iter().map(|burst| &burst.stretch).collect();
     stretches.sort_unstable_by_key(|stretch| (stretch.trajectory, stretch.samples.start));
     stretches.dedup();
@@ -130,6 +130,7 @@ pub fn in_bursts(bursts: &[Burst], recording: &Recording) -> Vec<Note> {
             trajectory: run.name.clone(),
             seconds: [second(stretch.samples.start), second(stretch.samples.end)],
             times: here.iter().map(|burst| burst.times).fold(0.0, f64::max),
+            not_in_training: !split.train.iter().any(|part| part.meets(stretch)),
         }
     };
     stretches.into_iter().map(note).collect()
@@ -310,10 +311,17 @@ mod tests {
             trajectory: run.name.clone(),
             seconds: [run.time[start], run.time[start + 20]],
             times,
+            // Models learn from the first of the two.
+            not_in_training: start == 40,
         };
-        assert_eq!(in_bursts(&bursts, &recording), [note(&[1], 20, 6.0), note(&[0, 2], 40, 9.0)]);
+        let train =
+            |trajectory: usize, samples| Split { train: vec![Segment { trajectory, samples }], ..Split::default() };
+        let split = train(1, 0..40);
+        assert_eq!(in_bursts(&bursts, &recording, &split), [note(&[1], 20, 6.0), note(&[0, 2], 40, 9.0)]);
+        let of_another = in_bursts(&bursts[1..2], &recording, &train(0, 0..40));
+        assert!(matches!(of_another[..], [Note::Burst { not_in_training: true, .. }]), "{of_another:?}");
         let beyond = [burst(0, run.len() - 20, 7.0)];
-        assert_eq!(in_bursts(&beyond, &recording).len(), 1, "its end is that of the run");
+        assert_eq!(in_bursts(&beyond, &recording, &split).len(), 1, "its end is that of the run");
         let complete = |bursts: &[Burst]| {
             carried_over(&[Completeness::example()], &evaluation(0.01, 0.01, 1.0), bursts)[0].complete
         };

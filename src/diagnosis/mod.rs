@@ -160,7 +160,7 @@ pub fn diagnose_among(
     let mut notes = conclusion::notes(verdict, &effects, &judged.incomplete(), &comparison, blocks, recording.encoders);
     // Before anything is added: what is missing may be found once models learn from it.
     notes.splice(0..0, conclusion::fails_on_held_out(&last));
-    notes.extend(conclusion::in_bursts(&bursts, recording));
+    notes.extend(conclusion::in_bursts(&bursts, recording, split));
     let of_torque = last.noise_floor_nmse.as_deref();
     notes.extend(of_torque.and_then(|noise| conclusion::noise_of_motion(&completeness, noise)));
     notes.extend(design.follows_up_to().map(|above_hz| Note::NotFollowed { above_hz }));

@@ -411,6 +411,9 @@ pub enum Note {
         seconds: [f64; 2],
         /// So many times as much (RMS) on the joint where it is most.
         times: f64,
+        /// Whether models learn from none of it. Sessions that were saved before 29 November 2026 don't say it.
+        #[serde(default)]
+        not_in_training: bool,
     },
     /// What is left is noise, but far more than that of the torque: it comes from the motion, most likely.
     NoiseOfMotion {

@@ -122,10 +122,15 @@ impl Note {
                  views.",
                 joints_text(joints)
             ),
-            Note::Burst { joints, trajectory, seconds: [from, to], times } => format!(
+            Note::Burst { joints, trajectory, seconds: [from, to], times, not_in_training } => format!(
                 "From {from:.2} to {to:.2} s of trajectory \u{201c}{trajectory}\u{201d} the error of {} is {times:.0} times that of most of the log: something acts \
-                 there only (a contact, a collision, a load, a faulty reading), or it moves there as nowhere else. Look there in the residual views.",
-                joints_text(joints)
+                 there only (a contact, a collision, a load, a faulty reading), or it moves there as nowhere else. Look there in the residual views{}.",
+                joints_text(joints),
+                if *not_in_training {
+                    "; no model learns from that stretch: to have it explained, hold another part out"
+                } else {
+                    ""
+                }
             ),
             Note::NoiseOfMotion { joints } => format!(
                 "What is left of {} looks like noise, but is more than {NOISIER} times that of the torque: it is most likely that of the motion \
@@ -513,9 +518,13 @@ mod tests {
 
     #[test]
     fn a_stretch_that_stands_out_is_told_with_its_time() {
-        let note = Note::Burst { joints: vec![0, 2], trajectory: "b".into(), seconds: [1.0, 1.504], times: 7.4 };
+        let note = |not_in_training| {
+            let (joints, trajectory) = (vec![0, 2], "b".to_owned());
+            Note::Burst { joints, trajectory, seconds: [1.0, 1.504], times: 7.4, not_in_training }.sentence()
+        };
         let told = "From 1.00 to 1.50 s of trajectory \u{201c}b\u{201d} the error of joints 1, 3 is 7 times that of most of the log";
-        assert!(note.sentence().starts_with(told), "{}", note.sentence());
+        assert!(note(false).starts_with(told) && note(false).ends_with("residual views."), "{}", note(false));
+        assert!(note(true).ends_with("hold another part out."), "{}", note(true));
     }
 
     #[test]

@@ -23,6 +23,12 @@ impl Segment {
         Segment { trajectory: self.trajectory, samples }
     }
 
+    /// Whether they have a sample in common.
+    pub fn meets(&self, other: &Segment) -> bool {
+        let (own, theirs) = (&self.samples, &other.samples);
+        self.trajectory == other.trajectory && own.start < theirs.end && theirs.start < own.end
+    }
+
     /// Cut evenly into pieces that are not longer than this.
     pub fn pieces(&self, longest: usize) -> Vec<Segment> {
         let count = self.samples.len().div_ceil(longest.max(1));
