@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use crate::file;
-use crate::session::SessionError;
 
 /// Wrong usage: something on the command line, or in a file that an option names, can't be. Nothing was begun.
 #[derive(Debug, thiserror::Error)]
@@ -31,12 +30,7 @@ impl<T, E: Into<anyhow::Error>> OrUsage<T> for Result<T, E> {
 pub fn tell(error: &anyhow::Error, as_json: bool) -> ExitCode {
     let reason = file::without_number(&reason(error));
     eprintln!("error: {reason}");
-    end(&reason, if is_usage(error) { 2 } else { 1 }, as_json)
-}
-
-/// Whether something on the command line can't be. What an option asks to hold out shows to be missing only once the log is read.
-fn is_usage(error: &anyhow::Error) -> bool {
-    error.is::<Usage>() || matches!(error.downcast_ref(), Some(SessionError::Split(_)))
+    end(&reason, if error.is::<Usage>() { 2 } else { 1 }, as_json)
 }
 
 /// The same of arguments that could not be parsed. Help and version are no failures: they are printed, too.
@@ -77,7 +71,6 @@ mod tests {
 
     use super::*;
     use crate::effect::registry;
-    use crate::recording::split::SplitError;
     use crate::simulation::SimulationError;
 
     #[test]
@@ -94,8 +87,6 @@ mod tests {
     #[test]
     fn wrong_usage_keeps_its_words() {
         let error = std::fs::read("no/such/file").context("can't read it").or_usage().unwrap_err();
-        assert!(is_usage(&error) && reason(&error).starts_with("can't read it: No such file"), "{error:#}");
-        let split = SplitError::NoSuchTurn { asked: 5, turns: 4 };
-        assert!(is_usage(&SessionError::from(split).into()) && !is_usage(&SessionError::NoRecording.into()));
+        assert!(error.is::<Usage>() && reason(&error).starts_with("can't read it: No such file"), "{error:#}");
     }
 }

@@ -7,10 +7,12 @@ use std::time::Duration;
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::failure::OrUsage;
 use super::terminal::harmless;
 use crate::experiment::run::duration_text;
 use crate::progress::{Event, Monitor, Progress};
-use crate::session::{Command, Session};
+use crate::recording::split::SplitError;
+use crate::session::{Command, Session, SessionError};
 use crate::work::{Job, Outcome};
 
 /// How often the bar is drawn.
@@ -97,11 +99,19 @@ fn hear(event: Event, progress: &mut Progress, so_far: &mut String) {
 /// Runs a session command and shows its progress.
 pub fn run(command: Command, session: &Session) -> anyhow::Result<Session> {
     let session = session.clone();
-    watch(&command.title(), move |monitor| command.run(&session, monitor))
+    watch(&command.title(), move |monitor| as_asked(command.run(&session, monitor)))?.or_usage()
 }
 
 /// Opens what a session command opens, identifies nothing from it, and shows its progress.
 pub fn open(command: Command, session: &Session) -> anyhow::Result<Session> {
     let session = session.clone();
-    watch(&command.title(), move |monitor| command.opened(&session, monitor))
+    watch(&command.title(), move |monitor| as_asked(command.opened(&session, monitor)))?.or_usage()
+}
+
+/// What an option asks to hold out shows to be missing only once the log is read, and is wrong usage all the same.
+fn as_asked(outcome: Result<Session, SessionError>) -> Result<Result<Session, SplitError>, SessionError> {
+    match outcome {
+        Err(SessionError::Split(error)) => Ok(Err(error)),
+        other => other.map(Ok),
+    }
 }
