@@ -455,9 +455,9 @@ pub(super) fn inverse(value: f64) -> f64 {
 fn joined(split: &Split) -> Vec<Segment> {
     let mut stretches: Vec<Segment> = Vec::new();
     for segment in split.train_of_any() {
-        let is_held_out = |between: Range<usize>| {
-            let meets = |held: &Segment| held.samples.start < between.end && between.start < held.samples.end;
-            split.held_out.iter().any(|held| held.trajectory == segment.trajectory && meets(held))
+        let is_held_out = |samples: Range<usize>| {
+            let between = Segment { trajectory: segment.trajectory, samples };
+            split.held_out.iter().any(|held| held.meets(&between))
         };
         match stretches.last_mut() {
             Some(last)

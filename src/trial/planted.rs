@@ -613,8 +613,9 @@ pub(super) mod tests {
             assert!(left > LEAST_LEFT, "{effect}: {left}");
         }
         let (recording, _) = with_friction(6, 5.0, 60.0, 0.08);
+        let reach = |run: &Trajectory| Trajectory::way(std::slice::from_ref(run), 0)[1];
         let mut farthest: Vec<(f64, &Trajectory)> =
-            recording.trajectories.iter().map(|run| (run.q[0].iter().fold(f64::MIN, |a, &b| a.max(b)), run)).collect();
+            recording.trajectories.iter().map(|run| (reach(run), run)).collect();
         farthest.sort_by(|a, b| b.0.total_cmp(&a.0));
         let held_out = HoldOut::named(vec![farthest[0].1.name.clone()]);
         let split = Split::as_asked(&recording, &held_out, &[]).unwrap();

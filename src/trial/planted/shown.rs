@@ -77,12 +77,7 @@ impl Shown {
         let Some(beside) = self.beside.iter().find(is_it).or(all) else { return Ok(0.0) };
         let mut left = left_by(&beside.model, planted, split, &self.bands)?;
         left.iter_mut().zip(&beside.left).for_each(|(now, before)| now.add(before, -1.0));
-        let everywhere: Vec<Segment> = planted
-            .trajectories
-            .iter()
-            .enumerate()
-            .map(|(trajectory, run)| Segment { trajectory, samples: 0..run.len() })
-            .collect();
+        let everywhere: Vec<Segment> = planted.runs().collect();
         Ok((mean_square(&left, &split.train) / mean_square(change, &everywhere)).sqrt())
     }
 }
