@@ -53,8 +53,14 @@ impl Errors {
 
     /// How much an effect that was so likely `before` is missed on the joints that feel it, if these are the errors without it.
     fn against(&self, with: &Errors, before: f64, felt: &[usize]) -> HeldOut {
-        let whole = self.whole.against(&with.whole, before, felt);
-        if whole.rises * HARMFUL < 1.0 { whole } else { self.in_band.against(&with.in_band, before, felt) }
+        let errors =
+            if self.are_harmed(with, felt) { [&self.whole, &with.whole] } else { [&self.in_band, &with.in_band] };
+        errors[0].against(errors[1], before, felt)
+    }
+
+    /// Whether the effect multiplies the error of these joints, if these are the errors without it.
+    fn are_harmed(&self, with: &Errors, felt: &[usize]) -> bool {
+        self.whole.against(&with.whole, 1.0, felt).rises * HARMFUL < 1.0
     }
 }
 
@@ -106,7 +112,8 @@ impl Sums {
 
 /// Asks the held-out part about all that is in doubt: each family at each place is left out of all that is `named`, and `errors` are those of
 /// the rest, fitted anew. What a stated arm brings to light stands by that. What most of the other joints have can only gain: they say more
-/// of it than a short part of the motion of one.
+/// of it than a short part of the motion of one. Of what is beyond doubt, but for common friction, it is asked whether it multiplies the
+/// error: evidence in training may be that of noise which the formula multiplies.
 ///
 /// # Errors
 /// [`ModelError`] if a model can't be fitted, or the work was stopped.
@@ -115,23 +122,30 @@ pub fn ask(
     presence: impl Fn(Family, Option<usize>) -> f64 + Sync,
     errors: impl Fn(&[Named]) -> Result<Errors, ModelError> + Sync,
 ) -> Result<Vec<Heard>, ModelError> {
-    let places = |effect: &Named| effect.places().into_iter().map(|joint| (effect.effect.family, joint));
-    let mut in_doubt: Vec<(Family, Option<usize>)> =
-        named.iter().filter(|effect| !effect.pins).flat_map(places).collect();
-    in_doubt.retain(|&(family, joint)| presence(family, joint) < BEYOND_DOUBT);
-    in_doubt.sort_unstable();
-    in_doubt.dedup();
-    if in_doubt.is_empty() {
+    let is_beyond_doubt = |family: Family, joint: Option<usize>| presence(family, joint) >= BEYOND_DOUBT;
+    let places = |effect: &Named| {
+        let (family, is_common) = (effect.effect.family, effect.effect.is_common_friction());
+        let is_asked = move |joint: &Option<usize>| !is_common || !is_beyond_doubt(family, *joint);
+        effect.places().into_iter().filter(is_asked).map(move |joint| (family, joint)).collect::<Vec<_>>()
+    };
+    let mut asked: Vec<(Family, Option<usize>)> = named.iter().filter(|effect| !effect.pins).flat_map(places).collect();
+    asked.sort_unstable();
+    asked.dedup();
+    if asked.is_empty() {
         return Ok(Vec::new());
     }
     let with = errors(named)?;
     let of_place = |(family, joint): (Family, Option<usize>)| {
         let (others, felt) = without(named, family, joint);
-        let held_out = errors(&others)?.against(&with, presence(family, joint), &felt);
+        let without = errors(&others)?;
+        if is_beyond_doubt(family, joint) && !without.are_harmed(&with, &felt) {
+            return Ok(None);
+        }
+        let held_out = without.against(&with, presence(family, joint), &felt);
         let heard = Heard::of((family, joint), held_out);
         Ok(if is_usual(named, family, joint) { heard.map(Heard::in_favour) } else { heard })
     };
-    let heard: Result<Vec<Option<Heard>>, ModelError> = in_doubt.into_par_iter().map(of_place).collect();
+    let heard: Result<Vec<Option<Heard>>, ModelError> = asked.into_par_iter().map(of_place).collect();
     Ok(heard?.into_iter().flatten().collect())
 }
 
@@ -235,6 +249,28 @@ mod tests {
             heard[1].held_out.t < -1.5 && heard[1].presence == 0.8 && unlikely(&usual, &heard).is_none(),
             "{heard:?}"
         );
+    }
+
+    /// Evidence that is beyond doubt in training may be that of noise which a formula multiplies: common friction is not asked, a wave is
+    /// heard only if it does.
+    #[test]
+    fn what_is_beyond_doubt_is_asked_whether_it_multiplies_the_error() {
+        let wave = Named { usual: Vec::new(), ..Named::example("cogging", &[0], 0.99) };
+        let all = [Named::example("coulomb-friction", &[0], 0.99), wave];
+        let sums = |error: f64| Sums { train: vec![error], held_out: vec![vec![error]; 4] };
+        let heard = |with_wave: f64| {
+            let errors = |named: &[Named]| {
+                let has_wave = named.iter().any(|one| one.effect.id == "cogging");
+                assert_eq!(named[0].effect.id, "coulomb-friction");
+                let in_band = sums(if has_wave { 1.0 } else { 1.5 });
+                Ok(Errors { in_band, whole: sums(if has_wave { with_wave } else { 1.0 }) })
+            };
+            ask(&all, |_, _| 0.99, errors).unwrap()
+        };
+        assert_eq!(heard(2.0), []);
+        let told = heard(400.0);
+        assert_eq!((told.len(), told[0].family), (1, Family::Ripple));
+        assert!(told[0].presence < LIKELY && unlikely(&all, &told).is_some(), "{told:?}");
     }
 
     /// Without it the error in the band of the fit doubles, and that of the whole torque falls to so many times.
