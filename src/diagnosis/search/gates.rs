@@ -30,6 +30,10 @@ const MOST_AGAINST: f64 = 0.05;
 /// The faster third need not confirm if the slower part holds less than this share of the effect's gain.
 const LEAST_SLOW_SHARE: f64 = 0.12;
 
+/// Where slow motion identifies the body so badly that the error on fast motion is more than so many times what it need be, fast motion says
+/// nothing of an effect: on planar arms it is up to a few times that, on the KR 300 a hundred to ten thousand times.
+const TELLING_TRANSFER: f64 = 10.0;
+
 /// Fewest blocks that can confirm anything: with less there is no spread of their gains.
 pub const FEWEST_BLOCKS: usize = 3;
 
@@ -292,7 +296,12 @@ fn extrapolates(search: &Search, before: &[usize], after: &[usize], gain: f64) -
     }
     let errors = |groups: &[usize]| search.transfer_errors(groups, slow, [slow, fast]);
     let ([slow_before, fast_before], [slow_after, fast_after]) = rayon::join(|| errors(before), || errors(after));
-    slow_before - slow_after < LEAST_SLOW_SHARE * gain || fast_after < fast_before
+    let all: Vec<usize> = (0..speeds.len()).collect();
+    let says_nothing = || {
+        let [least] = search.transfer_errors(before, &all, [fast]);
+        fast_before > TELLING_TRANSFER * least
+    };
+    slow_before - slow_after < LEAST_SLOW_SHARE * gain || fast_after < fast_before || says_nothing()
 }
 
 #[cfg(test)]
