@@ -1,7 +1,7 @@
 //! Which physical effect is missing: from a model and measurements, name it with evidence, and never cry wolf.
 //!
 //! A recording goes through once, of a very long one an `excerpt`. `candidates` lays every effect beside the model, as columns of one design. `search` finds
-//! the set that explains the torque for the least price, [`presence`] says how likely each family is there and how complete
+//! the set that explains the torque for the least price (once more among whitened data where more than noise is left), [`presence`] says how likely each family is there and how complete
 //! the answer is, `stated_arm` what the base parameters absorb. `naming` says in which form it is there and what else it could
 //! be, `telling` which motion would tell. `steps` adds what was named; `held_out` data are asked about what is in doubt, and `heard` is how likely it is with that (`withdrawn` keeps what leaves and why); `noise` is what readings make of what is left, `bursts` are stretches that stand out from it; `conclusion` draws the answer, a [`Report`]: data,
 //! which `words` says in words.
@@ -105,13 +105,13 @@ pub fn diagnose_among(
     let held_out_nmse = given.held_out_nmse();
     let excerpt = Excerpt::of(recording, split);
     let searched = Searched::new(effects, fitted, &excerpt, monitor)?;
-    let Searched { mut search, design, counterpart, refused, drops, mut not_known } = searched;
+    let Searched { mut search, mut plain, design, counterpart, refused, drops, mut not_known } = searched;
     let (fitted, before) = match &counterpart {
         Some(counterpart) => (counterpart, Evaluation::of(counterpart, recording, split)?),
         None => (fitted, given),
     };
     let blocks = search.library.equations.block_count();
-    let (judged, doubtful) = judge(&mut search)?;
+    let (judged, doubtful) = judge(&mut search, plain.as_mut())?;
     let stated = StatedBody::of(&search, &fitted.model);
     let comparison = stated_arm::compare(&search, stated.as_ref());
     // Without a held-out part nobody can be asked about what the search has not found.
@@ -185,11 +185,14 @@ pub fn diagnose_among(
 
 /// Judges what was found, with common friction where odd forms of it are no likelier, and leaves in the set what is likely; the rest comes
 /// back, each with its presence.
-fn judge(search: &mut Search) -> Result<(Judged, Vec<(usize, f64)>), ModelError> {
+///
+/// Beside a whitened search a `plain` one tells how much is left of the torque as it was measured.
+fn judge(search: &mut Search, mut plain: Option<&mut Search>) -> Result<(Judged, Vec<(usize, f64)>), ModelError> {
     let mut judged = Judged::of(search, Calibration::learned())?;
     if search.prefer_common(|joint| judged.certainty(Some(joint)))? {
         judged = Judged::of(search, Calibration::learned())?;
     }
+    judged = beside_measured(judged, search, plain.as_deref_mut())?;
     let (mut judged, mut doubtful) = without_doubtful(search, judged)?;
     // What is in doubt may have spoken for an odd form.
     if !doubtful.is_empty() && search.prefer_likelier(|joint| judged.certainty(Some(joint)))? {
@@ -198,9 +201,21 @@ fn judge(search: &mut Search) -> Result<(Judged, Vec<(usize, f64)>), ModelError>
             doubtful.iter().map(|(group, _)| *group).filter(|group| !search.active.contains(group)).collect();
         search.active.extend(back);
         let anew = Judged::of(search, Calibration::learned())?;
+        let anew = beside_measured(anew, search, plain.as_deref_mut())?;
         (judged, doubtful) = without_doubtful(search, anew)?;
     }
+    if let Some(plain) = plain {
+        plain.adopt(search)?;
+        judged = judged.of_measured(plain)?;
+    }
     Ok((judged, doubtful))
+}
+
+/// With how complete the answer is beside the torque as it was measured, if a `plain` search knows that.
+fn beside_measured(judged: Judged, search: &Search, plain: Option<&mut Search>) -> Result<Judged, ModelError> {
+    let Some(plain) = plain else { return Ok(judged) };
+    plain.adopt(search)?;
+    judged.complete_beside(plain, Calibration::learned())
 }
 
 /// Takes out of the set what is not likely to be there, one after the other and each time judged anew, since what is in doubt may speak
@@ -241,8 +256,9 @@ pub fn sightings(
     monitor: &Monitor,
 ) -> Result<(Vec<Sighting>, Rest), ModelError> {
     let excerpt = Excerpt::of(recording, split);
-    let Searched { mut search, .. } = Searched::new(&registry::sought(), fitted, &excerpt, monitor)?;
+    let Searched { mut search, mut plain, .. } = Searched::new(&registry::sought(), fitted, &excerpt, monitor)?;
     let judged = Judged::of(&search, Calibration::learned())?;
+    let judged = beside_measured(judged, &search, plain.as_mut())?;
     let (judged, _) = without_doubtful(&mut search, judged)?;
     Ok(judged.seen())
 }
@@ -250,6 +266,8 @@ pub fn sightings(
 /// A search that has come to its end.
 struct Searched<'a> {
     search: Search<'a>,
+    /// That of the torque as it was measured, where `search` is among whitened data.
+    plain: Option<Search<'a>>,
     /// The prepared data as they were before the search took columns at what it found.
     design: Design<'a>,
     /// What stands for a model with networks.
@@ -273,13 +291,22 @@ impl<'a> Searched<'a> {
         let counterpart =
             learned.then(|| fit::fit_design(&linear_counterpart(fitted), &design, monitor)).transpose()?;
         monitor.report(0.1, "computing candidate effects")?;
-        let (library, not_known) =
-            Library::new(counterpart.as_ref().unwrap_or(fitted), design.clone(), effects, monitor)?;
+        let linear = counterpart.as_ref().unwrap_or(fitted);
+        let (library, not_known) = Library::new(linear, design.clone(), effects, monitor)?;
         let mut search = Search::new(library);
         let drops = ranking::error_drops(&search, monitor)?;
-        let refused = search.run(monitor)?;
+        let mut refused = search.run(monitor)?;
         search.weigh_anew();
-        Ok(Searched { search, design, counterpart, refused, drops, not_known })
+        let mut plain = None;
+        let whitening = search.whitening();
+        if whitening.is_any() {
+            let monitor = monitor.part(0.75..0.8);
+            let (library, _) = Library::new(linear, design.whitened(whitening)?, effects, &monitor)?;
+            plain = Some(std::mem::replace(&mut search, Search::new(library)));
+            refused = search.run(&monitor)?;
+            search.weigh_anew();
+        }
+        Ok(Searched { search, plain, design, counterpart, refused, drops, not_known })
     }
 }
 
@@ -307,8 +334,10 @@ fn linear_counterpart(network: &Fitted) -> Model {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+
     use super::*;
-    use crate::model::Preset;
+    use crate::model::{self, Preset};
     use crate::simulation::{Excitation, Scenario, simulate};
 
     /// The order of the registry is that of help and lists; it changes nothing that is said of a recording.
@@ -329,5 +358,34 @@ mod tests {
         effects.rotate_left(7);
         assert_eq!(report(&effects), told);
         assert!(told.ranking.iter().any(Candidate::accepted));
+    }
+
+    /// A torque that nobody names pushes and pulls joint 1 as slowly as the arm moves, and a small wave lies along its way: beside the one
+    /// the other shows once what is slow counts no more than it tells. How much is left is told of the torque as it was measured.
+    #[test]
+    fn a_wave_is_found_beside_what_moves_slowly() {
+        let scenario = Scenario { effects: Vec::new(), torque_noise: 1e-3, ..Scenario::embedded() };
+        let mut recording = simulate(&scenario, &Monitor::new()).unwrap();
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        for run in &mut recording.trajectories {
+            let (q, mut run, mut slow) = (run.q[0].to_vec(), run.channels_mut(), 0.0);
+            for (tau, q) in run.tau[0].iter_mut().zip(q) {
+                slow += 0.02 * (random.random_range(-1.0..=1.0) - slow);
+                *tau += 8.0 * slow + 0.3 * (9.0 * q).sin();
+            }
+        }
+        let split = Split::automatic(&recording);
+        let body = Preset::RigidBody.model(&recording).unwrap();
+        let body = model::fit(&body, &recording, &split, &Monitor::new()).unwrap();
+        let excerpt = Excerpt::of(&recording, &split);
+        let effects = [registry::find("cogging").unwrap()];
+        let Searched { mut search, mut plain, .. } = Searched::new(&effects, &body, &excerpt, &Monitor::new()).unwrap();
+        let found = |search: &Search| search::testing::found(search);
+        assert_eq!(found(plain.as_ref().unwrap()), []);
+        assert_eq!(found(&search), [("cogging", Some(0))]);
+        let before = Judged::of(&search, Calibration::learned()).unwrap().completeness()[0].left.unwrap();
+        let (judged, _) = judge(&mut search, plain.as_mut()).unwrap();
+        let left = judged.completeness()[0].left.unwrap();
+        assert!(left < 0.5 * before, "{left} of {before}");
     }
 }

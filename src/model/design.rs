@@ -12,6 +12,7 @@ use super::reach::reach;
 use super::rest::{Counting, blank};
 use super::reversal;
 use super::terms::{OperatingPoint, Setting};
+use super::whitening::Whitening;
 use super::working::Working;
 use super::{EffectTerm, Model, ModelError, RigidBody, Term, waves};
 use crate::effect::{Column, Load, Way};
@@ -49,6 +50,8 @@ pub struct Design<'a> {
     loads: Vec<Option<Load>>,
     /// The prepared columns of a rigid body that is identified: they are the same at every point.
     body: Arc<[PreparedColumn]>,
+    /// What is done to all that is prepared.
+    whitening: Whitening,
 }
 
 /// What is known before any model is.
@@ -155,6 +158,7 @@ impl<'a> Design<'a> {
             point,
             loads,
             body,
+            whitening: Whitening::default(),
         };
         design.body =
             design.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&design.setting, trajectory)))?.into();
@@ -163,6 +167,22 @@ impl<'a> Design<'a> {
                 "the torque is zero, or no joint moves, in all training samples".to_owned(),
             ));
         }
+        Ok(design)
+    }
+
+    /// The same data, whitened; they must not be yet.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the columns of the rigid body can't be computed.
+    pub fn whitened(&self, whitening: Whitening) -> Result<Design<'a>, ModelError> {
+        let mut design = Design { whitening, ..self.clone() };
+        for (torque, counts) in design.torque.iter_mut().zip(&self.counts) {
+            for (joint, (values, counts)) in torque.iter_mut().zip(counts).enumerate() {
+                design.whitening.apply(joint, values, counts);
+            }
+        }
+        design.body =
+            design.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&design.setting, trajectory)))?.into();
         Ok(design)
     }
 
@@ -273,11 +293,18 @@ impl<'a> Design<'a> {
     pub fn shares_of(&self, torques: &[Signals]) -> Vec<f64> {
         let prepared = |(index, torque): (usize, &Signals)| {
             let mut prepared = self.preparations[index].apply_all(torque);
-            prepared.iter_mut().zip(&self.counts[index]).for_each(|(values, counts)| blank(values, counts));
+            (0..prepared.joint_count()).for_each(|joint| self.finish(&mut prepared[joint], index, joint));
             prepared
         };
         let prepared: Vec<Signals> = torques.iter().enumerate().map(prepared).collect();
         (0..self.joint_count()).map(|joint| (self.squares(&prepared, joint) / self.energy(joint)).sqrt()).collect()
+    }
+
+    /// The last of preparing what belongs to a joint: only samples that count are seen, and whitened.
+    fn finish(&self, values: &mut [f64], trajectory: usize, joint: usize) {
+        let counts = &self.counts[trajectory][joint];
+        blank(values, counts);
+        self.whitening.apply(joint, values, counts);
     }
 
     /// Sum of squares of a prepared torque in the training blocks.
@@ -313,7 +340,7 @@ impl<'a> Design<'a> {
             for (number, column) in columns.iter().enumerate() {
                 let joints = column.parts.iter().map(|(joint, _)| *joint);
                 let parts = joints.zip(signals.by_ref()).map(|(joint, mut values)| {
-                    blank(&mut values, &self.counts[index][joint]);
+                    self.finish(&mut values, index, joint);
                     (joint, values)
                 });
                 if prepared.len() <= number {
@@ -334,9 +361,7 @@ impl<'a> Design<'a> {
                 sum
             })?;
             let mut prepared = self.preparations[index].apply_all(&torque);
-            for (joint, values) in prepared.iter_mut().enumerate() {
-                blank(values, &self.counts[index][joint]);
-            }
+            prepared.iter_mut().enumerate().for_each(|(joint, values)| self.finish(values, index, joint));
             Some(prepared)
         };
         self.recording.trajectories.iter().enumerate().map(of_trajectory).collect()
@@ -412,9 +437,11 @@ impl<'a> Design<'a> {
         (0..self.joint_count()).map(weight).collect()
     }
 
-    /// The share of a residual that is structure, from its ρ₁: what goes beyond the resemblance that the filter gives to white noise.
-    pub fn structure(&self, correlation: f64) -> f64 {
-        ((correlation - self.noise_correlation) / (1.0 - self.noise_correlation)).clamp(0.0, 1.0)
+    /// The share of a joint's residual that is structure, from its ρ₁: what goes beyond the resemblance that the filter gives to white
+    /// noise.
+    pub fn structure(&self, joint: usize, correlation: f64) -> f64 {
+        let of_noise = self.whitening.correlation(joint, self.noise_correlation);
+        ((correlation - of_noise) / (1.0 - of_noise)).clamp(0.0, 1.0)
     }
 
     /// The way of the joint at which an effect acts; that of the first for one of the whole arm.
@@ -519,8 +546,25 @@ mod tests {
         let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
         let design = Design::new(&recording, &Split::automatic(&recording)).unwrap();
         let of_noise = design.noise_correlation;
-        assert_eq!([-1.0, of_noise, 1.0].map(|correlation| design.structure(correlation)), [0.0, 0.0, 1.0]);
-        assert!((design.structure(0.5 * (1.0 + of_noise)) - 0.5).abs() < 1e-12);
+        assert_eq!([-1.0, of_noise, 1.0].map(|correlation| design.structure(0, correlation)), [0.0, 0.0, 1.0]);
+        assert!((design.structure(0, 0.5 * (1.0 + of_noise)) - 0.5).abs() < 1e-12);
+    }
+
+    /// The body of a clean log is the same, whitened or not, and what whitens a joint leaves the others.
+    #[test]
+    fn whitened_equations_have_the_same_answer() {
+        let scenario = Scenario { effects: Vec::new(), torque_noise: 0.0, ..Scenario::embedded() };
+        let recording = simulate(&scenario, &Monitor::new()).unwrap();
+        let plain = Design::new(&recording, &Split::automatic(&recording)).unwrap();
+        let whitened = plain.whitened(Whitening::new(vec![0.9, 0.0, 0.5])).unwrap();
+        let body = |design: &Design| {
+            let equations = design.equations(&design.body, &design.torque);
+            equations.total(&[1.0; 3], |_| true).solve().factors
+        };
+        let (expected, factors) = (body(&plain), body(&whitened));
+        assert!((&factors - &expected).norm() < 1e-2 * expected.norm(), "{factors} {expected}");
+        assert!(whitened.energy(0) < 0.1 * plain.energy(0) && whitened.energy(1) == plain.energy(1));
+        assert!(whitened.structure(0, 0.0) > 0.1 && whitened.structure(1, 0.0) == plain.structure(1, 0.0));
     }
 
     /// Few stretches are cut into parts of about the same length in all, each sample once; many are blocks as they are.

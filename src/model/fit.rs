@@ -508,7 +508,7 @@ impl ShapeSearch<'_> {
     fn errors(&self, equations: &Equations, weights: &[f64], values: &DVector<f64>) -> Vec<Option<f64>> {
         let beside = |joint: usize| {
             let correlations = self.equations.correlations(&self.columns, values, self.torque, joint, 1);
-            let structure = correlations.first().map_or(0.0, |&correlation| self.design.structure(correlation));
+            let structure = correlations.first().map_or(0.0, |&correlation| self.design.structure(joint, correlation));
             let left = self.design.sample_count(joint) as f64 / weights[joint].max(f64::MIN_POSITIVE);
             weights[joint] * (structure * left + unseen(UNSEEN, self.design.energy(joint), left))
         };

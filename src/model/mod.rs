@@ -24,6 +24,7 @@ pub(crate) mod reversal;
 pub(crate) mod sweep;
 pub mod terms;
 mod waves;
+pub mod whitening;
 pub mod working;
 
 use serde::{Deserialize, Serialize};

@@ -458,7 +458,7 @@ pub struct Plan {
     pub draws: u64,
     /// How many twins are made.
     pub twins: u64,
-    /// First seed.
+    /// First seed: each case has the next one, so that plans whose seeds are closer than their draws share most of them.
     pub seed: u64,
     /// Strengths as shares of the torque, above 0; [`STRENGTHS`] if there are none.
     pub strengths: Vec<f64>,

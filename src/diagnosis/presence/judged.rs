@@ -43,22 +43,35 @@ impl Judged {
     /// [`ModelError`] if a column of the flexible basis can't be computed.
     pub fn of(search: &Search, map: &Calibration) -> Result<Judged, ModelError> {
         let (seen, rest) = look(search)?;
-        let of_joint = |joint: usize| {
-            let remainder = map.remainder_on(&rest, &seen, joint);
-            Completeness {
-                joint,
-                left: Some(rest.share[joint]),
-                noise: None,
-                explained: (1.0 - (rest.share[joint] / rest.before[joint]).powi(2)).clamp(0.0, 1.0),
-                remainder,
-                held_out: None,
-                complete: map.is_complete(&rest, remainder, joint),
-            }
-        };
-        let completeness = (0..rest.share.len()).map(of_joint).collect();
-        let doubtful = (0..rest.share.len()).map(|joint| map.doubtful_on(&seen, joint)).collect();
-        let sightings = seen.into_iter().map(|one| (one.clone(), map.presence(&one))).collect();
+        let sightings: Vec<(Sighting, f64)> = seen.into_iter().map(|one| (one.clone(), map.presence(&one))).collect();
+        let (completeness, doubtful) = completeness(&sightings, &rest, map);
         Ok(Judged { sightings, heard: Vec::new(), rest, completeness, doubtful, allowed: map.remainder })
+    }
+
+    /// With shares of the torque as it was measured, where what was judged was whitened: those that a `plain` search sees which has the same
+    /// set.
+    ///
+    /// # Errors
+    /// As [`Judged::of`].
+    pub fn of_measured(mut self, plain: &Search) -> Result<Judged, ModelError> {
+        let (seen, _) = look(plain)?;
+        for (one, _) in &mut self.sightings {
+            if let Some(plain) = seen.iter().find(|plain| (plain.family, plain.joint) == (one.family, one.joint)) {
+                (one.share, one.unique) = (plain.share, plain.unique);
+            }
+        }
+        Ok(self)
+    }
+
+    /// With how complete the answer is beside the torque as it was measured, and its shares.
+    ///
+    /// # Errors
+    /// As [`Judged::of`].
+    pub fn complete_beside(self, plain: &Search, map: &Calibration) -> Result<Judged, ModelError> {
+        let judged = self.of_measured(plain)?;
+        let rest = Rest::of(plain)?;
+        let (completeness, doubtful) = completeness(&judged.sightings, &rest, map);
+        Ok(Judged { rest, completeness, doubtful, ..judged })
     }
 
     /// With the probabilities that a `later` judgement has beside what stays, once the `doubtful` have left: theirs are those at which they
@@ -166,6 +179,25 @@ impl Judged {
     pub fn incomplete(&self) -> Vec<usize> {
         self.completeness.iter().filter(|one| !one.complete).map(|one| one.joint).collect()
     }
+}
+
+/// How complete an answer is by joint, and how much of each joint's torque rests on what carries evidence and is not likely.
+fn completeness(sightings: &[(Sighting, f64)], rest: &Rest, map: &Calibration) -> (Vec<Completeness>, Vec<f64>) {
+    let seen = || sightings.iter().map(|(one, _)| one);
+    let of_joint = |joint: usize| {
+        let remainder = map.remainder_on(rest, seen(), joint);
+        Completeness {
+            joint,
+            left: Some(rest.share[joint]),
+            noise: None,
+            explained: (1.0 - (rest.share[joint] / rest.before[joint]).powi(2)).clamp(0.0, 1.0),
+            remainder,
+            held_out: None,
+            complete: map.is_complete(rest, remainder, joint),
+        }
+    };
+    let joints = 0..rest.share.len();
+    (joints.clone().map(of_joint).collect(), joints.map(|joint| map.doubtful_on(seen(), joint)).collect())
 }
 
 #[cfg(test)]

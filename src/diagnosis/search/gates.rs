@@ -22,7 +22,7 @@ const LEAST_T_OF_ODD: f64 = 4.0;
 const SHORT_OF_T: f64 = 2.0;
 /// What a joint leaves is noise if less than this share of it is structure: joints of closed draws and of complete worlds have 0, those of
 /// the KUKA KR 300 0.2 to 0.5.
-const WHITE: f64 = 0.1;
+pub const WHITE: f64 = 0.1;
 /// Blocks that must each confirm an effect that shows in few blocks only.
 const LEAST_CONFIRMING: usize = 3;
 /// Share of the gain of such an effect that the blocks against it may lose.

@@ -5,11 +5,13 @@ use std::ops::Range;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
+use super::gates::WHITE;
 use super::left_out::LeftOut;
 use crate::diagnosis::candidates::{Group, Library};
 use crate::model::ModelError;
 use crate::model::least_squares::{Elimination, NormalEquations, Solution};
 use crate::model::terms::Found;
+use crate::model::whitening::Whitening;
 
 /// Evidence must exceed this many times the price of the Bayesian information criterion (parameters · ln samples): so many
 /// candidates are tried that the best of those that are not there passes the price itself now and then.
@@ -154,9 +156,40 @@ impl<'a> Search<'a> {
 
     /// The share that is structure, not noise, of what these factors of all columns leave of a joint; 0 if nothing is left.
     pub fn structure(&self, joint: usize, factors: &DVector<f64>) -> f64 {
-        let Library { equations, columns, torque, design, .. } = &self.library;
-        let correlations = equations.correlations(columns, factors, torque, joint, 1);
-        correlations.first().map_or(0.0, |&correlation| design.structure(correlation))
+        self.library.design.structure(joint, self.correlation(joint, factors))
+    }
+
+    /// ρ₁ of what these factors of all columns leave of a joint; 0 if nothing is left.
+    pub fn correlation(&self, joint: usize, factors: &DVector<f64>) -> f64 {
+        let Library { equations, columns, torque, .. } = &self.library;
+        equations.correlations(columns, factors, torque, joint, 1).first().copied().unwrap_or(0.0)
+    }
+
+    /// What whitens the joints of which the set leaves more than noise.
+    pub fn whitening(&self) -> Whitening {
+        let factors = self.factors(&self.active);
+        let of_joint = |joint: usize| {
+            let correlation = self.correlation(joint, &factors);
+            if self.library.design.structure(joint, correlation) < WHITE { 0.0 } else { correlation }
+        };
+        Whitening::new((0..self.weights.len()).map(of_joint).collect())
+    }
+
+    /// Takes over the set of another search among the same candidates, with its shapes.
+    ///
+    /// # Errors
+    /// [`ModelError`] if a column can't be computed.
+    pub fn adopt(&mut self, other: &Search) -> Result<(), ModelError> {
+        for &group in &other.active {
+            let shape = &other.library.groups[group].shape;
+            if self.library.groups[group].shape != *shape {
+                self.reshape(group, shape.clone())?;
+            }
+        }
+        self.active.clone_from(&other.active);
+        self.reload()?;
+        self.weigh_anew();
+        Ok(())
     }
 
     /// Of these groups the one that leaves the least beside the set `others`, its price counted; a physical one if there is any.
