@@ -160,14 +160,19 @@ impl<'a> Design<'a> {
             body,
             whitening: Whitening::default(),
         };
-        design.body =
-            design.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&design.setting, trajectory)))?.into();
+        design.body = design.columns_of_body()?;
         if (0..design.joint_count()).all(|joint| design.energy(joint) == 0.0) {
             return Err(ModelError::NothingToLearn(
                 "the torque is zero, or no joint moves, in all training samples".to_owned(),
             ));
         }
         Ok(design)
+    }
+
+    /// The columns of a rigid body that is identified, prepared.
+    fn columns_of_body(&self) -> Result<Arc<[PreparedColumn]>, ModelError> {
+        let columns = self.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&self.setting, trajectory)))?;
+        Ok(columns.into())
     }
 
     /// The same data, whitened; they must not be yet.
@@ -181,8 +186,7 @@ impl<'a> Design<'a> {
                 design.whitening.apply(joint, values, counts);
             }
         }
-        design.body =
-            design.prepare(|trajectory, _| Ok(RigidBody::Identified.columns(&design.setting, trajectory)))?.into();
+        design.body = design.columns_of_body()?;
         Ok(design)
     }
 

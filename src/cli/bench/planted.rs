@@ -36,7 +36,7 @@ pub struct Planted {
     /// How many twins are made.
     #[arg(long, default_value_t = 4)]
     twins: u64,
-    /// First seed: each draw has the next one
+    /// First seed: each draw has the next one.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Torque of the planted effects, as shares (RMS) of that of the joints that feel them: above 0 to 1.

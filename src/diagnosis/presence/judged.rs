@@ -53,14 +53,9 @@ impl Judged {
     ///
     /// # Errors
     /// As [`Judged::of`].
-    pub fn of_measured(mut self, plain: &Search) -> Result<Judged, ModelError> {
+    pub fn of_measured(self, plain: &Search) -> Result<Judged, ModelError> {
         let (seen, _) = look(plain)?;
-        for (one, _) in &mut self.sightings {
-            if let Some(plain) = seen.iter().find(|plain| (plain.family, plain.joint) == (one.family, one.joint)) {
-                (one.share, one.unique) = (plain.share, plain.unique);
-            }
-        }
-        Ok(self)
+        Ok(self.with_shares_of(&seen))
     }
 
     /// With how complete the answer is beside the torque as it was measured, and its shares.
@@ -68,10 +63,19 @@ impl Judged {
     /// # Errors
     /// As [`Judged::of`].
     pub fn complete_beside(self, plain: &Search, map: &Calibration) -> Result<Judged, ModelError> {
-        let judged = self.of_measured(plain)?;
-        let rest = Rest::of(plain)?;
+        let (seen, rest) = look(plain)?;
+        let judged = self.with_shares_of(&seen);
         let (completeness, doubtful) = completeness(&judged.sightings, &rest, map);
         Ok(Judged { rest, completeness, doubtful, ..judged })
+    }
+
+    fn with_shares_of(mut self, seen: &[Sighting]) -> Judged {
+        for (one, _) in &mut self.sightings {
+            if let Some(plain) = seen.iter().find(|plain| (plain.family, plain.joint) == (one.family, one.joint)) {
+                (one.share, one.unique) = (plain.share, plain.unique);
+            }
+        }
+        self
     }
 
     /// With the probabilities that a `later` judgement has beside what stays, once the `doubtful` have left: theirs are those at which they
