@@ -253,7 +253,8 @@ fn a_bag_keeps_the_names_of_its_joints() {
 }
 
 /// The Panda answered 29.4 times a second and was asked 30 times, so one row in 51 is written twice. Without these its dry friction is
-/// found, as others know it (see RESULTS).
+/// found, as others know it (see RESULTS); that of joint 3, 2 % of its torque, has been in doubt since effects are searched for among
+/// whitened data (31 %; 75 % before).
 #[test]
 fn on_the_panda_readings_that_were_written_again_are_left_out_and_dry_friction_is_named() {
     let Some(folder) = real_logs("ur10-rosbag") else { return };
@@ -270,7 +271,7 @@ fn on_the_panda_readings_that_were_written_again_are_left_out_and_dry_friction_i
     };
     let there = |at_least: f64| (0..7).filter(|joint| dry(*joint) >= at_least).collect::<Vec<usize>>();
     assert_eq!(there(0.9), [0, 4, 5, 6]);
-    assert_eq!(there(0.7), [0, 1, 2, 4, 5, 6]);
+    assert_eq!(there(0.7), [0, 1, 4, 5, 6]);
 }
 
 #[test]
