@@ -725,6 +725,20 @@ pub(super) mod tests {
         assert_eq!((summary.planted.by_strength[0].planted, summary.planted.false_names), (0, Some(0.0)));
     }
 
+    /// Nobody knows whether a log lacks friction of which the truth says nothing; a twin does lack it.
+    #[test]
+    fn a_false_name_of_what_nearly_every_joint_has_is_counted_apart() {
+        let log = log();
+        for (before, everyday) in [(Some(log.before.clone()), 1), (None, 0)] {
+            let truth = log.truth(PLANTED, log.assumed());
+            let case = log.case(String::new(), log.recording.clone(), &[coulomb(0, 3.0)], truth, before);
+            let tried = case.unwrap().run(&Monitor::new()).unwrap();
+            assert_eq!((tried.false_names.len(), tried.everyday), (1, everyday), "{tried:?}");
+            let summary = Summary::of(log.before(), &[0.2], vec![tried]);
+            assert_eq!(summary.planted.everyday, Some(everyday as f64));
+        }
+    }
+
     #[test]
     fn a_log_that_hardly_moves_is_not_planted_into_forever() {
         let mut log = log();

@@ -118,6 +118,7 @@ fn print_found(group: &Group) {
         ("false names a case", plain(group.false_names)),
         ("false names a case, at 90 % or more", plain(group.sure_false_names)),
         ("false names a case, likely (50 % or more) before", plain(group.likely_before)),
+        ("false names a case, of what nearly every joint has", plain(group.everyday)),
         ("names a case that were there before and are lost", plain(group.lost)),
         ("calibration error", plain(group.calibration_error)),
         ("95 % interval holds truth", percent(group.coverage)),

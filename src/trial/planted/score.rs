@@ -24,6 +24,8 @@ pub struct Tried {
     pub false_names: Vec<Name>,
     /// How many of these are of a family that was likelier there than not before, though not likely enough for a name.
     pub likely_before: usize,
+    /// How many of these are what nearly every joint has, so that nobody knows whether it was in the log before; 0 of a twin.
+    pub everyday: usize,
     /// What was named before and is not named any more, in no form; nothing of a twin.
     pub lost: Vec<Name>,
     /// The confidence of each name of which it is known whether it is right.
@@ -74,6 +76,8 @@ pub struct Group {
     pub sure_false_names: Option<f64>,
     /// False names a case of a family that was likelier there than not before anything was planted.
     pub likely_before: Option<f64>,
+    /// False names a case of what nearly every joint has, so that nobody knows whether it was in the log before.
+    pub everyday: Option<f64>,
     /// Names a case that were there before and are lost.
     pub lost: Option<f64>,
     /// Confidence against the share of right names, where it is known what is right.
@@ -127,10 +131,13 @@ impl Tried {
         let is_false = |name: &&Name| !name.verdict.is_good();
         let lost = before.as_ref().map(|before| lost(before, truth, &answered.names)).unwrap_or_default();
         let false_names: Vec<Name> = answered.names.iter().filter(is_false).cloned().collect();
+        let is_everyday =
+            |name: &&Name| before.is_some() && registry::find(&name.effect).is_ok_and(|effect| effect.facts.everyday);
         let was_likely = |name: &&Name| before.as_ref().is_some_and(|before| likely(before, name));
         Tried {
             detections,
             likely_before: false_names.iter().filter(was_likely).count(),
+            everyday: false_names.iter().filter(is_everyday).count(),
             false_names,
             lost,
             confidences: answered.names.iter().filter_map(|name| known(name, truth)).collect(),
@@ -242,6 +249,7 @@ impl Group {
             false_names: a_case(&|tried| tried.false_names.len()),
             sure_false_names: a_case(&|tried| tried.false_names.iter().filter(|name| name.confidence >= SURE).count()),
             likely_before: a_case(&|tried| tried.likely_before),
+            everyday: a_case(&|tried| tried.everyday),
             lost: a_case(&|tried| tried.lost.len()),
             calibration_error: calibration_error(&reliability),
             reliability,
