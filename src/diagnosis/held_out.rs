@@ -11,10 +11,9 @@ use rayon::prelude::*;
 use super::heard::{BEYOND_DOUBT, Heard};
 use super::in_band::{InBand, Left};
 use super::naming::Named;
-use super::presence::LIKELY;
 use super::report::HeldOut;
 use super::search::gates::BlockGains;
-use crate::effect::Family;
+use crate::effect::{Effect, Family};
 use crate::model::{Evaluation, ModelError};
 use crate::recording::split::{Segment, Split};
 use crate::signals::Signals;
@@ -171,13 +170,14 @@ fn without(named: &[Named], family: Family, joint: Option<usize>) -> (Vec<Named>
     (others, felt)
 }
 
-/// The least likely of what is not likely enough to be named once the held-out part was `heard`, and the number of its name.
-pub fn unlikely(named: &[Named], heard: &[Heard]) -> Option<(usize, Heard)> {
+/// The least likely of what is not likely enough to be named once the held-out part was `heard`, and the number of its name; an effect is
+/// named from what presence `on`.
+pub fn unlikely(named: &[Named], heard: &[Heard], on: impl Fn(&Effect) -> f64) -> Option<(usize, Heard)> {
     let of_it = |one: &Heard| {
         let is_it =
             |effect: &Named| !effect.pins && effect.effect.family == one.family && effect.places().contains(&one.joint);
         let number = named.iter().position(is_it)?;
-        (one.presence < LIKELY && !is_usual(named, one.family, one.joint)).then_some((number, *one))
+        (one.presence < on(named[number].effect) && !is_usual(named, one.family, one.joint)).then_some((number, *one))
     };
     heard.iter().filter_map(of_it).min_by(|a, b| a.1.presence.total_cmp(&b.1.presence))
 }
@@ -185,6 +185,7 @@ pub fn unlikely(named: &[Named], heard: &[Heard]) -> Option<(usize, Heard)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::presence::LIKELY;
     use crate::model::design::Design;
     use crate::model::preparation::Preparation;
     use crate::model::{self, Preset};
@@ -239,14 +240,16 @@ mod tests {
         };
         assert!(close(&heard[0], 2.0, 1.5) && close(&heard[1], 0.9, 1.2), "{heard:?}");
         assert!(heard[0].held_out.t > 10.0 && heard[1].held_out.t < -1.5, "{heard:?}");
-        let (number, least) = unlikely(&all, &heard).unwrap();
+        let (number, least) = unlikely(&all, &heard, |_| LIKELY).unwrap();
         assert_eq!((number, least.joint), (1, Some(1)));
-        assert!(unlikely(&all, &heard[..1]).is_none(), "the other wave is likely");
+        assert!(unlikely(&all, &heard[..1], |_| LIKELY).is_none(), "the other wave is likely");
+        let more_than = |effect: &Effect| if effect.id == "cogging" { heard[0].presence + 0.01 } else { 1.0 };
+        assert_eq!(unlikely(&all, &heard[..1], more_than).unwrap().1.joint, Some(0), "and may not be likely enough");
         // If most of the other joints have such waves, that of the second stays.
         let usual = [all[0].clone(), Named::example("cogging", &[0, 1], 0.8)];
         let heard = ask(&usual, presence, errors).unwrap();
         assert!(
-            heard[1].held_out.t < -1.5 && heard[1].presence == 0.8 && unlikely(&usual, &heard).is_none(),
+            heard[1].held_out.t < -1.5 && heard[1].presence == 0.8 && unlikely(&usual, &heard, |_| LIKELY).is_none(),
             "{heard:?}"
         );
     }
@@ -270,7 +273,7 @@ mod tests {
         assert_eq!(heard(2.0), []);
         let told = heard(400.0);
         assert_eq!((told.len(), told[0].family), (1, Family::Ripple));
-        assert!(told[0].presence < LIKELY && unlikely(&all, &told).is_some(), "{told:?}");
+        assert!(told[0].presence < LIKELY && unlikely(&all, &told, |_| LIKELY).is_some(), "{told:?}");
     }
 
     /// Without it the error in the band of the fit doubles, and that of the whole torque falls to so many times.

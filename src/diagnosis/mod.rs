@@ -37,6 +37,7 @@ mod words;
 
 use rayon::prelude::*;
 
+use bursts::Burst;
 use candidates::Library;
 use excerpt::Excerpt;
 use in_band::InBand;
@@ -129,8 +130,15 @@ pub fn diagnose_among(
         design: &design,
         monitor,
     };
+    let left = |fitted: &Fitted, last: &Evaluation| -> Result<Left, ModelError> {
+        let in_training = judged.beside(noise::of_readings(fitted, &excerpt.recording, &design)?);
+        let bursts = bursts::find(last, &in_band, recording);
+        Ok(Left { completeness: conclusion::carried_over(&in_training, last, &bursts), in_training, bursts })
+    };
+    let is_complete =
+        |fitted: &Fitted, last: &Evaluation| Ok(left(fitted, last)?.completeness.iter().all(|one| one.complete));
     let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn, heard } =
-        steps::measure(named, &judged, &base)?;
+        steps::measure(named, &judged, is_complete, &base)?;
     let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
         let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
         effect.telling_motion = rivals.and_then(motion);
@@ -139,13 +147,10 @@ pub fn diagnose_among(
     effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
     effects.extend(steps::faults_of_readings(recording, &last));
     let supported = ranking::supported(&search, &beside, &heard);
+    let Left { in_training, completeness, bursts } = left(&last_fitted, &last)?;
     let judged = judged.with(heard).without(|family, joint| withdrawn::is_gone(family, joint, &withdrawn, &effects));
-    let judged = judged.beside(noise::of_readings(&last_fitted, &excerpt.recording, &design)?);
     let presence = judged.told();
-    let bursts = bursts::find(&last, &in_band, recording);
-    let completeness = conclusion::carried_over(judged.completeness(), &last, &bursts);
-    let incomplete = completeness.iter().filter(|one| !one.complete);
-    let unexplained_joints: Vec<usize> = incomplete.map(|one| one.joint).collect();
+    let unexplained_joints = incomplete(&completeness);
     let verdict = conclusion::verdict(&effects, &unexplained_joints, &comparison);
     if comparison == Comparison::NotPossible && !last_fitted.model.is_pinned() {
         let unknown = |&group: &usize| {
@@ -157,7 +162,8 @@ pub fn diagnose_among(
     not_known.dedup();
     let hiding = recording.torque.iter().filter(|fact| fact.hides().is_some());
     not_known.splice(0..0, hiding.map(|fact| NotKnown::NotInTorque { fact }));
-    let mut notes = conclusion::notes(verdict, &effects, &judged.incomplete(), &comparison, blocks, recording.encoders);
+    let mut notes =
+        conclusion::notes(verdict, &effects, &incomplete(&in_training), &comparison, blocks, recording.encoders);
     // Before anything is added: what is missing may be found once models learn from it.
     notes.splice(0..0, conclusion::fails_on_held_out(&last));
     notes.extend(conclusion::in_bursts(&bursts, recording, split));
@@ -181,6 +187,21 @@ pub fn diagnose_among(
         not_known,
         ranking,
     })
+}
+
+/// What an answer leaves.
+struct Left {
+    /// How complete it is, by joint, in training.
+    in_training: Vec<Completeness>,
+    /// The same held against what was held out.
+    completeness: Vec<Completeness>,
+    /// Stretches that stand out.
+    bursts: Vec<Burst>,
+}
+
+/// The joints (from 0) whose answer is not complete.
+fn incomplete(completeness: &[Completeness]) -> Vec<usize> {
+    completeness.iter().filter(|one| !one.complete).map(|one| one.joint).collect()
 }
 
 /// Judges what was found, with common friction where odd forms of it are no likelier, and leaves in the set what is likely; the rest comes

@@ -287,6 +287,11 @@ pub enum Ground {
     },
     /// It was found, or may well be there, but with what the held-out part says it is not likely enough to name it.
     NotSupported(HeldOut),
+    /// It is likely, but not likely enough beside something unknown for which it may stand in.
+    MayStandIn {
+        /// Probability that its family is there, with what the held-out part says.
+        presence: f64,
+    },
     /// It was found, but fitted with all that is named it may as well be zero, or is impossible.
     NotShown,
     /// It had evidence, but failed a gate.
@@ -579,7 +584,8 @@ mod tests {
         let older = ground(r#"{"kind": "contradicted", "rises": 1.2, "falls": 1.1}"#);
         assert_eq!(older, Ground::Doubtful { presence: 0.25 });
         let held_out = HeldOut { before: 0.7, rises: 0.9, rises_in_training: 1.1, t: -0.5 };
-        for one in [Ground::Doubtful { presence: 0.4 }, Ground::NotSupported(held_out), Ground::Supported(held_out)] {
+        let [doubtful, may_stand_in] = [Ground::Doubtful { presence: 0.4 }, Ground::MayStandIn { presence: 0.7 }];
+        for one in [doubtful, may_stand_in, Ground::NotSupported(held_out), Ground::Supported(held_out)] {
             assert_eq!(ground(&serde_json::to_string(&one).unwrap()), one);
         }
     }

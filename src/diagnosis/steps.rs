@@ -9,7 +9,7 @@ use super::heard::Heard;
 use super::held_out::{self, Errors};
 use super::in_band::InBand;
 use super::naming::Named;
-use super::presence::Judged;
+use super::presence::{BESIDE_THE_UNKNOWN, Judged, LIKELY};
 use super::report::{Ground, MissingEffect};
 use super::stated_arm::StatedBody;
 use super::withdrawn::Withdrawn;
@@ -64,13 +64,19 @@ pub struct Steps {
 ///
 /// What lies outside its bounds on a joint when all are fitted does not exist there, and what may as well be zero is not shown: it is
 /// left out, and the others are measured anew; so is what is not likely once the held-out part was asked. One that raises the held-out
-/// error of all its joints is not what to add first.
+/// error of all its joints is not what to add first. What may stand in for something unknown has to be likelier than the rest, unless
+/// the model with all that is named `is_complete`, held against the recording.
 ///
 /// # Errors
 /// [`ModelError`] if a model can't be fitted, or the work was stopped.
-pub fn measure(named: Vec<Named>, judged: &Judged, base: &Base) -> Result<Steps, ModelError> {
+pub fn measure(
+    named: Vec<Named>,
+    judged: &Judged,
+    is_complete: impl Fn(&Fitted, &Evaluation) -> Result<bool, ModelError>,
+    base: &Base,
+) -> Result<Steps, ModelError> {
     let mut withdrawn = Vec::new();
-    let (mut named, whole, heard) = asked(named, judged, &mut withdrawn, base)?;
+    let (mut named, whole, heard) = asked(named, judged, is_complete, &mut withdrawn, base)?;
     let mut may_reorder = true;
     loop {
         let ladder = climb(&named, &whole, base)?;
@@ -97,6 +103,7 @@ pub fn measure(named: Vec<Named>, judged: &Judged, base: &Base) -> Result<Steps,
 fn asked(
     named: Vec<Named>,
     judged: &Judged,
+    is_complete: impl Fn(&Fitted, &Evaluation) -> Result<bool, ModelError>,
     withdrawn: &mut Vec<Withdrawn>,
     base: &Base,
 ) -> Result<(Vec<Named>, Fitted, Vec<Heard>), ModelError> {
@@ -108,7 +115,15 @@ fn asked(
             Ok(Errors::of(&evaluation, base.in_band))
         };
         let heard = held_out::ask(&named, |family, joint| judged.presence(family, joint), errors)?;
-        let Some((number, one)) = held_out::unlikely(&named, &heard) else {
+        let unlikely = held_out::unlikely(&named, &heard, |_| LIKELY)
+            .map(|(number, one)| (number, one, Ground::NotSupported(one.held_out)));
+        let leaves = match unlikely {
+            None => may_stand_in(&named, &heard, || {
+                is_complete(&whole, &Evaluation::of(&whole, base.recording, base.split)?)
+            })?,
+            unlikely => unlikely,
+        };
+        let Some((number, one, ground)) = leaves else {
             for effect in named.iter_mut().filter(|effect| !effect.pins) {
                 let presence = |joint| presence(judged, &heard, effect.effect.family, joint);
                 effect.presence = effect.places().into_iter().map(presence).fold(1.0, f64::min);
@@ -117,12 +132,23 @@ fn asked(
             gone.extend(heard);
             return Ok((named, whole, gone));
         };
-        let (effect, ground) = (named[number].effect, Ground::NotSupported(one.held_out));
+        let effect = named[number].effect;
         withdrawn.push(Withdrawn { effect, joint: one.joint, ground });
         take_off(&mut named, number, one.joint.unwrap_or_default());
         gone.push(one);
         (named, whole) = only_shown(named, withdrawn, base)?;
     }
+}
+
+/// The least likely of what may stand in for something unknown, if such is left, and the number of its name.
+fn may_stand_in(
+    named: &[Named],
+    heard: &[Heard],
+    is_complete: impl FnOnce() -> Result<bool, ModelError>,
+) -> Result<Option<(usize, Heard, Ground)>, ModelError> {
+    let on = |effect: &Effect| if effect.facts.everyday { LIKELY } else { BESIDE_THE_UNKNOWN };
+    let Some((number, one)) = held_out::unlikely(named, heard, on) else { return Ok(None) };
+    Ok((!is_complete()?).then_some((number, one, Ground::MayStandIn { presence: one.presence })))
 }
 
 /// The model with all these effects.
@@ -341,6 +367,7 @@ pub fn faults_of_readings(recording: &Recording, last: &Evaluation) -> Vec<Missi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::report::HeldOut;
 
     fn told(named: &[Named]) -> Vec<(&str, &[usize])> {
         named.iter().map(|named| (named.effect.id, named.joints.as_slice())).collect()
@@ -374,6 +401,21 @@ mod tests {
         let effect = registry::find("torque-offset").unwrap();
         assert_eq!(withdrawn, [Withdrawn { effect, joint: Some(1), ground: Ground::NotShown }]);
         assert_eq!(whole.model.terms.len(), body.model.terms.len() + 1);
+    }
+
+    /// A wave has to be likelier than an offset, which nearly every joint has, unless nothing unknown is left.
+    #[test]
+    fn what_may_stand_in_for_something_unknown_leaves() {
+        let named = ["cogging", "torque-offset"].map(|id| Named { usual: Vec::new(), ..Named::example(id, &[0], 0.9) });
+        let held_out = HeldOut { before: 0.6, rises: 1.2, rises_in_training: 1.2, t: 0.8 };
+        let heard = |family, presence| Heard { family, joint: Some(0), held_out, presence };
+        let leaves = |wave: f64, is_complete: bool| {
+            let heard = [heard(Family::Ripple, wave), heard(Family::Offset, 0.7)];
+            let leaves = may_stand_in(&named, &heard, || Ok(is_complete)).unwrap();
+            leaves.map(|(number, one, ground)| (number, one.family, ground))
+        };
+        assert_eq!(leaves(0.73, false), Some((0, Family::Ripple, Ground::MayStandIn { presence: 0.73 })));
+        assert_eq!([leaves(0.73, true), leaves(0.85, false)], [None, None]);
     }
 
     /// A Stribeck curve whose peak is impossible on joint 2 leaves the Coulomb friction that it contains; that leaves nothing.

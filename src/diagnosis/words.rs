@@ -256,6 +256,10 @@ impl Candidate {
             }
             Ground::Supported(held_out) => format!("held-out data speak for it: {}", held_out.text()),
             Ground::NotSupported(held_out) => format!("held-out data do not speak for it: {}", held_out.text()),
+            Ground::MayStandIn { presence } => format!(
+                "it is there with {:.0} %, and may stand in for something unknown that is left",
+                100.0 * presence
+            ),
             Ground::NotShown => "fitted with all that is named it may as well be zero, or is impossible".to_owned(),
             Ground::Superfluous => "beside what was found it explains hardly more than chance would".to_owned(),
             Ground::Refused(refusal) => refusal.text(),
@@ -539,6 +543,9 @@ mod tests {
         assert_eq!(no.reason(), format!("held-out data do not speak for it: {told}"));
         assert_eq!(yes.reason(), format!("training speaks more for it than held-out data do against it: {told}"));
         assert!(yes.accepted() && !no.accepted());
+        let may_stand_in = candidate(Ground::MayStandIn { presence: 0.734 });
+        assert_eq!(may_stand_in.reason(), "it is there with 73 %, and may stand in for something unknown that is left");
+        assert!(!may_stand_in.accepted());
         let missed = candidate(Ground::Supported(HeldOut { rises: 1.5, ..held_out }));
         assert!(
             missed.reason().starts_with("held-out data speak for it: without it the squared error there is × 1.50")

@@ -134,11 +134,11 @@ impl Judged {
         self
     }
 
-    /// With what noise of the readings makes of the torque that is left, by joint, as a share (RMS). Where that is known, what is left beyond
-    /// it counts, whatever its colour.
-    pub fn beside(mut self, noise: Vec<Option<f64>>) -> Judged {
-        for (joint, noise) in noise.into_iter().enumerate() {
-            let (rest, one) = (&self.rest, &mut self.completeness[joint]);
+    /// How complete the answer is, by joint, with what noise of the readings makes of the torque that is left, as a share (RMS). Where that is
+    /// known, what is left beyond it counts, whatever its colour.
+    pub fn beside(&self, noise: Vec<Option<f64>>) -> Vec<Completeness> {
+        let (rest, mut completeness) = (&self.rest, self.completeness.clone());
+        for (joint, (one, noise)) in completeness.iter_mut().zip(noise).enumerate() {
             one.noise = noise;
             let Some(noise) = noise else { continue };
             let beyond = rest.share[joint].powi(2) - (SURELY_NOISE * noise).powi(2);
@@ -146,7 +146,7 @@ impl Judged {
             let allowed = (HARDLY_ANYTHING + OF_WHAT_WAS_MISSING * rest.before[joint]).min(MUCH);
             one.complete = one.remainder <= allowed && !rest.has_law(joint);
         }
-        self
+        completeness
     }
 
     /// The families that are worth a thought, the likeliest first.
@@ -175,13 +175,9 @@ impl Judged {
     }
 
     /// How complete the answer is, by joint.
+    #[cfg(test)]
     pub fn completeness(&self) -> &[Completeness] {
         &self.completeness
-    }
-
-    /// The joints (from 0) whose answer is not complete.
-    pub fn incomplete(&self) -> Vec<usize> {
-        self.completeness.iter().filter(|one| !one.complete).map(|one| one.joint).collect()
     }
 }
 
@@ -242,7 +238,7 @@ mod tests {
         judged.doubtful = each(|one| one.4);
         judged.completeness = vec![Completeness::example(); joints.len()];
         let told = judged.beside(joints.iter().map(|(left, ..)| Some(left.3)).collect());
-        for (joint, (one, (left, complete, remainder))) in told.completeness().iter().zip(&joints).enumerate() {
+        for (joint, (one, (left, complete, remainder))) in told.iter().zip(&joints).enumerate() {
             assert_eq!((one.noise, one.complete), (Some(left.3), *complete), "joint {}", joint + 1);
             assert!((one.remainder - remainder).abs() < 1e-4, "joint {}: {}", joint + 1, one.remainder);
         }
@@ -252,8 +248,7 @@ mod tests {
     fn where_readings_do_not_tell_their_noise_the_answer_stays() {
         let recording = simulate(&Scenario::embedded(), &Monitor::new()).unwrap();
         let judged = Judged::of(&searched(&recording, &["coulomb-friction"]), Calibration::learned()).unwrap();
-        let before = judged.completeness().to_vec();
-        assert_eq!(judged.beside(vec![None; before.len()]).completeness(), before);
+        assert_eq!(judged.beside(vec![None; judged.completeness().len()]), judged.completeness());
     }
 
     /// Joints 1 and 2 have dry friction; that of joint 1 has left.
