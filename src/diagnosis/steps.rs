@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::evidence;
-use super::heard::Heard;
+use super::heard::{BEYOND_DOUBT, Heard};
 use super::held_out::{self, Errors};
 use super::in_band::InBand;
 use super::naming::Named;
@@ -63,7 +63,7 @@ pub struct Steps {
 /// Adds the named effects one after the other and measures the held-out error of each step.
 ///
 /// What lies outside its bounds on a joint when all are fitted does not exist there, and what may as well be zero is not shown: it is
-/// left out, and the others are measured anew; so is what is not likely once the held-out part was asked. One that raises the held-out
+/// left out (but a rotor's inertia, of which the held-out part is asked), and the others are measured anew; so is what is not likely once the held-out part was asked. One that raises the held-out
 /// error of all its joints is not what to add first. What may stand in for something unknown has to be likelier than the rest, unless
 /// the model with all that is named `is_complete`, held against the recording.
 ///
@@ -107,7 +107,13 @@ fn asked(
     withdrawn: &mut Vec<Withdrawn>,
     base: &Base,
 ) -> Result<(Vec<Named>, Fitted, Vec<Heard>), ModelError> {
-    let (mut named, mut whole) = only_shown(named, withdrawn, base)?;
+    // A rotor's inertia and the links' share what is sure of their sum: what training does not tell apart held-out data may.
+    let is_asked = |effect: &Effect, joint: usize| {
+        let presence = judged.presence(effect.family, Some(joint));
+        let is_shared = effect.facts.everyday && effect.facts.absorbed_by_body;
+        is_shared && presence < BEYOND_DOUBT && !base.split.held_out.is_empty()
+    };
+    let (mut named, mut whole) = only_shown(named, is_asked, withdrawn, base)?;
     let mut gone: Vec<Heard> = Vec::new();
     loop {
         let errors = |named: &[Named]| {
@@ -136,7 +142,7 @@ fn asked(
         withdrawn.push(Withdrawn { effect, joint: one.joint, ground });
         take_off(&mut named, number, one.joint.unwrap_or_default());
         gone.push(one);
-        (named, whole) = only_shown(named, withdrawn, base)?;
+        (named, whole) = only_shown(named, is_asked, withdrawn, base)?;
     }
 }
 
@@ -165,10 +171,11 @@ fn presence(judged: &Judged, heard: &[Heard], family: Family, joint: Option<usiz
 }
 
 /// Leaves out, one after the other, what all fitted together don't show: what one of them takes over another no longer says. What most of
-/// the other joints have stays as long as it is possible: two kinds of friction may share what is sure of their sum. What stays, and
-/// the model with it; what leaves is `withdrawn`.
+/// the other joints have stays as long as it is possible: two kinds of friction may share what is sure of their sum; so does what the held-out
+/// part `is_asked` about, which is to show it then. What stays, and the model with it; what leaves is `withdrawn`.
 fn only_shown(
     mut named: Vec<Named>,
+    is_asked: impl Fn(&Effect, usize) -> bool,
     withdrawn: &mut Vec<Withdrawn>,
     base: &Base,
 ) -> Result<(Vec<Named>, Fitted), ModelError> {
@@ -180,7 +187,7 @@ fn only_shown(
             let parameters = parameters_of(&whole, effect.effect);
             let shown = |&joint: &usize| {
                 let shown = shown(effect.effect, &parameters, joint, design) / quantile;
-                let stays = shown > 0.0 && effect.usual.contains(&joint);
+                let stays = shown > 0.0 && (effect.usual.contains(&joint) || is_asked(effect.effect, joint));
                 (if stays { f64::INFINITY } else { shown }, number, joint)
             };
             effect.joints.iter().map(shown).collect::<Vec<_>>()
@@ -396,7 +403,9 @@ mod tests {
             design: &design,
             monitor: &Monitor::new(),
         };
-        let (stays, whole) = only_shown(named.into(), &mut withdrawn, &base).unwrap();
+        let (stays, _) = only_shown(named.to_vec(), |_, joint| joint == 1, &mut withdrawn, &base).unwrap();
+        assert_eq!((stays.len(), withdrawn.len()), (2, 0), "the held-out part is asked");
+        let (stays, whole) = only_shown(named.into(), |_, _| false, &mut withdrawn, &base).unwrap();
         assert_eq!(told(&stays), [("coulomb-friction", [1].as_slice())]);
         let effect = registry::find("torque-offset").unwrap();
         assert_eq!(withdrawn, [Withdrawn { effect, joint: Some(1), ground: Ground::NotShown }]);
