@@ -3,6 +3,8 @@
 //! Dry friction holds a joint that rests with any torque up to its own, most often that which it had on arriving. No column of the
 //! present motion can say which, and what none can say draws false effects.
 
+use std::collections::VecDeque;
+
 use super::preparation::Preparation;
 use crate::recording::{Recording, Trajectory};
 
@@ -62,14 +64,31 @@ fn rests(q: &[f64], time_step: f64, top_speed: f64) -> Vec<bool> {
         return rests;
     }
     let steps = ((WINDOW / time_step).round() as usize).clamp(1, q.len());
-    for (start, window) in q.windows(steps + 1).enumerate() {
-        let (least, most) =
-            window.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), q| (least.min(*q), most.max(*q)));
-        if most - least < STILL * WINDOW * top_speed {
-            rests[start..start + window.len()].fill(true);
+    // Of the window that ends at a sample: the samples that may yet be its least or its most, the least and the most first.
+    let (mut least, mut most): (VecDeque<usize>, VecDeque<usize>) = Default::default();
+    for (end, &now) in q.iter().enumerate() {
+        let start = end.saturating_sub(steps);
+        enter(&mut least, end, start, |other| q[other] < now);
+        enter(&mut most, end, start, |other| q[other] > now);
+        let is_whole = end >= steps;
+        if is_whole && q[most[0]] - q[least[0]] < STILL * WINDOW * top_speed {
+            let marked = if rests[end - 1] { end } else { start };
+            rests[marked..=end].fill(true);
         }
     }
     rests
+}
+
+/// A sample enters a sliding window that begins at `start`; those leave that it outdoes, for they come before it. `holds` says which it does
+/// not outdo.
+fn enter(window: &mut VecDeque<usize>, sample: usize, start: usize, holds: impl Fn(usize) -> bool) {
+    while window.back().is_some_and(|&last| !holds(last)) {
+        window.pop_back();
+    }
+    window.push_back(sample);
+    while window.front().is_some_and(|&first| first < start) {
+        window.pop_front();
+    }
 }
 
 #[cfg(test)]
@@ -79,6 +98,26 @@ mod tests {
     use crate::signals::Signals;
 
     /// Strokes of a second and rests of a second, with the noise of an encoder of 14 bits.
+    /// As if each window were looked through.
+    #[test]
+    fn the_sliding_window_is_every_window() {
+        let q: Vec<f64> =
+            (0..500u32).map(|t| f64::from(t * t % 97).sin() * f64::from(t / 50 % 2) + 0.01 * f64::from(t)).collect();
+        let mut shares = Vec::new();
+        for top_speed in [30.0, 210.0, 1900.0, 3000.0] {
+            let mut expected = vec![false; q.len()];
+            for (start, window) in q.windows(21).enumerate() {
+                let [least, most] = [f64::min, f64::max].map(|of| window.iter().copied().reduce(of).unwrap());
+                if most - least < STILL * WINDOW * top_speed {
+                    expected[start..start + 21].fill(true);
+                }
+            }
+            assert_eq!(rests(&q, 0.01, top_speed), expected, "{top_speed}");
+            shares.push(expected.iter().filter(|rests| **rests).count() as f64 / q.len() as f64);
+        }
+        assert!(shares[0] < 0.2 && shares[3] > 0.8 && shares.is_sorted(), "{shares:?}");
+    }
+
     #[test]
     fn a_noisy_rest_does_not_count_and_a_reversal_does() {
         let time: Vec<f64> = (0..2000).map(|t| f64::from(t) * 0.005).collect();
