@@ -152,14 +152,7 @@ pub fn diagnose_among(
     let presence = judged.told();
     let unexplained_joints = incomplete(&completeness);
     let verdict = conclusion::verdict(&effects, &unexplained_joints, &comparison);
-    if comparison == Comparison::NotPossible && !last_fitted.model.is_pinned() {
-        let unknown = |&group: &usize| {
-            let group = &search.library.groups[group];
-            NotKnown::AbsorbedByBody { effect: group.effect, joint: group.joint }
-        };
-        not_known.extend(search.absorbed.iter().map(unknown));
-    }
-    not_known.dedup();
+    not_known.extend(ranking::unseen(&search, comparison == Comparison::NotPossible && !last_fitted.model.is_pinned()));
     let hiding = recording.torque.iter().filter(|fact| fact.hides().is_some());
     not_known.splice(0..0, hiding.map(|fact| NotKnown::NotInTorque { fact }));
     let mut notes =

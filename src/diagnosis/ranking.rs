@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::candidates::Group;
 use super::heard::Heard;
-use super::report::{Candidate, Ground, HeldOut, Refusal};
-use super::search::{FEWEST_BLOCKS, Search};
+use super::report::{Candidate, Ground, HeldOut, NotKnown, Refusal};
+use super::search::{FEWEST_BLOCKS, Search, Unseen};
 use super::stated_arm::Comparison;
 use super::withdrawn::Withdrawn;
 use crate::model::ModelError;
@@ -61,6 +61,20 @@ pub fn supported(search: &Search, beside: &[usize], heard: &[Heard]) -> Vec<(usi
     beside.iter().filter_map(of_group).collect()
 }
 
+/// Of what training can say nothing; what a body absorbs only if it is not known (`body_unknown`).
+pub fn unseen(search: &Search, body_unknown: bool) -> Vec<NotKnown> {
+    let groups = &search.library.groups;
+    let is_first = |&index: &usize| groups[..index].iter().all(|other| !other.same_place_and_effect(&groups[index]));
+    let of_group = |index: usize| {
+        let Group { effect, joint, .. } = groups[index];
+        match search.unseen(index)? {
+            Unseen::Absorbed => body_unknown.then_some(NotKnown::AbsorbedByBody { effect, joint }),
+            Unseen::Idle => Some(NotKnown::Idle { effect, joint }),
+        }
+    };
+    (0..groups.len()).filter(is_first).filter_map(of_group).collect()
+}
+
 /// All candidates, one line for each effect and joint: first those that are part of the answer, then by their error drop.
 pub fn rank(
     search: &Search,
@@ -90,8 +104,11 @@ pub fn rank(
             if blocks < FEWEST_BLOCKS { Ground::NotConfirmable { blocks } } else { Ground::Confirmed }
         } else if explained.iter().any(same) {
             Ground::TellsFromStatedArm
-        } else if search.absorbed.iter().any(same) {
-            Ground::AbsorbedByBody
+        } else if let Some(unseen) = search.unseen(index) {
+            match unseen {
+                Unseen::Absorbed => Ground::AbsorbedByBody,
+                Unseen::Idle => Ground::Idle,
+            }
         } else if let Some((_, presence)) = doubtful.iter().find(|(other, _)| same(other)) {
             Ground::Doubtful { presence: *presence }
         } else if let Some((_, refusal)) = refused.iter().find(|(other, _)| same(other)) {
@@ -106,4 +123,48 @@ pub fn rank(
     }
     ranking.sort_by(|a, b| b.accepted().cmp(&a.accepted()).then(b.error_drop.total_cmp(&a.error_drop)));
     ranking
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::search::testing::searched;
+    use crate::recording::split::Split;
+    use crate::simulation::{Excitation, Scenario, simulate};
+
+    /// Joint 2 is held: nothing is known of its friction. Of a rotor of joint 1 nothing is known as long as the body isn't. An end stop of
+    /// joint 1, which goes further where it is held out, is judged where training can touch it.
+    #[test]
+    fn of_what_training_can_say_nothing() {
+        let motion = Excitation::PaperPointToPoint { trajectories: 12, duration: 4.0, samples: 100, range: 2.0 };
+        let mut recording = simulate(&Scenario { motion, ..Scenario::embedded() }, &Monitor::new()).unwrap();
+        for run in &mut recording.trajectories {
+            let run = run.channels_mut();
+            [run.q, run.qd, run.qdd].into_iter().for_each(|mut signal| signal[1].fill(0.0));
+        }
+        for held_out in Split::automatic(&recording).held_out {
+            let run = recording.trajectories[held_out.trajectory].channels_mut();
+            [run.q, run.qd, run.qdd].into_iter().for_each(|mut signal| signal[0].iter_mut().for_each(|it| *it *= 2.0));
+        }
+        let search = searched(&recording, &["viscous-friction", "rotor-inertia", "upper-stop"]);
+        let told = |body_unknown| -> Vec<(&str, Option<usize>, bool)> {
+            let all = unseen(&search, body_unknown).into_iter().filter_map(|it| match it {
+                NotKnown::AbsorbedByBody { effect, joint } => Some((effect.id, joint, false)),
+                NotKnown::Idle { effect, joint } => Some((effect.id, joint, true)),
+                _ => None,
+            });
+            all.collect()
+        };
+        let groups = &search.library.groups;
+        let stops = |set: &[usize]| {
+            let is_it = |&&group: &&usize| (groups[group].effect.id, groups[group].joint) == ("upper-stop", Some(0));
+            set.iter().filter(is_it).count()
+        };
+        let all_stops = stops(&(0..groups.len()).collect::<Vec<usize>>());
+        assert!(0 < stops(&search.absorbed) && stops(&search.absorbed) < all_stops, "some are out of reach");
+        let all = told(true);
+        assert!(all.contains(&("viscous-friction", Some(1), true)) && all.contains(&("rotor-inertia", Some(0), false)));
+        assert!(all.iter().all(|(effect, joint, _)| (*effect, *joint) != ("upper-stop", Some(0))), "{all:?}");
+        assert!(told(false).iter().all(|(.., idle)| *idle));
+    }
 }

@@ -273,6 +273,8 @@ pub enum Ground {
     TellsFromStatedArm,
     /// The base parameters take its place.
     AbsorbedByBody,
+    /// It makes no torque where models learn.
+    Idle,
     /// It is part of an effect that was found.
     Contained,
     /// Beside what was found it explains hardly more than chance would.
@@ -460,6 +462,14 @@ pub enum NotKnown {
     },
     /// The base parameters would take its place.
     AbsorbedByBody {
+        /// Which.
+        effect: &'static Effect,
+        /// The joint, counted from 0; written counted from 1; none for an effect of the whole arm.
+        #[serde(with = "joint_number")]
+        joint: Option<usize>,
+    },
+    /// It makes no torque where models learn.
+    Idle {
         /// Which.
         effect: &'static Effect,
         /// The joint, counted from 0; written counted from 1; none for an effect of the whole arm.

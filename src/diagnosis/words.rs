@@ -48,7 +48,15 @@ impl Report {
     /// What to do next and what can't be known, in sentences.
     pub fn advice(&self) -> String {
         let notes = self.notes.iter().map(Note::sentence);
-        let unknown = self.not_known.iter().map(|unknown| format!("Not known: {}.", unknown.text()));
+        // Of what is not known for the same reason one sentence tells.
+        let mut unknown: Vec<(Vec<String>, String)> = Vec::new();
+        for (what, why) in self.not_known.iter().map(NotKnown::what_and_why) {
+            match unknown.iter_mut().find(|(_, other)| !why.is_empty() && *other == why) {
+                Some((all, _)) => all.push(what),
+                None => unknown.push((vec![what], why)),
+            }
+        }
+        let unknown = unknown.iter().map(|(what, why)| format!("Not known: {}{why}.", what.join(", ")));
         notes.chain(unknown).collect::<Vec<_>>().join(" ")
     }
 }
@@ -63,12 +71,27 @@ impl Alternative {
 impl NotKnown {
     /// What is not known and what would tell, without its full stop.
     pub fn text(&self) -> String {
+        let (what, why) = self.what_and_why();
+        what + &why
+    }
+
+    /// What is not known, and what is said of it.
+    fn what_and_why(&self) -> (String, String) {
         match *self {
-            NotKnown::NotComputed { effect, lack } => NotApplicable { effect: effect.name, lack }.to_string(),
-            NotKnown::AbsorbedByBody { effect, joint } => {
-                format!("{} can't be told from the base parameters: state the arm", effect.placed(joint))
+            NotKnown::NotComputed { effect, lack } => {
+                (NotApplicable { effect: effect.name, lack }.to_string(), String::new())
             }
-            NotKnown::NotInTorque { fact } => fact.hides().unwrap_or_else(|| fact.about()).to_owned(),
+            NotKnown::AbsorbedByBody { effect, joint } => {
+                (effect.placed(joint), " can't be told from the base parameters: state the arm".to_owned())
+            }
+            NotKnown::Idle { effect, joint } => (
+                effect.placed(joint),
+                " can't be judged: where models learn there is no torque of the kind; record another motion, or hold another part out"
+                    .to_owned(),
+            ),
+            NotKnown::NotInTorque { fact } => {
+                (fact.hides().unwrap_or_else(|| fact.about()).to_owned(), String::new())
+            }
         }
     }
 }
@@ -244,6 +267,7 @@ impl Candidate {
             Ground::NotConfirmable { blocks } => format!("it fits, but {blocks} blocks are too few to confirm it"),
             Ground::TellsFromStatedArm => "it explains how the identified arm differs from the stated one".to_owned(),
             Ground::AbsorbedByBody => "the base parameters take its place".to_owned(),
+            Ground::Idle => "it makes no torque where models learn".to_owned(),
             Ground::Contained => "it is part of an effect that was found".to_owned(),
             Ground::Doubtful { presence } => {
                 format!(
@@ -426,6 +450,20 @@ mod tests {
             not_known,
             ranking: Vec::new(),
         }
+    }
+
+    #[test]
+    fn what_is_not_known_for_one_reason_is_one_sentence() {
+        let [friction, rotor] = ["coulomb-friction", "rotor-inertia"].map(|id| registry::find(id).unwrap());
+        let absorbed = |effect, joint| NotKnown::AbsorbedByBody { effect, joint: Some(joint) };
+        let idle = NotKnown::Idle { effect: friction, joint: Some(1) };
+        let advice = report(Verdict::Missing, Vec::new(), vec![absorbed(rotor, 0), idle, absorbed(rotor, 2)]).advice();
+        assert_eq!(advice.matches("Not known: ").count(), 2, "{advice}");
+        assert!(
+            advice.contains("Not known: rotor inertia on joint 1, rotor inertia on joint 3 can't be told"),
+            "{advice}"
+        );
+        assert!(advice.contains("Coulomb friction on joint 2 can't be judged"), "{advice}");
     }
 
     #[test]

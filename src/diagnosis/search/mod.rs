@@ -20,7 +20,7 @@ pub(super) mod testing;
 
 pub use gates::FEWEST_BLOCKS;
 pub use odd::odds_of_form;
-pub use state::{CLOSE, MARGIN, Search};
+pub use state::{CLOSE, MARGIN, Search, Unseen};
 pub use swap::Rival;
 
 use super::report::Refusal;

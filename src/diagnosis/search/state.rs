@@ -22,6 +22,15 @@ pub const CLOSE: f64 = 6.0;
 /// A joint must weigh less than this share of its weight before the set is doubted.
 const LIGHTER: f64 = 0.8;
 
+/// Why training can say nothing of an effect at a place, whatever its shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unseen {
+    /// The model's own columns take its place.
+    Absorbed,
+    /// It makes no torque there.
+    Idle,
+}
+
 /// Weighted normal equations of a library, and the set of effects found so far.
 pub struct Search<'a> {
     /// The candidates.
@@ -72,6 +81,18 @@ impl<'a> Search<'a> {
         let own = Base::new(self, Vec::new());
         let groups = 0..self.library.groups.len();
         self.absorbed = groups.into_par_iter().filter(|&group| !own.with(self, group).shows).collect();
+    }
+
+    /// Why training can say nothing of the effect of a group at its place, if no shape of it shows anything.
+    pub fn unseen(&self, group: usize) -> Option<Unseen> {
+        let groups = &self.library.groups;
+        let same = || (0..groups.len()).filter(|&other| groups[other].same_place_and_effect(&groups[group]));
+        if !same().all(|other| self.absorbed.contains(&other)) {
+            return None;
+        }
+        let is_idle =
+            |other: usize| groups[other].columns.clone().all(|column| self.whole.gram[(column, column)] == 0.0);
+        Some(if same().all(is_idle) { Unseen::Idle } else { Unseen::Absorbed })
     }
 
     /// Recomputes the weighted sums after the weights changed.
