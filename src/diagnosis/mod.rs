@@ -35,8 +35,6 @@ mod telling;
 mod withdrawn;
 mod words;
 
-use rayon::prelude::*;
-
 use bursts::Burst;
 use candidates::Library;
 use excerpt::Excerpt;
@@ -137,14 +135,9 @@ pub fn diagnose_among(
     };
     let is_complete =
         |fitted: &Fitted, last: &Evaluation| Ok(left(fitted, last)?.completeness.iter().all(|one| one.complete));
-    let Steps { mut effects, last, fitted: last_fitted, rival_of, withdrawn, heard } =
+    let Steps { mut effects, last, fitted: last_fitted, rivals_of, withdrawn, heard } =
         steps::measure(named, &judged, is_complete, &base)?;
-    let telling = |(effect, rivals): (&mut MissingEffect, Option<(usize, usize)>)| {
-        let motion = |(group, rival)| telling::best_motion(&search, &last_fitted, group, rival);
-        effect.telling_motion = rivals.and_then(motion);
-        monitor.check()
-    };
-    effects.par_iter_mut().zip(rival_of).try_for_each(telling)?;
+    telling::tell_apart(&mut effects, rivals_of, &search, &last_fitted, monitor)?;
     effects.extend(steps::faults_of_readings(recording, &last));
     let supported = ranking::supported(&search, &beside, &heard);
     let Left { in_training, completeness, bursts } = left(&last_fitted, &last)?;

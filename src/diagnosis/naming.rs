@@ -30,8 +30,8 @@ pub struct Named {
     pub form: f64,
     /// Effects that explain nearly as much.
     pub alternatives: Vec<Alternative>,
-    /// The group with the largest gain, and its best rival.
-    pub rival: Option<(usize, usize)>,
+    /// The group with the largest gain beside each of its rivals that come close, the closest first.
+    pub rivals: Vec<(usize, usize)>,
     /// Whether it needs the rigid body held at the stated arm.
     pub pins: bool,
 }
@@ -49,8 +49,8 @@ struct Judgement {
     presence: f64,
     form: f64,
     alternatives: Vec<Alternative>,
-    /// The rival that comes closest.
-    rival: Option<usize>,
+    /// The groups behind them, the closest first.
+    rivals: Vec<usize>,
 }
 
 /// What may well be there though nothing of it was found, or stayed, and is worth asking the held-out part about: of each family at each place
@@ -106,7 +106,7 @@ pub fn name_effects(
             presence: 1.0,
             form: 1.0,
             alternatives: Vec::new(),
-            rival: None,
+            rivals: Vec::new(),
             pins: false,
         });
         named.pins |= pins;
@@ -119,8 +119,8 @@ pub fn name_effects(
         named.gain += judgement.gain;
         named.presence = named.presence.min(judgement.presence);
         named.form = named.form.min(judgement.form);
-        if !judgement.alternatives.is_empty() {
-            named.rival = named.rival.or(judgement.rival.map(|rival| (group, rival)));
+        if named.rivals.is_empty() {
+            named.rivals = judgement.rivals.into_iter().map(|rival| (group, rival)).collect();
         }
         named.alternatives.extend(judgement.alternatives);
     }
@@ -142,7 +142,7 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
     let gain = search.cost(&without) - found;
     let price = search.price_of(group);
     let mut alternatives = Vec::new();
-    let mut closest: Option<(f64, usize)> = None;
+    let mut rivals: Vec<(f64, usize)> = Vec::new();
     // Of each other form the best shape.
     let mut forms: BTreeMap<&'static str, (&'static Effect, f64)> = BTreeMap::new();
     for Rival { group: rival, cost, .. } in search.rivals(group) {
@@ -164,11 +164,10 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
                 effect: groups[rival].effect,
                 elsewhere: groups[rival].joint.filter(|_| elsewhere),
             });
-            if closest.is_none_or(|(least, _)| priced < least) {
-                closest = Some((priced, rival));
-            }
+            rivals.push((priced, rival));
         }
     }
+    rivals.sort_by(|a, b| a.0.total_cmp(&b.0));
     let certainty = judged.certainty(groups[group].joint);
     // A form with more evidence was refused by left-out blocks: then it is one or the other.
     let odds = |(form, priced): &(&Effect, f64)| odds_of_form(form) * (-0.5 * certainty * priced.max(0.0)).exp();
@@ -179,14 +178,15 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
         // What no formula of the catalogue says has odds, too.
         form: 1.0 / (1.0 / groups[group].effect.family.form_is_right() + others),
         alternatives,
-        rival: closest.map(|(_, rival)| rival),
+        rivals: rivals.into_iter().map(|(_, rival)| rival).collect(),
     }
 }
 
 /// The same for an effect that the base parameters absorb and the stated arm brings to light.
 fn judge_absorbed(search: &Search, stated: &StatedBody, found: &[usize], group: usize) -> Judgement {
     let groups = &search.library.groups;
-    let mut judgement = Judgement { gain: 0.0, presence: SUREST, form: SUREST, alternatives: Vec::new(), rival: None };
+    let mut judgement =
+        Judgement { gain: 0.0, presence: SUREST, form: SUREST, alternatives: Vec::new(), rivals: Vec::new() };
     for rival in search.absorbed.iter().copied().filter(|rival| !found.contains(rival)) {
         if groups[rival].same_place_and_effect(&groups[group]) {
             continue;
@@ -211,8 +211,8 @@ impl Named {
     pub(super) fn example(id: &str, joints: &[usize], presence: f64) -> Named {
         let effect = crate::effect::registry::find(id).unwrap();
         let (joints, usual) = (joints.to_vec(), joints.to_vec());
-        let (alternatives, rival) = (Vec::new(), None);
-        Named { effect, joints, usual, gain: 1.0, presence, form: 0.6, alternatives, rival, pins: false }
+        let (alternatives, rivals) = (Vec::new(), Vec::new());
+        Named { effect, joints, usual, gain: 1.0, presence, form: 0.6, alternatives, rivals, pins: false }
     }
 }
 

@@ -52,8 +52,8 @@ pub struct Steps {
     pub last: Evaluation,
     /// That model.
     pub fitted: Fitted,
-    /// The group of each effect with the largest gain, and its best rival.
-    pub rival_of: Vec<Option<(usize, usize)>>,
+    /// Of each effect the group with the largest gain beside each of its rivals that come close, the closest first.
+    pub rivals_of: Vec<Vec<(usize, usize)>>,
     /// What was named and is not any more.
     pub withdrawn: Vec<Withdrawn>,
     /// What the held-out part says of those in doubt.
@@ -216,8 +216,8 @@ fn take_off(named: &mut Vec<Named>, number: usize, joint: usize) {
     named.retain(|effect| !effect.joints.is_empty());
     let Some(effect) = common else { return };
     let place = named.iter().position(|named| named.effect == effect).unwrap_or_else(|| {
-        let (joints, usual, alternatives) = (Vec::new(), Vec::new(), Vec::new());
-        named.push(Named { effect, joints, usual, gain, presence, form, alternatives, rival: None, pins: false });
+        let (joints, usual, alternatives, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        named.push(Named { effect, joints, usual, gain, presence, form, alternatives, rivals, pins: false });
         named.len() - 1
     });
     let common = &mut named[place];
@@ -331,10 +331,10 @@ impl Ladder {
             evidence: evidence::of_effect(fitted, evaluation, recording, split, effect.effect, &effect.joints),
         };
         let effects = named.iter().zip(self.errors()).map(told).collect();
-        let rival_of = named.iter().map(|named| named.rival).collect();
+        let rivals_of = named.iter().map(|named| named.rivals.clone()).collect();
         drop(self.steps);
         let Measured { fitted, evaluation: last } = Arc::unwrap_or_clone(self.last);
-        Steps { effects, last, fitted, rival_of, withdrawn, heard }
+        Steps { effects, last, fitted, rivals_of, withdrawn, heard }
     }
 }
 

@@ -8,11 +8,12 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::report::{Exciting, TellingMotion};
+use super::report::{Exciting, MissingEffect, TellingMotion};
 use super::search::Search;
-use crate::effect::Scope;
+use crate::effect::{Effect, Scope};
 use crate::model::design::Design;
 use crate::model::{EffectTerm, Fitted, Model, Term};
+use crate::progress::{Monitor, Stopped};
 use crate::recording::split::Split;
 use crate::recording::{ChannelsMut, Recording, Trajectory};
 use crate::statistics::ends;
@@ -32,8 +33,37 @@ const REVERSALS: f64 = 0.5;
 /// Speeds of sweeps at constant velocity, as shares of the largest.
 const SWEEPS: [f64; 3] = [0.1, 0.4, 0.9];
 
+/// Says of each effect which motion tells it from the closest of its rivals, of which each is given with the group that it stands for. What
+/// is named itself is no alternative to another.
+///
+/// # Errors
+/// [`Stopped`] if somebody stopped it.
+pub fn tell_apart(
+    effects: &mut [MissingEffect],
+    rivals_of: Vec<Vec<(usize, usize)>>,
+    search: &Search,
+    fitted: &Fitted,
+    monitor: &Monitor,
+) -> Result<(), Stopped> {
+    let places: Vec<(&Effect, Vec<usize>)> = effects.iter().map(|it| (it.effect, it.joints.clone())).collect();
+    let is_named = |effect: &Effect, joint: Option<usize>| {
+        joint.is_some_and(|joint| places.iter().any(|(other, joints)| *other == effect && joints.contains(&joint)))
+    };
+    let tell = |(effect, rivals): (&mut MissingEffect, Vec<(usize, usize)>)| {
+        effect.alternatives.retain(|other| !is_named(other.effect, other.elsewhere));
+        let is_open = |&(_, rival): &(usize, usize)| {
+            let rival = &search.library.groups[rival];
+            !is_named(rival.effect, rival.joint)
+        };
+        let closest = rivals.into_iter().find(is_open);
+        effect.telling_motion = closest.and_then(|(group, rival)| best_motion(search, fitted, group, rival));
+        monitor.check()
+    };
+    effects.par_iter_mut().zip(rivals_of).try_for_each(tell)
+}
+
 /// The motion that best tells `group` from `rival`; `None` if none does better than the motion at hand.
-pub fn best_motion(search: &Search, fitted: &Fitted, group: usize, rival: usize) -> Option<TellingMotion> {
+fn best_motion(search: &Search, fitted: &Fitted, group: usize, rival: usize) -> Option<TellingMotion> {
     let groups = &search.library.groups;
     let evidence = |motion: Exciting| {
         let recording = moved(search.library.design.recording(), fitted, motion)?;
@@ -177,6 +207,7 @@ mod tests {
     use crate::arm::Arm;
     use crate::diagnosis::Searched;
     use crate::diagnosis::excerpt::Excerpt;
+    use crate::diagnosis::report::Alternative;
     use crate::effect::registry;
     use crate::model::{self, Preset};
     use crate::progress::Monitor;
@@ -269,7 +300,7 @@ mod tests {
         assert!((thin.time_step() - 1.0 / RATE).abs() < 1e-12);
     }
 
-    /// The peak of Stribeck friction near standstill is seen by slow motion.
+    /// The peak of Stribeck friction near standstill is seen by slow motion; viscous friction, which is named itself, is no alternative.
     #[test]
     fn the_motion_that_tells_a_peak_near_standstill_is_slow() {
         let motion = Excitation::PaperPointToPoint { trajectories: 8, duration: 4.0, samples: 100, range: 2.0 };
@@ -278,16 +309,25 @@ mod tests {
         let scenario = Scenario { motion, arm: Arm::uniform(1), effects: vec![hidden], ..Scenario::embedded() };
         let (recording, monitor) = (simulate(&scenario, &Monitor::new()).unwrap(), Monitor::new());
         let split = Split::automatic(&recording);
-        let [coulomb, stribeck] = ["coulomb-friction", "stribeck-friction"].map(|id| registry::find(id).unwrap());
+        let [coulomb, viscous, stribeck] =
+            ["coulomb-friction", "viscous-friction", "stribeck-friction"].map(|id| registry::find(id).unwrap());
         let fit = |model: &Model| model::fit(model, &recording, &split, &monitor).unwrap();
         let body = Preset::RigidBody.model(&recording).unwrap();
         let whole = fit(&body.with_effect(stribeck, &[0]).unwrap());
         let excerpt = Excerpt::of(&recording, &split);
-        let searched = Searched::new(&[coulomb, stribeck], &fit(&body), &excerpt, &monitor).unwrap();
+        let searched = Searched::new(&[coulomb, viscous, stribeck], &fit(&body), &excerpt, &monitor).unwrap();
         let groups = &searched.search.library.groups;
-        let [rival, group] =
-            [coulomb, stribeck].map(|effect| groups.iter().position(|it| it.effect == effect).unwrap());
-        let told = best_motion(&searched.search, &whole, group, rival).unwrap();
+        let [rival, named, group] =
+            [coulomb, viscous, stribeck].map(|effect| groups.iter().position(|it| it.effect == effect).unwrap());
+        let open = Alternative { effect: coulomb, elsewhere: None };
+        let alternatives = vec![open, Alternative { effect: viscous, elsewhere: Some(0) }];
+        let peak = MissingEffect { alternatives, ..MissingEffect::example(stribeck.id) };
+        let mut effects = [peak, MissingEffect::example(viscous.id)];
+        let rivals_of = vec![vec![(group, named), (group, rival)], Vec::new()];
+        tell_apart(&mut effects, rivals_of, &searched.search, &whole, &monitor).unwrap();
+        assert_eq!(effects[0].alternatives, [open]);
+        assert_eq!(effects[1].telling_motion, None);
+        let told = effects[0].telling_motion.unwrap();
         assert_eq!(told.against, coulomb);
         assert!(told.gain > LEAST_GAIN && told.gain.is_finite(), "{told:?}");
         let is_slow = |motion| match motion {
