@@ -177,6 +177,14 @@ impl<'a> Library<'a> {
         Ok((Library { design, fitted: fitted.clone(), base, groups, equations, columns, torque }, impossible))
     }
 
+    /// The first group of each effect at each of its places; the others are further shapes of it.
+    pub fn firsts(&self) -> Vec<usize> {
+        let groups = &self.groups;
+        let is_first =
+            |&group: &usize| groups[..group].iter().all(|other| !other.same_place_and_effect(&groups[group]));
+        (0..groups.len()).filter(is_first).collect()
+    }
+
     /// Whether the model's body is identified, so that it absorbs what it can.
     pub fn is_body_free(&self) -> bool {
         !self.fitted.model.is_pinned()

@@ -34,8 +34,7 @@ pub fn error_drops(search: &Search, monitor: &Monitor) -> Result<Vec<f64>, Model
     };
     let places: Vec<Option<usize>> = (0..search.weights.len()).map(Some).chain([None]).collect();
     let alone: BTreeMap<Option<usize>, f64> = places.iter().copied().zip(errors(&[], &places)).collect();
-    let is_first = |&group: &usize| groups[..group].iter().all(|other| !other.same_place_and_effect(&groups[group]));
-    let firsts: Vec<usize> = (0..groups.len()).filter(is_first).collect();
+    let firsts = search.library.firsts();
     let drop_of = |&first: &usize| {
         monitor.check()?;
         let same = (first..groups.len()).filter(|&other| groups[other].same_place_and_effect(&groups[first]));
@@ -64,15 +63,14 @@ pub fn supported(search: &Search, beside: &[usize], heard: &[Heard]) -> Vec<(usi
 /// Of what training can say nothing; what a body absorbs only if it is not known (`body_unknown`).
 pub fn unseen(search: &Search, body_unknown: bool) -> Vec<NotKnown> {
     let groups = &search.library.groups;
-    let is_first = |&index: &usize| groups[..index].iter().all(|other| !other.same_place_and_effect(&groups[index]));
-    let of_group = |index: usize| {
+    let of_first = |index: usize| {
         let Group { effect, joint, .. } = groups[index];
         match search.unseen(index)? {
             Unseen::Absorbed => body_unknown.then_some(NotKnown::AbsorbedByBody { effect, joint }),
             Unseen::Idle => Some(NotKnown::Idle { effect, joint }),
         }
     };
-    (0..groups.len()).filter(is_first).filter_map(of_group).collect()
+    search.library.firsts().into_iter().filter_map(of_first).collect()
 }
 
 /// All candidates, one line for each effect and joint: first those that are part of the answer, then by their error drop.
@@ -89,11 +87,8 @@ pub fn rank(
     let blocks = search.library.equations.block_count();
     let explained: &[usize] = if let Comparison::Explained(found) = comparison { found } else { &[] };
     let mut ranking: Vec<Candidate> = Vec::new();
-    for (index, group) in groups.iter().enumerate() {
-        let is_first = groups[..index].iter().all(|other| !other.same_place_and_effect(group));
-        if !is_first {
-            continue;
-        }
+    for index in search.library.firsts() {
+        let group = &groups[index];
         let same = |other: &usize| groups[*other].same_place_and_effect(group);
         let is_withdrawn = |one: &&Withdrawn| one.effect == group.effect && one.joint == group.joint;
         let ground = if let Some(withdrawn) = withdrawn.iter().find(is_withdrawn) {

@@ -79,10 +79,9 @@ fn rests(q: &[f64], time_step: f64, top_speed: f64) -> Vec<bool> {
     rests
 }
 
-/// A sample enters a sliding window that begins at `start`; those leave that it outdoes, for they come before it. `holds` says which it does
-/// not outdo.
-fn enter(window: &mut VecDeque<usize>, sample: usize, start: usize, holds: impl Fn(usize) -> bool) {
-    while window.back().is_some_and(|&last| !holds(last)) {
+/// A sample enters a sliding window that begins at `start`. Those before it that do not `outdo` it leave: they never will be the first again.
+fn enter(window: &mut VecDeque<usize>, sample: usize, start: usize, outdo: impl Fn(usize) -> bool) {
+    while window.back().is_some_and(|&last| !outdo(last)) {
         window.pop_back();
     }
     window.push_back(sample);
@@ -97,7 +96,6 @@ mod tests {
     use crate::recording::Channels;
     use crate::signals::Signals;
 
-    /// Strokes of a second and rests of a second, with the noise of an encoder of 14 bits.
     /// As if each window were looked through.
     #[test]
     fn the_sliding_window_is_every_window() {
@@ -118,6 +116,7 @@ mod tests {
         assert!(shares[0] < 0.2 && shares[3] > 0.8 && shares.is_sorted(), "{shares:?}");
     }
 
+    /// Strokes of a second and rests of a second, with the noise of an encoder of 14 bits.
     #[test]
     fn a_noisy_rest_does_not_count_and_a_reversal_does() {
         let time: Vec<f64> = (0..2000).map(|t| f64::from(t) * 0.005).collect();
