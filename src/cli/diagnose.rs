@@ -81,8 +81,7 @@ pub fn text(report: &Report) -> String {
             ));
         }
         if !effect.alternatives.is_empty() {
-            let others: Vec<String> = effect.alternatives.iter().map(Alternative::text).collect();
-            lines.push(format!("   explains nearly as much: {}", others.join(", ")));
+            lines.push(format!("   explains nearly as much: {}", Alternative::texts(&effect.alternatives).join(", ")));
         }
         lines.push(String::new());
     }

@@ -215,8 +215,8 @@ mod tests {
 
     #[test]
     fn what_is_hardly_told_says_from_what() {
-        let other = Alternative { effect: named("viscous-friction").effect, elsewhere: Some(1) };
-        let twin = MissingEffect { form: 0.5, alternatives: vec![other], ..named("coulomb-friction") };
+        let other = Alternative { effect: named("viscous-friction").effect, elsewhere: Some(1), joints: Vec::new() };
+        let twin = MissingEffect { form: 0.5, alternatives: vec![other.clone()], ..named("coulomb-friction") };
         let effects = [twin.clone(), named("joint-spring")];
         assert_eq!(verdict(&effects, &[], &Comparison::Agrees), Verdict::Ambiguous);
         let told = notes(Verdict::Ambiguous, &effects, &[], &Comparison::Agrees, 16, None);

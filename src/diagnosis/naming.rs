@@ -26,11 +26,11 @@ pub struct Named {
     pub gain: f64,
     /// Probability that something of its family is there.
     pub presence: f64,
-    /// Probability that it is there in this form, if it is there.
-    pub form: f64,
-    /// Effects that explain nearly as much.
+    /// Probability that it is there in this form, if it is there, by place.
+    pub forms: BTreeMap<Option<usize>, f64>,
+    /// Effects that explain nearly as much, each for each of its joints where it does.
     pub alternatives: Vec<Alternative>,
-    /// The group with the largest gain beside each of its rivals that come close, the closest first.
+    /// Each of its groups beside each of its rivals that come close, of each group the closest first.
     pub rivals: Vec<(usize, usize)>,
     /// Whether it needs the rigid body held at the stated arm.
     pub pins: bool,
@@ -40,6 +40,31 @@ impl Named {
     /// Its places: each joint, or the whole arm.
     pub fn places(&self) -> Vec<Option<usize>> {
         self.effect.places(self.joints.iter().copied())
+    }
+
+    /// Probability that it is there in this form, if it is there: the least over its places.
+    pub fn form(&self) -> f64 {
+        self.places().iter().filter_map(|place| self.forms.get(place)).copied().fold(1.0, f64::min)
+    }
+
+    /// What explains nearly as much on any of its joints, each once; what does on most of them comes first.
+    pub fn alternatives_told(&self) -> Vec<Alternative> {
+        let mut told: BTreeMap<(&'static str, Option<usize>), Alternative> = BTreeMap::new();
+        for one in &self.alternatives {
+            let key = (one.effect.id, one.elsewhere);
+            let it = told.entry(key).or_insert_with(|| Alternative { joints: Vec::new(), ..one.clone() });
+            it.joints.extend(one.joints.iter().filter(|joint| self.joints.contains(joint)));
+        }
+        let is_of_joints = self.alternatives.iter().any(|one| !one.joints.is_empty());
+        let mut told: Vec<Alternative> =
+            told.into_values().filter(|one| !is_of_joints || !one.joints.is_empty()).collect();
+        for one in &mut told {
+            one.joints.sort_unstable();
+            one.joints.dedup();
+        }
+        told.sort_by_key(|one| std::cmp::Reverse(one.joints.len()));
+        told.iter_mut().filter(|one| one.joints.len() == self.joints.len()).for_each(|one| one.joints.clear());
+        told
     }
 }
 
@@ -104,7 +129,7 @@ pub fn name_effects(
             usual: Vec::new(),
             gain: 0.0,
             presence: 1.0,
-            form: 1.0,
+            forms: BTreeMap::new(),
             alternatives: Vec::new(),
             rivals: Vec::new(),
             pins: false,
@@ -118,17 +143,13 @@ pub fn name_effects(
         named.usual.extend(place.joint.filter(|_| search.is_usual(group) && !beside.contains(&group)));
         named.gain += judgement.gain;
         named.presence = named.presence.min(judgement.presence);
-        named.form = named.form.min(judgement.form);
-        if named.rivals.is_empty() {
-            named.rivals = judgement.rivals.into_iter().map(|rival| (group, rival)).collect();
-        }
+        named.forms.insert(place.joint, judgement.form);
+        named.rivals.extend(judgement.rivals.into_iter().map(|rival| (group, rival)));
         named.alternatives.extend(judgement.alternatives);
     }
     let mut named: Vec<Named> = by_effect.into_values().collect();
     for effect in &mut named {
         effect.joints.sort_unstable();
-        effect.alternatives.sort_by_key(|other| (other.effect.id, other.elsewhere));
-        effect.alternatives.dedup();
     }
     named.sort_by(|a, b| a.pins.cmp(&b.pins).then(b.gain.total_cmp(&a.gain)));
     named
@@ -163,6 +184,7 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
             alternatives.push(Alternative {
                 effect: groups[rival].effect,
                 elsewhere: groups[rival].joint.filter(|_| elsewhere),
+                joints: groups[group].joint.into_iter().collect(),
             });
             rivals.push((priced, rival));
         }
@@ -194,7 +216,11 @@ fn judge_absorbed(search: &Search, stated: &StatedBody, found: &[usize], group: 
         let worse = stated_arm::rival_cost(search, stated, found, group, rival);
         judgement.presence = judgement.presence.min(odds(worse));
         if worse < CLOSE {
-            judgement.alternatives.push(Alternative { effect: groups[rival].effect, elsewhere: groups[rival].joint });
+            judgement.alternatives.push(Alternative {
+                effect: groups[rival].effect,
+                elsewhere: groups[rival].joint,
+                joints: groups[group].joint.into_iter().collect(),
+            });
         }
     }
     judgement
@@ -212,7 +238,8 @@ impl Named {
         let effect = crate::effect::registry::find(id).unwrap();
         let (joints, usual) = (joints.to_vec(), joints.to_vec());
         let (alternatives, rivals) = (Vec::new(), Vec::new());
-        Named { effect, joints, usual, gain: 1.0, presence, form: 0.6, alternatives, rivals, pins: false }
+        let forms = effect.places(joints.iter().copied()).into_iter().map(|place| (place, 0.6)).collect();
+        Named { effect, joints, usual, gain: 1.0, presence, forms, alternatives, rivals, pins: false }
     }
 }
 
@@ -221,6 +248,7 @@ mod tests {
     use super::*;
     use crate::diagnosis::presence::calibration::Calibration;
     use crate::diagnosis::search::testing::{found, group, searched};
+    use crate::effect::registry;
     use crate::progress::Monitor;
     use crate::simulation::{Scenario, simulate};
 
@@ -272,6 +300,26 @@ mod tests {
         search.active.clear();
         let best = search.best_beside(&[], [best, common].into_iter());
         assert!(in_question_beside(&search, &judged).contains(&best.unwrap()), "nothing is usual then");
+    }
+
+    /// Of joints that left the name nothing is told; an effect of the whole arm has no joints.
+    #[test]
+    fn what_explains_nearly_as_much_is_told_once_with_its_joints() {
+        let find = |id| registry::find(id).unwrap();
+        let (lag, tilt, wave) = (find("actuator-lag"), find("base-tilt"), find("cogging"));
+        let of = |effect, joints: &[usize]| Alternative { effect, elsewhere: None, joints: joints.to_vec() };
+        let alternatives = vec![of(lag, &[2]), of(tilt, &[1]), of(wave, &[2]), of(tilt, &[2]), of(wave, &[0])];
+        let named = Named { alternatives, ..Named::example("coulomb-friction", &[1, 2], 0.9) };
+        assert_eq!(named.alternatives_told(), [of(tilt, &[]), of(lag, &[2]), of(wave, &[2])]);
+        let mut named = Named { joints: vec![1], ..named };
+        assert_eq!(named.alternatives_told(), [of(tilt, &[])]);
+        named.forms.insert(Some(2), 0.3);
+        assert_eq!(named.form(), 0.6, "joint 3 has left the name");
+        named.joints.push(2);
+        assert_eq!(named.form(), 0.3);
+        let alternatives = vec![of(wave, &[]), of(lag, &[])];
+        let arm = Named { alternatives, ..Named::example("base-tilt", &[0, 1, 2], 0.9) };
+        assert_eq!(arm.alternatives_told(), [of(lag, &[]), of(wave, &[])]);
     }
 
     /// Evidence is twice a logarithm of likelihoods.

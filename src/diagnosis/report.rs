@@ -142,13 +142,16 @@ pub struct Completeness {
 }
 
 /// An effect that explains nearly as much as a named one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Alternative {
     /// Which; its id in files.
     pub effect: &'static Effect,
     /// Its joint, counted from 0 (written counted from 1), where it is not that of the named one.
     #[serde(with = "joint_number")]
     pub elsewhere: Option<usize>,
+    /// On which joints of the named one it does (counted from 0, written counted from 1), if not on all.
+    #[serde(default, with = "joint_numbers")]
+    pub joints: Vec<usize>,
 }
 
 /// A motion that would tell an effect from a rival.

@@ -209,7 +209,7 @@ mod tests {
             let named = naming::name_effects(search, &[], &comparison, Some(stated), &judged);
             let [named] = &named[..] else { panic!("one effect") };
             assert_eq!((named.effect.id, &*named.joints, named.pins), ("tip-payload", &[0][..], true));
-            assert!(named.alternatives.is_empty() && named.presence > 0.97 && named.form > 0.97);
+            assert!(named.alternatives.is_empty() && named.presence > 0.97 && named.form() > 0.97);
         });
     }
 

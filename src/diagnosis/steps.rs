@@ -1,5 +1,6 @@
 //! The named effects are added one after the other, and the held-out error of each step is measured.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -52,7 +53,7 @@ pub struct Steps {
     pub last: Evaluation,
     /// That model.
     pub fitted: Fitted,
-    /// Of each effect the group with the largest gain beside each of its rivals that come close, the closest first.
+    /// Of each effect its groups beside each of their rivals that come close, of each group the closest first.
     pub rivals_of: Vec<Vec<(usize, usize)>>,
     /// What was named and is not any more.
     pub withdrawn: Vec<Withdrawn>,
@@ -210,14 +211,16 @@ fn take_off(named: &mut Vec<Named>, number: usize, joint: usize) {
     own.joints.retain(|&other| other != joint && !is_of_arm);
     let is_usual = own.usual.contains(&joint);
     own.usual.retain(|&other| other != joint);
-    let (family, gain, presence, form) = (own.effect.family, own.gain, own.presence, own.form);
+    let (family, gain, presence) = (own.effect.family, own.gain, own.presence);
+    let form = own.forms.remove(&Some(joint));
     let mut contained = own.effect.facts.includes.iter().filter_map(|id| registry::find(id).ok());
     let common = contained.find(|effect| effect.is_common() && effect.family == family);
     named.retain(|effect| !effect.joints.is_empty());
     let Some(effect) = common else { return };
     let place = named.iter().position(|named| named.effect == effect).unwrap_or_else(|| {
         let (joints, usual, alternatives, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        named.push(Named { effect, joints, usual, gain, presence, form, alternatives, rivals, pins: false });
+        let forms = BTreeMap::new();
+        named.push(Named { effect, joints, usual, gain, presence, forms, alternatives, rivals, pins: false });
         named.len() - 1
     });
     let common = &mut named[place];
@@ -225,7 +228,7 @@ fn take_off(named: &mut Vec<Named>, number: usize, joint: usize) {
     common.joints.sort_unstable();
     common.usual.extend(is_usual.then_some(joint));
     common.presence = common.presence.min(presence);
-    common.form = common.form.min(form);
+    common.forms.extend(form.map(|form| (Some(joint), form)));
 }
 
 /// How far what was fitted for an effect on a joint is from nothing, in standard errors; 0 if it is impossible or a
@@ -322,11 +325,11 @@ impl Ladder {
             effect: effect.effect,
             joints: effect.joints.clone(),
             presence: effect.presence,
-            form: effect.form,
+            form: effect.form(),
             parameters: parameters_of(fitted, effect.effect),
             nmse_before,
             nmse_after,
-            alternatives: effect.alternatives.clone(),
+            alternatives: effect.alternatives_told(),
             telling_motion: None,
             evidence: evidence::of_effect(fitted, evaluation, recording, split, effect.effect, &effect.joints),
         };

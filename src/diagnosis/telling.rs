@@ -51,9 +51,11 @@ pub fn tell_apart(
     };
     let tell = |(effect, rivals): (&mut MissingEffect, Vec<(usize, usize)>)| {
         effect.alternatives.retain(|other| !is_named(other.effect, other.elsewhere));
-        let is_open = |&(_, rival): &(usize, usize)| {
-            let rival = &search.library.groups[rival];
-            !is_named(rival.effect, rival.joint)
+        let joints = &effect.joints;
+        let is_open = |&(group, rival): &(usize, usize)| {
+            let [group, rival] = [group, rival].map(|it| &search.library.groups[it]);
+            let stays = group.joint.is_none_or(|joint| joints.contains(&joint));
+            stays && !is_named(rival.effect, rival.joint)
         };
         let closest = rivals.into_iter().find(is_open);
         effect.telling_motion = closest.and_then(|(group, rival)| best_motion(search, fitted, group, rival));
@@ -319,8 +321,9 @@ mod tests {
         let groups = &searched.search.library.groups;
         let [rival, named, group] =
             [coulomb, viscous, stribeck].map(|effect| groups.iter().position(|it| it.effect == effect).unwrap());
-        let open = Alternative { effect: coulomb, elsewhere: None };
-        let alternatives = vec![open, Alternative { effect: viscous, elsewhere: Some(0) }];
+        let alternative = |effect, elsewhere| Alternative { effect, elsewhere, joints: Vec::new() };
+        let open = alternative(coulomb, None);
+        let alternatives = vec![open.clone(), alternative(viscous, Some(0))];
         let peak = MissingEffect { alternatives, ..MissingEffect::example(stribeck.id) };
         let mut effects = [peak, MissingEffect::example(viscous.id)];
         let rivals_of = vec![vec![(group, named), (group, rival)], Vec::new()];

@@ -17,6 +17,8 @@ use crate::recording::torque::TorqueFact;
 
 /// Above so many times the evidence the number says nothing more: it grows with the noise's smallness.
 const MOST_TIMES: f64 = 1000.0;
+/// So many effects that explain nearly as much are told by name; a report as JSON has all.
+const MOST_ALTERNATIVES: usize = 4;
 
 impl Report {
     /// The answer in a sentence.
@@ -62,9 +64,18 @@ impl Report {
 }
 
 impl Alternative {
-    /// Its name, and where it is if not in the same place.
-    pub fn text(&self) -> String {
-        self.effect.placed(self.elsewhere)
+    /// Its name, where it is if not in the same place, and on which joints it explains as much if not on all.
+    fn text(&self) -> String {
+        let name = self.effect.placed(self.elsewhere);
+        if self.joints.is_empty() { name } else { format!("{name} ({})", joints_text(&self.joints)) }
+    }
+
+    /// The first few of many, and how many more there are.
+    pub fn texts(others: &[Alternative]) -> Vec<String> {
+        // One more takes no more room than to say so.
+        let told = if others.len() <= MOST_ALTERNATIVES + 1 { others.len() } else { MOST_ALTERNATIVES };
+        let more = (told < others.len()).then(|| format!("{} others", others.len() - told));
+        others[..told].iter().map(Alternative::text).chain(more).collect()
     }
 }
 
@@ -102,8 +113,8 @@ impl Note {
         match self {
             Note::AddFirst { effect, joints } => format!("Add {} on {} first.", effect.name, joints_text(joints)),
             Note::HardlyTold { effect, from, telling } => {
-                let others: Vec<String> = from.iter().map(Alternative::text).collect();
-                let open = format!("These data hardly tell {} from {}", effect.name, others.join(" or "));
+                let others = Alternative::texts(from).join(" or ");
+                let open = format!("These data hardly tell {} from {others}", effect.name);
                 match telling {
                     Some(telling) => format!(
                         "{open}; record {}, which gives {} the evidence against {}.",
@@ -497,6 +508,32 @@ mod tests {
     }
 
     #[test]
+    fn of_many_alternatives_the_first_are_named_and_the_rest_counted() {
+        let effect = |id| registry::find(id).unwrap();
+        let of = |elsewhere, joints: &[usize]| Alternative {
+            effect: effect("viscous-friction"),
+            elsewhere,
+            joints: joints.to_vec(),
+        };
+        let all =
+            [of(None, &[]), of(None, &[2, 4]), of(Some(0), &[]), of(Some(0), &[3]), of(None, &[1]), of(None, &[5])];
+        let name = effect("viscous-friction").name;
+        let elsewhere = effect("viscous-friction").placed(Some(0));
+        let named = [
+            name.to_owned(),
+            format!("{name} (joints 3, 5)"),
+            elsewhere.clone(),
+            format!("{elsewhere} (joint 4)"),
+            format!("{name} (joint 2)"),
+        ];
+        assert_eq!(Alternative::texts(&all[..5]), named);
+        let mut told = named[..4].to_vec();
+        told.push("2 others".to_owned());
+        assert_eq!(Alternative::texts(&all), told);
+        assert!(Alternative::texts(&[]).is_empty());
+    }
+
+    #[test]
     fn a_motion_that_tells_is_said_with_its_gain() {
         let effect = |id| registry::find(id).unwrap();
         let gains = [1.5, 12.34, MOST_TIMES + 1.0];
@@ -504,7 +541,8 @@ mod tests {
         let times = gains.map(|gain| telling(gain, Exciting::Sweeps).times());
         assert_eq!(times, ["1.5 times", "12 times", "more than 1000 times"]);
         let note = |telling| {
-            let from = vec![Alternative { effect: effect("viscous-friction"), elsewhere: Some(1) }];
+            let effect_there = effect("viscous-friction");
+            let from = vec![Alternative { effect: effect_there, elsewhere: Some(1), joints: Vec::new() }];
             Note::HardlyTold { effect: effect("coulomb-friction"), from, telling }.sentence()
         };
         let place = effect("viscous-friction").placed(Some(1));

@@ -162,12 +162,12 @@ fn wordy() -> Session {
     let session = diagnosed();
     let mut report = session.report.as_deref().unwrap().clone();
     let find = |id| registry::find(id).unwrap();
-    let other = Alternative { effect: find("bouc-wen-hysteresis"), elsewhere: None };
+    let other = Alternative { effect: find("bouc-wen-hysteresis"), elsewhere: None, joints: vec![0] };
     let telling = TellingMotion { motion: Exciting::Speed { factor: 2.5 }, against: other.effect, gain: 3.0 };
     for id in ["viscous-friction", "asymmetric-friction", "position-friction"] {
         let mut effect = report.effects[0].clone();
-        (effect.effect, effect.alternatives) = (find(id), vec![other; 5]);
-        report.notes.push(Note::HardlyTold { effect: find(id), from: vec![other; 5], telling: Some(telling) });
+        (effect.effect, effect.alternatives) = (find(id), vec![other.clone(); 5]);
+        report.notes.push(Note::HardlyTold { effect: find(id), from: vec![other.clone(); 5], telling: Some(telling) });
         report.effects.push(effect);
     }
     report.verdict = Verdict::Ambiguous;

@@ -17,7 +17,7 @@ use document::{Block, Document, Table};
 use super::desk::ReportFormat;
 use super::screens::{compare, diagnose, extrapolation, ladder, residuals};
 use super::{About, plots};
-use crate::diagnosis::{Presence, Report};
+use crate::diagnosis::{Alternative, Presence, Report};
 use crate::figure::{self, Figure, FigureError, Panel, Size, Style, Theme};
 use crate::model::JointError;
 use crate::progress::{Monitor, Stopped};
@@ -308,8 +308,8 @@ fn missing(
             numbers(&effect.nmse_after)
         );
         if !effect.alternatives.is_empty() {
-            let others: Vec<String> = effect.alternatives.iter().map(|other| other.text()).collect();
-            text.push_str(&format!(" Explains nearly as much: {}.", others.join(", ")));
+            let others = Alternative::texts(&effect.alternatives).join(", ");
+            text.push_str(&format!(" Explains nearly as much: {others}."));
         }
         text.push_str(&format!(" Source of the formula: {}.", effect.effect.source));
         blocks.push(Block::Text(text));

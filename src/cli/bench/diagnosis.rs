@@ -159,7 +159,7 @@ fn tell(trial: &Trial) -> String {
         expected.iter().map(|(effect, joint)| format!("{effect}@{}", place_text(*joint))).collect();
     let named = |named: &MissingEffect| {
         let joints: Vec<String> = answer_of(named).iter().map(|(_, joint)| place_text(*joint)).collect();
-        let alternatives: Vec<String> = named.alternatives.iter().map(Alternative::text).collect();
+        let alternatives = Alternative::texts(&named.alternatives);
         format!("{}@{} {:.2} [{}]", named.effect.id, joints.join(","), named.presence, alternatives.join("|"))
     };
     let named: Vec<String> = report.effects.iter().map(named).collect();

@@ -384,8 +384,8 @@ fn effect(ui: &mut Ui, desk: &mut Desk, after: &mut bool, report: &Arc<Report>, 
             });
         });
         if !effect.alternatives.is_empty() {
-            let others: Vec<String> = effect.alternatives.iter().map(Alternative::text).collect();
-            let text = format!("These data can hardly tell it from {}.", others.join(", "));
+            let others = Alternative::texts(&effect.alternatives).join(", ");
+            let text = format!("These data can hardly tell it from {others}.");
             ui.label(RichText::new(text).color(palette.warning));
         }
         ui.horizontal_wrapped(|ui| {
