@@ -1,6 +1,7 @@
 //! Names for what was found, each with the probability that it is right and the effects that explain nearly as much.
 
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::presence::Judged;
 use super::report::Alternative;
@@ -28,8 +29,8 @@ pub struct Named {
     pub presence: f64,
     /// Probability that it is there in this form, if it is there, by place.
     pub forms: BTreeMap<Option<usize>, f64>,
-    /// Effects that explain nearly as much, each for each of its joints where it does.
-    pub alternatives: Vec<Alternative>,
+    /// Effects that explain nearly as much: at which of its places, which, and on which joint if that is another one.
+    pub alternatives: Vec<(Option<usize>, &'static Effect, Option<usize>)>,
     /// Each of its groups beside each of its rivals that come close, of each group the closest first.
     pub rivals: Vec<(usize, usize)>,
     /// Whether it needs the rigid body held at the stated arm.
@@ -47,24 +48,20 @@ impl Named {
         self.places().iter().filter_map(|place| self.forms.get(place)).copied().fold(1.0, f64::min)
     }
 
-    /// What explains nearly as much on any of its joints, each once; what does on most of them comes first.
+    /// What explains nearly as much at any of its places, each once; what does at most of them comes first.
     pub fn alternatives_told(&self) -> Vec<Alternative> {
-        let mut told: BTreeMap<(&'static str, Option<usize>), Alternative> = BTreeMap::new();
-        for one in &self.alternatives {
-            let key = (one.effect.id, one.elsewhere);
-            let it = told.entry(key).or_insert_with(|| Alternative { joints: Vec::new(), ..one.clone() });
-            it.joints.extend(one.joints.iter().filter(|joint| self.joints.contains(joint)));
+        let places = self.places();
+        let mut told: BTreeMap<_, (&'static Effect, BTreeSet<Option<usize>>)> = BTreeMap::new();
+        for &(place, effect, elsewhere) in self.alternatives.iter().filter(|(place, ..)| places.contains(place)) {
+            told.entry((effect.id, elsewhere)).or_insert_with(|| (effect, BTreeSet::new())).1.insert(place);
         }
-        let is_of_joints = self.alternatives.iter().any(|one| !one.joints.is_empty());
-        let mut told: Vec<Alternative> =
-            told.into_values().filter(|one| !is_of_joints || !one.joints.is_empty()).collect();
-        for one in &mut told {
-            one.joints.sort_unstable();
-            one.joints.dedup();
-        }
-        told.sort_by_key(|one| std::cmp::Reverse(one.joints.len()));
-        told.iter_mut().filter(|one| one.joints.len() == self.joints.len()).for_each(|one| one.joints.clear());
-        told
+        let mut told: Vec<_> = told.into_iter().collect();
+        told.sort_by_key(|(_, (_, on))| Reverse(on.len()));
+        let alternative = |((_, elsewhere), (effect, on)): (_, (_, BTreeSet<Option<usize>>))| {
+            let joints = if on.len() == places.len() { Vec::new() } else { on.into_iter().flatten().collect() };
+            Alternative { effect, elsewhere, joints }
+        };
+        told.into_iter().map(alternative).collect()
     }
 }
 
@@ -73,7 +70,8 @@ struct Judgement {
     gain: f64,
     presence: f64,
     form: f64,
-    alternatives: Vec<Alternative>,
+    /// Which explain nearly as much, each with its joint if that is another one.
+    alternatives: Vec<(&'static Effect, Option<usize>)>,
     /// The groups behind them, the closest first.
     rivals: Vec<usize>,
 }
@@ -145,7 +143,8 @@ pub fn name_effects(
         named.presence = named.presence.min(judgement.presence);
         named.forms.insert(place.joint, judgement.form);
         named.rivals.extend(judgement.rivals.into_iter().map(|rival| (group, rival)));
-        named.alternatives.extend(judgement.alternatives);
+        let alternatives = judgement.alternatives.into_iter();
+        named.alternatives.extend(alternatives.map(|(effect, elsewhere)| (place.joint, effect, elsewhere)));
     }
     let mut named: Vec<Named> = by_effect.into_values().collect();
     for effect in &mut named {
@@ -181,11 +180,7 @@ fn judge(search: &Search, judged: &Judged, group: usize) -> Judgement {
         let is_simpler = groups[rival].parameter_count() <= groups[group].parameter_count();
         if priced < CLOSE || (!contains && is_simpler && worse < NEARLY_AS_MUCH * gain) {
             let elsewhere = groups[rival].effect == groups[group].effect;
-            alternatives.push(Alternative {
-                effect: groups[rival].effect,
-                elsewhere: groups[rival].joint.filter(|_| elsewhere),
-                joints: groups[group].joint.into_iter().collect(),
-            });
+            alternatives.push((groups[rival].effect, groups[rival].joint.filter(|_| elsewhere)));
             rivals.push((priced, rival));
         }
     }
@@ -216,11 +211,7 @@ fn judge_absorbed(search: &Search, stated: &StatedBody, found: &[usize], group: 
         let worse = stated_arm::rival_cost(search, stated, found, group, rival);
         judgement.presence = judgement.presence.min(odds(worse));
         if worse < CLOSE {
-            judgement.alternatives.push(Alternative {
-                effect: groups[rival].effect,
-                elsewhere: groups[rival].joint,
-                joints: groups[group].joint.into_iter().collect(),
-            });
+            judgement.alternatives.push((groups[rival].effect, groups[rival].joint));
         }
     }
     judgement
@@ -308,7 +299,8 @@ mod tests {
         let find = |id| registry::find(id).unwrap();
         let (lag, tilt, wave) = (find("actuator-lag"), find("base-tilt"), find("cogging"));
         let of = |effect, joints: &[usize]| Alternative { effect, elsewhere: None, joints: joints.to_vec() };
-        let alternatives = vec![of(lag, &[2]), of(tilt, &[1]), of(wave, &[2]), of(tilt, &[2]), of(wave, &[0])];
+        let on = |joint, effect| (Some(joint), effect, None);
+        let alternatives = vec![on(2, lag), on(1, tilt), on(2, wave), on(2, tilt), on(0, wave)];
         let named = Named { alternatives, ..Named::example("coulomb-friction", &[1, 2], 0.9) };
         assert_eq!(named.alternatives_told(), [of(tilt, &[]), of(lag, &[2]), of(wave, &[2])]);
         let mut named = Named { joints: vec![1], ..named };
@@ -317,7 +309,7 @@ mod tests {
         assert_eq!(named.form(), 0.6, "joint 3 has left the name");
         named.joints.push(2);
         assert_eq!(named.form(), 0.3);
-        let alternatives = vec![of(wave, &[]), of(lag, &[])];
+        let alternatives = vec![(None, wave, None), (None, lag, None)];
         let arm = Named { alternatives, ..Named::example("base-tilt", &[0, 1, 2], 0.9) };
         assert_eq!(arm.alternatives_told(), [of(lag, &[]), of(wave, &[])]);
     }
