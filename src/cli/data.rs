@@ -89,7 +89,7 @@ pub struct Reading {
     #[arg(long, value_name = "SAMPLES", conflicts_with = "low_pass")]
     gaussian: Option<f64>,
     /// Set right how the log is set up, as `inspect` proposes it: `zero=down`, `sign-torque@2`, `order-torque=2,1`,
-    /// `angles=absolute`, `factor-velocity@1=0.1`, `delay-torque=0.02`. May be repeated.
+    /// `angles=absolute`, `factor-velocity@1=0.1`, `delay-torque=0.02`, `play@1=0.3,0.12,0.04`. May be repeated.
     #[arg(long, value_name = "CORRECTION")]
     set_right: Vec<Correction>,
     #[command(flatten)]

@@ -113,6 +113,20 @@ impl Bench {
         self.fit(&correct().ok()?)
     }
 
+    /// The set-up with all runs changed before they are filtered, by what is quicker than what is kept.
+    pub fn changed(&self, change: impl Fn(&mut Trajectory)) -> Option<Fit> {
+        let mut runs = self.pieces.trajectories.clone();
+        runs.iter_mut().for_each(change);
+        self.fit(&self.pieces.with_trajectories(runs.iter().filter_map(thinned).collect()))
+    }
+
+    /// The same bench with some of its pieces, from everywhere: so many samples at most.
+    pub fn short(&self, most: usize) -> Option<Bench> {
+        let every = self.pieces.sample_count().div_ceil(most).max(1);
+        let some = self.pieces.trajectories.iter().step_by(every).cloned().collect();
+        Bench::of(&self.pieces.with_trajectories(some))
+    }
+
     /// The set-up as stated with a torque that lags by this first-order time constant \[s\] made quick again.
     pub fn without_lag(&self, seconds: f64) -> Option<Fit> {
         let mut thin = self.thin.clone();

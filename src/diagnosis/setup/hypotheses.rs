@@ -201,7 +201,10 @@ fn search(
 }
 
 /// The place of the least error in an interval, by golden section.
-fn golden([mut low, mut high]: [f64; 2], error: impl Fn(f64) -> Result<f64, Stopped>) -> Result<f64, Stopped> {
+pub(super) fn golden(
+    [mut low, mut high]: [f64; 2],
+    error: impl Fn(f64) -> Result<f64, Stopped>,
+) -> Result<f64, Stopped> {
     let share = (5f64.sqrt() - 1.0) / 2.0;
     let inner = |low: f64, high: f64| (high - share * (high - low), low + share * (high - low));
     let (mut below, mut above) = inner(low, high);

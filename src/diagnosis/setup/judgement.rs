@@ -43,6 +43,13 @@ pub(super) struct Told {
     pub is_contradiction: bool,
 }
 
+impl Told {
+    /// What was decided otherwise.
+    pub(super) fn of(trial: Trial) -> Told {
+        Told { trial, equals: Vec::new(), is_contradiction: false }
+    }
+}
+
 /// Whether a rigid body fails on a joint.
 pub(super) fn fails(stated: &Fit) -> bool {
     stated.errors.iter().any(|error| *error > FAILS)
@@ -118,6 +125,7 @@ fn cost(trial: &Trial) -> f64 {
         }
         Correction::Factor { joints, .. } => 1.3 + 0.1 * joints.len() as f64,
         Correction::Delay { .. } => 1.5,
+        Correction::Play { .. } => 2.0,
     };
     let backwards = if trial.fit.links[0] > 0 { trial.fit.links[1] } else { 0 };
     trial.corrections.iter().map(of).sum::<f64>() + BACKWARDS * backwards as f64

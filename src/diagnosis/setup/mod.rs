@@ -6,13 +6,15 @@
 //! explanations can't be told apart, or none is decisive, nothing is told: a false alarm is worse than a miss.
 //!
 //! `bench` fits a set-up, `hypotheses` lists what may be wrong, `kinematics` what the derivatives say by themselves,
-//! `judgement` decides. `gain` asks what a current is worth where the masses are stated.
+//! `judgement` decides. `play` asks whether a gear has play behind the motor whose angle was read, which explains a part only, and `gain`
+//! what a current is worth where the masses are stated.
 
 mod bench;
 mod gain;
 mod hypotheses;
 mod judgement;
 mod kinematics;
+mod play;
 
 use rayon::prelude::*;
 
@@ -56,7 +58,7 @@ pub fn check(recording: &Recording, found: &[Finding], monitor: &Monitor) -> Res
         && hypotheses::is_planar(&bench.thin)
         && hypotheses::far(&bench.thin).is_empty();
     if is_explained || !may_point_elsewhere {
-        return Ok(told.map(|told| finding(&stated, &told)));
+        return told_or_play(&bench, &stated, told, monitor);
     }
     // Nothing says where the arm points, so that may be wrong beside something else.
     let also = hypotheses::other_directions(&bench).flat_map(|zero| {
@@ -64,7 +66,21 @@ pub fn check(recording: &Recording, found: &[Finding], monitor: &Monitor) -> Res
         beside.map(|other| vec![zero.clone(), other]).collect::<Vec<_>>()
     });
     answers.extend(judgement::answers(&best_direction, tried(&bench, also.collect(), monitor)?));
-    Ok(judgement::decided(&stated, answers).map(|told| finding(&stated, &told)))
+    told_or_play(&bench, &stated, judgement::decided(&stated, answers), monitor)
+}
+
+/// What is set up wrongly; if nothing is, the gear that has play.
+fn told_or_play(
+    bench: &Bench,
+    stated: &Fit,
+    told: Option<Told>,
+    monitor: &Monitor,
+) -> Result<Option<Finding>, Stopped> {
+    let told = match told {
+        None => play::found(bench, stated, monitor)?.map(Told::of),
+        told => told,
+    };
+    Ok(told.map(|told| finding(stated, &told)))
 }
 
 /// Everything that may be wrong alone. Where joints reach too far nothing else than that is: no other answer would mend it.
@@ -125,8 +141,10 @@ fn finding(stated: &Fit, told: &Told) -> Finding {
     } else {
         format!(" (This log can't tell it from: {}; the model comes out the same.)", others.join("; "))
     };
+    // A gear that has play is no mistake.
+    let is_play = matches!(trial.corrections[..], [Correction::Play { .. }]);
     Finding {
-        severity: Severity::Error,
+        severity: if is_play { Severity::Warning } else { Severity::Error },
         kind: FindingKind::SetUp,
         what,
         place: Place::default(),

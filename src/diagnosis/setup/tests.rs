@@ -6,6 +6,7 @@ use super::*;
 use crate::arm::chain::{Axis, Chain, Convention};
 use crate::arm::{Arm, Link, Posture};
 use crate::effect::{Effect, Scope, registry};
+use crate::recording::correction::Play;
 use crate::recording::torque::TorqueFacts;
 use crate::recording::{Channels, Joint, Provenance, Trajectory, check};
 use crate::signals::Signals;
@@ -244,6 +245,27 @@ fn effects_are_not_taken_for_mistakes() {
         let recording = simulate(&scenario, &Monitor::new()).unwrap();
         assert_eq!(texts(&told(&recording)), "", "{effect}");
     }
+}
+
+/// What the motor of joint 2 shows, behind a gear that has play, or that twists.
+#[test]
+fn play_is_told_and_a_twist_is_not_taken_for_it() {
+    let right = measured(2, Posture::DOWN, 0);
+    let play = Play { gap: 0.02, friction: 0.0, crossing_time: 0.05 };
+    let mut with_play = right.clone();
+    // What is taken out with the other sign is put in.
+    with_play.trajectories.iter_mut().for_each(|run| Play { gap: -play.gap, ..play }.take_out(run, 1));
+    let finding = told(&with_play).unwrap();
+    let [Correction::Play { joint: 1, play: found }] = finding.set_right[..] else { panic!("{finding:?}") };
+    assert!((found.gap / play.gap - 1.0).abs() < 0.25, "{found:?}");
+    assert_eq!(finding.severity, Severity::Warning);
+    assert!(finding.what.contains("of play") && finding.remedy.contains("--set-right play@2="), "{finding:?}");
+    let mut again = with_play;
+    finding.set_right[0].apply(&mut again).unwrap();
+    assert_eq!(texts(&told(&again)), "", "once set right it is not told again");
+    let mut twisted = right;
+    twisted.trajectories.iter_mut().for_each(|run| play.take_twist_out(run, 1, -2e-3));
+    assert_eq!(texts(&told(&twisted)), "");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! A [`Correction`] changes the channels of a recording, or its posture, all samples alike. It is a value with a text
 //! (`text`, such as `sign-torque@2`), so that it can be proposed, given as an option, saved, applied and taken back.
 
+mod play;
 mod text;
 mod words;
 
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{Recording, Trajectory};
 use crate::signals::{Signals, SignalsMut};
 
+pub use play::Play;
 pub use text::CorrectionTextError;
 
 /// One thing that is set right. Joints are counted from 0 here, and from 1 in texts.
@@ -60,6 +62,13 @@ pub enum Correction {
         part: Part,
         /// By how much \[s\]; negative if they come early.
         seconds: f64,
+    },
+    /// The angle of a motor in the place of its link's, behind a gear that has play.
+    Play {
+        /// Of this joint.
+        joint: usize,
+        /// How large it is, and what tells the flank.
+        play: Play,
     },
 }
 
@@ -202,6 +211,9 @@ impl Correction {
                     }
                 }
             }
+            Correction::Play { joint, play } => {
+                recording.trajectories.iter_mut().for_each(|run| play.take_out(run, *joint));
+            }
             Correction::Delay { part, seconds } => {
                 let in_time = |run: &Trajectory| {
                     let (correction, trajectory) = (self.to_string(), run.name.clone());
@@ -230,6 +242,10 @@ impl Correction {
                 Some(joint) => Err(CorrectionError::NoSuchJoint { correction: correction(), joint: joint + 1, joints }),
                 None => Ok(()),
             },
+            Correction::Play { joint, .. } if *joint >= joints => {
+                Err(CorrectionError::NoSuchJoint { correction: correction(), joint: joint + 1, joints })
+            }
+            Correction::Play { .. } => Ok(()),
             Correction::Zero { .. } | Correction::Angles(_) | Correction::Delay { .. } => Ok(()),
         }
     }
@@ -352,6 +368,7 @@ mod tests {
     fn what_does_not_fit_is_refused_and_changes_nothing() {
         for (text, words) in [
             ("sign-torque@3", "joint 3, but the recording has 2"),
+            ("play@3=0.3,0.1,0.04", "joint 3, but the recording has 2"),
             ("order=1,1", "each of the 2 joints once"),
             ("order=1,2,3", "each of the 2 joints once"),
             ("delay-torque=2", "`run` has no three samples left"),

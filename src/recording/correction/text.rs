@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Correction, Counted, Part};
+use super::{Correction, Counted, Part, Play};
 use crate::recording::joints_in;
 
 /// The text is no correction.
@@ -11,7 +11,8 @@ use crate::recording::joints_in;
 #[error(
     "`{text}` {problem}; corrections are zero=down (right, up, left or degrees), zero@2=90, sign-torque@2, sign-motion@2, sign@2, \
      order-torque=2,1, order-motion=2,1, order=2,1, angles=absolute, angles=relative, factor-velocity@1,2=0.1 (motion, position, \
-     rates, acceleration, torque), delay-torque=0.02 (position, rates, velocity, acceleration)"
+     rates, acceleration, torque), delay-torque=0.02 (position, rates, velocity, acceleration), play@1=0.3,0.12,0.04 (degrees, \
+     friction before the gear, seconds to cross)"
 )]
 pub struct CorrectionTextError {
     /// What was written.
@@ -82,6 +83,10 @@ impl fmt::Display for Correction {
                 write!(f, "{}@{}={}", of("factor", part), numbers(joints), values(factors))
             }
             Correction::Delay { part, seconds } => write!(f, "{}={}", of("delay", part), short(*seconds)),
+            Correction::Play { joint, play } => {
+                let values = [play.gap.to_degrees(), play.friction, play.crossing_time];
+                write!(f, "play@{}={}", joint + 1, list(&values, |value| short(*value)))
+            }
         }
     }
 }
@@ -147,6 +152,18 @@ impl FromStr for Correction {
                 Ok(Correction::Factor { part, joints, factors })
             }
             ("delay", Part::All) => Err(wrong("delays all channels, which changes nothing")),
+            ("play", Part::All) => {
+                let ([joint], [gap, friction, crossing_time]) = (&joints()?[..], &values()?[..]) else {
+                    return Err(wrong(
+                        "needs one joint and three values: the gap in degrees, the friction before the gear and the crossing time",
+                    ));
+                };
+                if *crossing_time <= 0.0 {
+                    return Err(wrong("has a crossing time that is not above 0"));
+                }
+                let play = Play { gap: gap.to_radians(), friction: *friction, crossing_time: *crossing_time };
+                Ok(Correction::Play { joint: *joint, play })
+            }
             ("delay", part) => Ok(Correction::Delay { part, seconds: single()? }),
             _ => Err(wrong("is unknown")),
         }
@@ -194,6 +211,7 @@ mod tests {
             "factor-velocity@1=57.295779513",
             "delay-torque=0.024",
             "delay-rates=-0.01",
+            "play@2=0.3,0.12,0.04",
         ] {
             let correction: Correction = text.parse().unwrap();
             assert_eq!(correction.to_string(), text);
@@ -219,6 +237,9 @@ mod tests {
             ("factor-velocity@1,2=1,2,3", "as many values as joints"),
             ("factor-velocity@1=0", "leaves nothing"),
             ("delay=0.1", "changes nothing"),
+            ("play@1,2=0.3,0.12,0.04", "needs one joint and three values"),
+            ("play@1=0.3", "needs one joint and three values"),
+            ("play@1=0.3,0.12,0", "is not above 0"),
             ("delay-torque=NaN", "not a finite number"),
             ("turn", "is unknown"),
         ] {

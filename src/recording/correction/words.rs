@@ -71,6 +71,11 @@ impl Correction {
                     (if part.noun().1 { "come" } else { "comes" }, if *seconds > 0.0 { "late" } else { "early" });
                 format!("{} {verb} {:.4} s {when}", part.noun().0, seconds.abs())
             }
+            Correction::Play { joint, play } => format!(
+                "the angle of {} is that of its motor, before a gear that has {:.2}° of play",
+                joints_text(&[*joint]),
+                play.gap.to_degrees()
+            ),
         }
     }
 }
@@ -109,6 +114,7 @@ mod tests {
             ("factor-rates@1=0.0174532925", "velocity and acceleration of joint 1 are 57.3 (degrees) times too large"),
             ("delay-torque=0.02", "the torque comes 0.0200 s late"),
             ("delay-rates=-0.01", "velocity and acceleration come 0.0100 s early"),
+            ("play@2=0.3,0.12,0.04", "the angle of joint 2 is that of its motor, before a gear that has 0.30° of play"),
         ] {
             assert_eq!(text.parse::<Correction>().unwrap().fault(), words);
         }
