@@ -1,7 +1,7 @@
 //! Whether a gear has play behind the motor whose angle was read.
 //!
 //! No other mistake of a set-up explains only a part of what is left, so this one is judged for itself: it is told if every part of the
-//! log is predicted better with it, by more than anything else that was looked at does, and better than by a gear that twists.
+//! log is predicted better with it, no joint worse, and its own by more than with a gear that twists.
 
 use rayon::prelude::*;
 
@@ -39,7 +39,7 @@ pub(super) fn found(bench: &Bench, stated: &Fit, monitor: &Monitor) -> Result<Op
     }
     let Some(part) = bench.short(MOST_AT_FIRST) else { return Ok(None) };
     let Some(of_part) = part.stated() else { return Ok(None) };
-    let mut best: Option<Trial> = None;
+    let mut trials: Vec<(f64, Trial)> = Vec::new();
     for joint in 0..bench.thin.joint_count() {
         let first = At { bench: &part, joint, stated: of_part.errors[joint] };
         let is_worth_it = |found: Option<(Play, f64)>| found.is_some_and(|(_, share)| share < WORTH_A_SEARCH);
@@ -47,12 +47,9 @@ pub(super) fn found(bench: &Bench, stated: &Fit, monitor: &Monitor) -> Result<Op
             continue;
         }
         let at = At { bench, joint, stated: stated.errors[joint] };
-        let Some(trial) = at.trial(stated, monitor)? else { continue };
-        if best.as_ref().is_none_or(|best| at.share(&trial.fit) < best.fit.errors[joint] / stated.errors[joint]) {
-            best = Some(trial);
-        }
+        trials.extend(at.trial(stated, monitor)?.map(|trial| (at.share(&trial.fit), trial)));
     }
-    Ok(best)
+    Ok(trials.into_iter().min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, trial)| trial))
 }
 
 /// A joint on a bench, and its error as the log is set up.
@@ -89,8 +86,7 @@ impl At<'_> {
         crossing_times: &[f64],
         monitor: &Monitor,
     ) -> Result<Option<(Play, f64)>, Stopped> {
-        let torque = || self.bench.thin.trajectories.iter().flat_map(|run| &run.tau[self.joint]);
-        let size = (torque().map(|tau| tau.powi(2)).sum::<f64>() / torque().count().max(1) as f64).sqrt();
+        let size = self.torque();
         let shapes: Vec<Play> = frictions
             .iter()
             .flat_map(|share| {
@@ -110,12 +106,18 @@ impl At<'_> {
 
     /// Whether a gear that twists explains as much.
     fn twists(&self, play: &Play, share: f64) -> bool {
-        let size = UNIT / play.friction.max(f64::MIN_POSITIVE);
+        let size = UNIT / self.torque();
         let with = |compliance: f64| {
             let fit = self.bench.changed(|run| play.take_twist_out(run, self.joint, compliance));
             fit.map(|fit| self.share(&fit))
         };
         parabola(with(size), with(-size)).is_some_and(|[times, lowest]| times > 0.0 && lowest < share)
+    }
+
+    /// RMS of the joint's torque.
+    fn torque(&self) -> f64 {
+        let torque = || self.bench.thin.trajectories.iter().flat_map(|run| &run.tau[self.joint]);
+        (torque().map(|tau| tau.powi(2)).sum::<f64>() / torque().count().max(1) as f64).sqrt()
     }
 
     fn with(&self, play: &Play) -> Option<Fit> {

@@ -263,6 +263,13 @@ fn play_is_told_and_a_twist_is_not_taken_for_it() {
     let mut again = with_play;
     finding.set_right[0].apply(&mut again).unwrap();
     assert_eq!(texts(&told(&again)), "", "once set right it is not told again");
+    // Of two gears that have play the one is told that explains most of its joint.
+    let mut both = again;
+    let more = Play { gap: -0.02, ..play };
+    [(0, more), (1, Play { gap: -0.008, ..play })].iter().for_each(|(joint, play)| {
+        both.trajectories.iter_mut().for_each(|run| play.take_out(run, *joint));
+    });
+    assert!(texts(&told(&both)).starts_with("play@1="), "{}", texts(&told(&both)));
     let mut twisted = right;
     twisted.trajectories.iter_mut().for_each(|run| play.take_twist_out(run, 1, -2e-3));
     assert_eq!(texts(&told(&twisted)), "");

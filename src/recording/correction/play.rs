@@ -8,8 +8,6 @@
 
 use std::f64::consts::TAU;
 
-use serde::{Deserialize, Serialize};
-
 use crate::recording::Trajectory;
 use crate::recording::differentiate::{central_difference, low_pass};
 
@@ -19,7 +17,7 @@ const REVERSAL: f64 = 0.03;
 const FILTER: f64 = 0.5;
 
 /// The play of one joint's gear.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Play {
     /// From flank to flank, at the joint \[rad\].
     pub gap: f64,
@@ -50,7 +48,7 @@ impl Play {
         let side = |sign: f64| 0.5 * self.gap * sign;
         let mut behind = [vec![0.0; load.len()], vec![0.0; load.len()], vec![0.0; load.len()]];
         // Where it rests, but for those changes that it is on its way from `ended` to `begun`.
-        let mut rest = side(load.first().map_or(0.0, |load| load.signum()));
+        let mut rest = side(load.iter().find(|load| **load != 0.0).map_or(0.0, |load| load.signum()));
         let (mut ended, mut begun) = (0, 0);
         for (sample, &time) in run.time.iter().enumerate() {
             begun += changes[begun..].iter().take_while(|(start, _)| *start < time).count();
@@ -87,12 +85,22 @@ fn take_out(run: &mut Trajectory, joint: usize, behind: &[Vec<f64>; 3]) {
     }
 }
 
-/// When a signal changes its sign, found between samples on the straight line, and to which.
+/// When a signal changes its sign, found between samples on the straight line, and to which; at exactly zero it has the sign that it had
+/// before.
 fn changes(time: &[f64], signal: &[f64]) -> Vec<(f64, f64)> {
-    let pairs = time.windows(2).zip(signal.windows(2)).filter(|(_, pair)| pair[0] * pair[1] < 0.0);
-    pairs
-        .map(|(time, pair)| (time[0] + pair[0] / (pair[0] - pair[1]) * (time[1] - time[0]), pair[1].signum()))
-        .collect()
+    let mut changes = Vec::new();
+    let mut sign = 0.0;
+    let mut before = (0.0, 0.0);
+    for (&time, &value) in time.iter().zip(signal) {
+        if value * sign < 0.0 {
+            changes.push((before.0 + before.1 / (before.1 - value) * (time - before.0), value.signum()));
+        }
+        if value != 0.0 {
+            sign = value.signum();
+        }
+        before = (time, value);
+    }
+    changes
 }
 
 #[cfg(test)]
@@ -148,6 +156,13 @@ mod tests {
                 assert!((moment - expected).abs() < 0.02, "{velocity}: {moment} for {expected}");
             }
         }
+    }
+
+    #[test]
+    fn a_change_of_sign_through_zero_is_one() {
+        let time = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        assert_eq!(changes(&time, &[0.0, 2.0, 0.0, -1.0, 0.0, -1.0]), [(2.0, -1.0)]);
+        assert_eq!(changes(&time, &[1.0, -1.0, -1.0, 3.0, 0.0, 0.0]), [(0.5, -1.0), (2.25, 1.0)]);
     }
 
     #[test]

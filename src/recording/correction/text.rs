@@ -152,6 +152,7 @@ impl FromStr for Correction {
                 Ok(Correction::Factor { part, joints, factors })
             }
             ("delay", Part::All) => Err(wrong("delays all channels, which changes nothing")),
+            ("delay", part) => Ok(Correction::Delay { part, seconds: single()? }),
             ("play", Part::All) => {
                 let ([joint], [gap, friction, crossing_time]) = (&joints()?[..], &values()?[..]) else {
                     return Err(wrong(
@@ -164,7 +165,6 @@ impl FromStr for Correction {
                 let play = Play { gap: gap.to_radians(), friction: *friction, crossing_time: *crossing_time };
                 Ok(Correction::Play { joint: *joint, play })
             }
-            ("delay", part) => Ok(Correction::Delay { part, seconds: single()? }),
             _ => Err(wrong("is unknown")),
         }
     }
